@@ -49,7 +49,7 @@ class Cloud:
 
     @property
     def emission(self) -> Emission:
-        """What the wind lifts, each size covering the same share of the ground."""
+        """Emitted grains, equal ground cover for each size."""
         return Emission(self.diameter, UNTIL, 1.0 / len(DIAMETERS))
 
     @property

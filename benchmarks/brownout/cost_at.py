@@ -1,4 +1,4 @@
-"""What a method must cost for an error, between the steps at which it was measured."""
+"""Cost at a given error, interpolated between measured steps."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ def leave(work, lane, l, how, ends, codes):
 
 @jit_inline
 def empty(work, lane, l):
-    """What a lane without a grain computes is that of one at rest, in steps of 0."""
+    """Idle lanes integrate a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
     lane[WHO, l] = NOBODY

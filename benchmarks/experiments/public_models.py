@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 from galvi.interop import from_mujoco
-from galvi.interop.beyond_trees import BeyondTrees
+from galvi.interop.mujoco_limits import BeyondTrees
 from galvi.interop.mujoco_model import misfits, some_states
 
 WHEELS = Path(sys.prefix) / "models"

@@ -1,4 +1,4 @@
-"""A run in each kernel; as a program, writes their last states, for the processor it is told.
+"""A run in each kernel; run as a script: final states for the CPU in NUMBA_CPU_NAME.
 
 NUMBA_CPU_NAME, set before numba is imported, names the processor for which kernels are compiled,
 and NUMBA_CPU_FEATURES, empty, that no instructions of this machine's are used besides.

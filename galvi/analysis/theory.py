@@ -251,7 +251,7 @@ def in_frame(
             "step": None if step is None else float(step),
         }  # fmt: skip
         reasons.update(dict.fromkeys(("lipschitz", "frequency", *BOUNDS, *AT_A_STEP), ELSEWHERE))
-    said = f"{VARIATIONAL.format(order=pair['order'])}; {frame.keeps}"
+    said = f"{VARIATIONAL.format(order=pair['order'])}; {frame.conserved}"
     changed = {"symmetric": symmetric, "name": method.name, "names": (method.name,)}
     none = {"spectral_radius": None, "reasons": reasons, "frame": said}
     return {**pair, **changed, **about, **none}

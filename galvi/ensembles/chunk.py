@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from galvi.arrays import Array
 from galvi.ensembles.batch import Batch
-from galvi.ensembles.keep import Keep, Plan
+from galvi.ensembles.keep import Keep, TimeGrid
 from galvi.ensembles.laws import Law, LawNumbers
 from galvi.method import Galerkin
 
@@ -27,7 +27,7 @@ class Chunk:
     law: Law
     numbers: LawNumbers
     method: Galerkin
-    plan: Plan
+    plan: TimeGrid
     tolerance: float
     keep: Keep
     first: int

@@ -15,7 +15,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import Chunk, Kept
 from galvi.ensembles.folder import Folder
-from galvi.ensembles.keep import FinalStates, Keep, OfStates, Plan
+from galvi.ensembles.keep import FinalStates, Keep, OfStates, TimeGrid
 from galvi.ensembles.laws import Law, law_of, runs_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters
 from galvi.ensembles.result import Ensemble
@@ -118,7 +118,7 @@ class _Work:
         with np.errstate(over="ignore"):
             ends = problem.t0 + int(steps) * self.step
         check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
-        self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
+        self.plan = TimeGrid(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = _kept(keep)
         self.singles = Singles(
             self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
@@ -160,7 +160,7 @@ class _Work:
     def run(
         self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
     ) -> Ensemble:
-        """All members; ``count`` is told how many were done."""
+        """All members; ``count`` receives the number of finished members."""
         size = self.first_size(executor, workers, store, count)
         pieces = [
             slice(k, min(k + size, self.members)) for k in range(self.begun, self.members, size)

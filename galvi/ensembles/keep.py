@@ -19,8 +19,8 @@ from galvi.input_checks import shown
 WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
 
 
-class Plan(NamedTuple):
-    """What n members do: ``steps`` steps of their own ``step`` (n,) from t0.
+class TimeGrid(NamedTuple):
+    """The times of n members: ``steps`` steps of their own ``step`` (n,) from t0.
 
     q_shape, p_shape  of one state
     """
@@ -45,10 +45,10 @@ class Record(Protocol):
 class Keep(Protocol):
     """A value to keep."""
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """Steps, from 0 to plan.steps, after which the members are seen."""
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """A record for the members of the plan."""
 
 
@@ -79,11 +79,11 @@ def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
 class FinalStates:
     """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """The last one."""
         return [plan.steps]
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """As `Keep`."""
         return _Final()
 
@@ -118,7 +118,7 @@ class StatesAt:
             raise ValueError(f"times must have shape (times,); received shape {times.shape}.")
         object.__setattr__(self, "times", tuple(times.tolist()))
 
-    def numbers(self, plan: Plan) -> Any:
+    def numbers(self, plan: TimeGrid) -> Any:
         """(n, times) numbers of steps; ValueError unless whole and within the run."""
         with np.errstate(over="ignore"):
             ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
@@ -133,17 +133,17 @@ class StatesAt:
             )
         return found.astype(np.int64)
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """All that one of the members needs."""
         return [int(k) for k in np.unique(self.numbers(plan))]
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """As `Keep`."""
         return _At(self.numbers(plan), plan)
 
 
 class _At:
-    def __init__(self, numbers: Any, plan: Plan) -> None:
+    def __init__(self, numbers: Any, plan: TimeGrid) -> None:
         self.numbers = numbers
         self.q, self.p = (
             np.full((*numbers.shape, *shape), np.nan) for shape in (plan.q_shape, plan.p_shape)
@@ -172,11 +172,11 @@ class Extrema:
         if self.quantity is not None:
             _check_callable(self.quantity)
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """All of them."""
         return range(plan.steps + 1)
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """As `Keep`."""
         return _Extremes(self.quantity)
 
@@ -216,11 +216,11 @@ class Histogram:
             raise ValueError(f"edges must be increasing; received {edges.tolist()}.")
         object.__setattr__(self, "edges", tuple(edges.tolist()))
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """All of them."""
         return range(plan.steps + 1)
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """As `Keep`."""
         return _Counts(self.quantity, np.array(self.edges), len(plan.step))
 
@@ -256,17 +256,17 @@ class OfStates:
 
     function: Any
 
-    def steps(self, plan: Plan) -> Sequence[int]:
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
         """All of them."""
         return range(plan.steps + 1)
 
-    def begin(self, plan: Plan) -> Record:
+    def begin(self, plan: TimeGrid) -> Record:
         """As `Keep`."""
         return _Whole(self.function, plan)
 
 
 class _Whole:
-    def __init__(self, function: Any, plan: Plan) -> None:
+    def __init__(self, function: Any, plan: TimeGrid) -> None:
         self.function, members, rows = function, len(plan.step), plan.steps + 1
         self.t = np.empty((members, rows))
         self.q, self.p = (

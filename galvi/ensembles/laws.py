@@ -50,7 +50,7 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class LawNumbers:
-    """What of a law differs between n members; one row where they share it.
+    """Parameters of each member; one row where they share them.
 
     constants  (1 or n, c)
     mass       (1 or n, d) or (1 or n, d, d): M of a law in velocities; else None

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.ensembles.keep import Keep, Plan, Record
+from galvi.ensembles.keep import Keep, Record, TimeGrid
 from galvi.ensembles.parameters import Parameters
 from galvi.input_checks import shown
 from galvi.method import Galerkin
@@ -34,7 +34,7 @@ class Singles:
     """The members of an ensemble as runs by themselves, whose energies are not judged."""
 
     def __init__(
-        self, parameters: Parameters, method: Galerkin, plan: Plan, q: Array, v: Array,
+        self, parameters: Parameters, method: Galerkin, plan: TimeGrid, q: Array, v: Array,
         tolerance: float | None, solver: str,
     ) -> None:  # fmt: skip
         self.parameters, self.method, self.plan = parameters, method, plan
@@ -56,7 +56,7 @@ class Singles:
         return lambda: uninterrupted(run_steps(engine, run, watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:
-        """What ``keep`` keeps of one member; of one that is refused, as of one that fails at once.
+        """Reduced result of one member; a refused one counts as failed at its first step.
 
         Its status is then what refused it.
         """

@@ -143,7 +143,7 @@ def _extrapolated(table: Tableau, kept: Array) -> Array:
 
 
 def _high_parts(table: Tableau) -> tuple[Array, ...]:
-    """What the first four of its low parts belong to."""
+    """High parts of c, b, beta, A."""
     return table.c, table.b, table.beta, table.A
 
 

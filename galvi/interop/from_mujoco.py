@@ -12,7 +12,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.interop.beyond_trees import BeyondTrees, beyond_trees, checked_names, motors
+from galvi.interop.mujoco_limits import BeyondTrees, checked_names, motors, mujoco_limits
 from galvi.interop.mujoco_model import Own, check_reading, some_states, unknown, without
 from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
@@ -64,7 +64,7 @@ def read(
     """
     left_out = checked_names(ignore)
     theirs = model_of(model)
-    more = {name: text for name, text in beyond_trees(theirs).items() if name not in left_out}
+    more = {name: text for name, text in mujoco_limits(theirs).items() if name not in left_out}
     if more:
         raise BeyondTrees(more)
     fields = list(unknown(theirs))

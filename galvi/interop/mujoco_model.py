@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.interop.beyond_trees import motors, tendon_forces
+from galvi.interop.mujoco_limits import motors, tendon_forces
 from galvi.problem import Problem
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.multibody import Multibody
@@ -35,7 +35,7 @@ def _fields(**names: str) -> set[str]:
 
 
 # Objects, all of whose fields change no motion of joints, or do it through parts that are named in
-# `galvi.interop.beyond_trees`: pictures, names, sizes and addresses, sensors, keyframes; contacts,
+# `galvi.interop.mujoco_limits`: pictures, names, sizes and addresses, sensors, keyframes; contacts,
 # tendons, actuators, constraints, flexible bodies and plugins.
 OBJECTS = _words(
     "cam light mat mesh tex text skin skinbone hfield site sensor bvh oct numeric tuple key name "

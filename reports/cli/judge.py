@@ -14,8 +14,8 @@ from benchmarks.judging.candidate import Model
 from benchmarks.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.beyond_trees import BeyondTrees
 from galvi.interop.judge import MODELS, PROGRESS
+from galvi.interop.mujoco_limits import BeyondTrees
 from reports.judge.page import write
 from reports.judge.sentences import own_run, sentences
 from reports.tables.number_format import capital

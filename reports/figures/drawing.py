@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.store.atomic import write
-from benchmarks.work_precision.described import described
+from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
@@ -59,7 +59,7 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
     quantity = str(runs["quantity"].iloc[0])
     return Figure(
         name=slug(problem),
-        title=f"{described(problem).title}: error against time",
+        title=f"{label_of(problem).title}: error against time",
         draw=work_precision,
         options={"ylabel": error_label(problem, quantity)},
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from benchmarks.work_precision.dependable import dependable
-from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import front, seconds_at
+from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.study_plots.headline import at_step
 from reports.page.grid import Grid, grid
@@ -65,7 +65,7 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         counted = dependable(rows)
         ours = front(counted[counted["contender"].map(is_ours)].assign(contender="galvi"))
         best = seconds_at(ours["error"].tolist(), ours["seconds"].tolist(), error)
-        title = described(str(problem)).title
+        title = label_of(str(problem)).title
         errors[title] = error
         lines.append(
             {
@@ -104,6 +104,6 @@ def _lines(fastest: pd.DataFrame) -> pd.DataFrame:
     parts = []
     for problem in fastest["problem"].drop_duplicates():
         table = readable_fastest(fastest, problem)
-        table.insert(0, "problem", described(str(problem)).title)
+        table.insert(0, "problem", label_of(str(problem)).title)
         parts.append(table)
     return pd.concat(parts, ignore_index=True).rename(columns=OWN)

@@ -10,7 +10,7 @@ import pandas as pd
 
 from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
 from benchmarks.checks.claim import Claim
-from benchmarks.work_precision.described import described
+from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
@@ -34,8 +34,8 @@ from reports.tables.comparison_tables import (
     of_mujoco,
     readable_ratios,
 )
+from reports.tables.contradictions import CONTRADICTIONS
 from reports.tables.cost_table import readable_cost
-from reports.tables.falls import FALLS
 from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
 from reports.tables.study_table import without_common
@@ -51,7 +51,7 @@ class StudySection:
     """The section of a study with rows: anchor, heading, text, pictures and table.
 
     file   its rows, beside the page
-    seen   sentences on what the rows show
+    summary  sentences on what the rows show
     notes  sentences on what is missing
     """
 
@@ -59,7 +59,7 @@ class StudySection:
     file: str
     title: str
     text: str
-    seen: str
+    summary: str
     pictures: tuple[Picture, ...]
     rows: Grid
     notes: tuple[str, ...]
@@ -127,7 +127,7 @@ def content(
         "left_out": [claim.id for claim in known if claim.id not in run],
         "kept": kept,
         "fallen": [
-            (one.claim.id, capital(FALLS.get(one.claim.id, one.claim.title)))
+            (one.claim.id, capital(CONTRADICTIONS.get(one.claim.id, one.claim.title)))
             for one in claims
             if one.claim.id in fallen
         ],
@@ -180,7 +180,7 @@ def _study(one: SectionResult, frame: pd.DataFrame, gallery: Gallery) -> StudySe
         file=f"{section.name}.csv",
         title=section.title,
         text=section.text,
-        seen=section.seen(frame),
+        summary=section.summary(frame),
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
         rows=grid(table, kinds),
         notes=(*filter(None, (common, one.failure, one.note)), *undrawn),
@@ -217,8 +217,8 @@ def _comparisons(
         sections.append(
             ComparisonSection(
                 anchor=slug(name),
-                title=described(name).title,
-                text=described(name).text,
+                title=label_of(name).title,
+                text=label_of(name).text,
                 picture=gallery.pictures.get(slug(name)),
                 reference="; ".join(dict.fromkeys(runs.get("reference", []))),
                 ratios=grid(

@@ -38,7 +38,7 @@ class Section:
     text       an introduction of a few sentences
     measure    (quick, report) -> frame
     table      frame -> the table as text, and the CSS classes of its columns
-    seen       frame -> sentences on what its rows show, or ""
+    summary    frame -> sentences on what its rows show, or ""
     figures    figures of the frame
     long_form  None when it has none
     open       whether external integrators take part
@@ -51,7 +51,7 @@ class Section:
     text: str
     measure: Measure
     table: Callable[[pd.DataFrame], Table]
-    seen: Callable[[pd.DataFrame], str] = lambda frame: ""
+    summary: Callable[[pd.DataFrame], str] = lambda frame: ""
     figures: tuple[Figure, ...] = ()
     long_form: LongForm | None = None
     open: bool = False

@@ -81,6 +81,6 @@ ENGINE_VERSIONS = Section(
     "relative to its initial value. The energy error is no measure of the attitude error.",
     measure=engine_versions.engine_versions,
     table=engine_versions_table,
-    seen=one_version,
+    summary=one_version,
     long_form=LongForm(engine_versions.parts, engine_versions.stored),
 )

@@ -49,7 +49,7 @@ RECOMMENDATION = Section(
     text=EXPLANATION,
     measure=recommendation_table,
     table=partial(readable_table, headings=HEADINGS),
-    seen=kept_and_broken,
+    summary=kept_and_broken,
     compared=True,
     timed=True,
 )

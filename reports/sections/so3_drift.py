@@ -86,7 +86,7 @@ SO3_DRIFT = Section(
         ),
     ),
     table=so3_drift_table,
-    seen=drifts,
+    summary=drifts,
     long_form=LongForm(so3_drift.parts, so3_drift.stored),
     open=True,
 )

@@ -76,7 +76,7 @@ STIFF_SPRINGS = Section(
     text=stiff_springs.EXPLANATION,
     measure=stiff_springs.stiff_spring_study,
     table=stiff_spring_table,
-    seen=long_run,
+    summary=long_run,
     figures=(
         Figure(
             name="stiff-springs",

@@ -11,9 +11,9 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.work_precision.dependable import bounds, dependable, resolution
-from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import NOT_REACHED, OURS, TRUTH, at_smallest, ratios
 from benchmarks.work_precision.fronts import OURS as BEST
+from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ATTITUDE
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
@@ -275,7 +275,7 @@ def _error(row: pd.Series) -> str:
 
 def _setting(row: pd.Series) -> str:
     """With the unit of a step, and whether galvi's iteration ends before it has converged."""
-    text, unit = str(row["settings"]), described(row["problem"]).time
+    text, unit = str(row["settings"]), label_of(row["problem"]).time
     text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
     early = is_ours(row["contender"]) and ("tolerance=" in text or PASSES in row["contender"])
     return f"{text} (stopped early)" if early else text

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.store.atomic import write
-from reports.tables.falls import falls
+from reports.tables.contradictions import contradictions
 from reports.tables.number_format import plain
 
 RESULTS, SPEED, BODIES = "results", "speed", "bodies"
@@ -128,13 +128,15 @@ def _with(page: str, name: str, table: str) -> str:
     return f"{before}{begin}\n{table}\n{end}{after}"
 
 
-def with_falls(page: str) -> str:
+def with_contradictions(page: str) -> str:
     """The page with the list of what is contradicted renewed."""
-    before, found, rest = page.partition("<!-- falls -->\n")
-    _, closed, after = rest.partition("\n<!-- end of falls -->")
+    before, found, rest = page.partition("<!-- contradictions -->\n")
+    _, closed, after = rest.partition("\n<!-- end of contradictions -->")
     if not found or not closed:
-        raise ValueError("README.md must hold the marks <!-- falls --> and <!-- end of falls -->.")
-    return f"{before}{found}{falls()}{closed}{after}"
+        raise ValueError(
+            "README.md must hold <!-- contradictions --> and <!-- end of contradictions -->."
+        )
+    return f"{before}{found}{contradictions()}{closed}{after}"
 
 
 def renew(readme: Path, out: Path) -> None:
@@ -142,6 +144,6 @@ def renew(readme: Path, out: Path) -> None:
     page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
     ratios = pd.read_csv(out / "tables" / "ratios.csv")
     page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
-    write(readme, with_falls(page))
+    write(readme, with_contradictions(page))
     for picture, figure in PICTURES.items():
         write(readme.parent / picture, (out / "figures" / f"{figure}.png").read_bytes())

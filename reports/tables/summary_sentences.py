@@ -8,8 +8,8 @@ from operator import itemgetter
 
 import pandas as pd
 
-from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import OURS
+from benchmarks.work_precision.labels import label_of
 from reports.tables.comparison_tables import heading, is_ours
 from reports.tables.number_format import known, readable
 
@@ -20,7 +20,7 @@ WON, NOBODY = "galvi is fastest", "nobody reaches"
 def summary_sentences(table: pd.DataFrame) -> list[str]:
     """A sentence for each problem in a table of `reports.tables.comparison_tables`."""
     return [
-        f"{described(problem).title}: {'; '.join(said)}."
+        f"{label_of(problem).title}: {'; '.join(said)}."
         for problem in table["problem"].drop_duplicates()
         if (said := _said(table[table["problem"] == problem]))
     ]

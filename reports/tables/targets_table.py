@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.labels import label_of
 from reports.tables.number_format import TIMES, known, readable
 
 OF_GALVI = "of galvi"
@@ -33,7 +33,7 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
     """
     lines = [
         {
-            "problem": described(row["problem"]).title,
+            "problem": label_of(row["problem"]).title,
             "against": row["against"],
             OF_GALVI: row["counted"],
             "error": readable(row["error"], 2),

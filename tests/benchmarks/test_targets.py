@@ -9,8 +9,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmarks.work_precision.described import DESCRIBED, described
 from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.labels import LABELS, label_of
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.targets import FRAMES, ORBITS, PLAIN, TARGETS, TURNS, VECTORS, Target
@@ -159,14 +159,14 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
 
 
 def test_readers_are_told_what_every_problem_is(cases) -> None:
-    assert [case.problem.name for case in cases] == list(DESCRIBED)
+    assert [case.problem.name for case in cases] == list(LABELS)
     for case in cases:
         year = 1.0 if "Applegate" in case.problem.name else 365.25  # of 365 days, and in days
         units = {"units of time": 1.0, "s": 1.0, "periods": math.tau, "years": year}
-        seen = described(case.problem.name)
+        seen = label_of(case.problem.name)
         ((length, unit),) = re.findall(r"over ([\d,]+) (units of time|s|periods|years)", seen.text)
         assert float(length.replace(",", "")) * units[unit] == pytest.approx(case.duration)
         assert seen.text.endswith(".")
         assert (seen.time == "") == (case.problem.units.split(",")[0] not in ("au", "m", "kg"))
-    assert len({one.title for one in DESCRIBED.values()}) == len(DESCRIBED)
-    assert described("my own") == ("My own", "", "")
+    assert len({one.title for one in LABELS.values()}) == len(LABELS)
+    assert label_of("my own") == ("My own", "", "")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.ensembles import schedule
 from galvi.ensembles.chunk import Chunk, run_chunk
-from galvi.ensembles.keep import FinalStates, Plan
+from galvi.ensembles.keep import FinalStates, TimeGrid
 from galvi.ensembles.laws import law_of
 from galvi.fast.lanes.members import rows, steps
 from tests.galvi.ensemble_cases import CASES, starts
@@ -30,7 +30,7 @@ def final(name, members, mark=""):
     """
     problem, step = CASES[name]
     q, v = (x[members] for x in starts(problem, MEMBERS, 0.05))
-    plan = Plan(
+    plan = TimeGrid(
         8, step * np.linspace(0.1, 1.0, MEMBERS)[members], problem.t0, problem.q0.shape,
         problem.v0.shape,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.interop import from_mujoco as reader
 from galvi.interop import mujoco_model
-from galvi.interop.beyond_trees import PARTS, BeyondTrees, _pairs
+from galvi.interop.mujoco_limits import PARTS, BeyondTrees, _pairs
 from tests.galvi.random_trees import random_tree
 
 mujoco = pytest.importorskip("mujoco")
@@ -155,7 +155,7 @@ def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch, list_of_name
 
 
 def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monkeypatch):
-    monkeypatch.setattr("galvi.interop.beyond_trees.QUIET", ())
+    monkeypatch.setattr("galvi.interop.mujoco_limits.QUIET", ())
     text = PLAIN.replace("<sensor>", '<tendon><fixed><joint joint="a" coef="1"/></fixed></tendon>'
                                      "<sensor>")  # fmt: skip
     with pytest.raises(BeyondTrees, match="tendons: 1 tendon"):

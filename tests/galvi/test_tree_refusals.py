@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.interop.beyond_trees import PARTS, _counted
+from galvi.interop.mujoco_limits import PARTS, _counted
 
 mujoco = pytest.importorskip("mujoco")
 

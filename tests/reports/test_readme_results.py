@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.claims import CLAIMS
-from reports.tables.falls import FALLS
+from reports.tables.contradictions import CONTRADICTIONS
 from reports.tables.readme import (
     BODIES,
     HEADLINES,
@@ -18,7 +18,7 @@ from reports.tables.readme import (
     results,
     speed,
     table_of,
-    with_falls,
+    with_contradictions,
 )
 
 README = Path(__file__).parents[2] / "README.md"
@@ -86,9 +86,9 @@ def test_rigid_bodies_have_a_table_of_their_own():
 
 def test_the_page_names_every_claim_that_falls_and_no_other():
     page = README.read_text()
-    assert with_falls(page) == page
-    assert set(FALLS) == {
+    assert with_contradictions(page) == page
+    assert set(CONTRADICTIONS) == {
         row.id for row in expected_rows().values() if row.expected == CONTRADICTED
     }
-    with pytest.raises(ValueError, match="must hold the marks <!-- falls -->"):
-        with_falls("no marks")
+    with pytest.raises(ValueError, match="must hold the marks <!-- contradictions -->"):
+        with_contradictions("no marks")

@@ -58,8 +58,8 @@ class Frame(Hashable, Protocol):
         """Whether nodes are the same from every start, so that steps back cancel those forwards."""
 
     @property
-    def keeps(self) -> str:
-        """What a step keeps exactly, once its passes have converged, as a clause."""
+    def conserved(self) -> str:
+        """Exactly conserved quantities, for messages."""
 
     def refusal(self, problem: Problem) -> str:
         """Why it does not apply to a problem, one sentence; "" where it does."""

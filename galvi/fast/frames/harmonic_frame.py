@@ -61,7 +61,7 @@ class HarmonicFrame:
         return True
 
     @property
-    def keeps(self) -> str:
+    def conserved(self) -> str:
         """See `Frame`."""
         return "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
 

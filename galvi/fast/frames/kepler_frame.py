@@ -85,7 +85,7 @@ class KeplerFrame:
         return self.even
 
     @property
-    def keeps(self) -> str:
+    def conserved(self) -> str:
         """See `Frame`."""
         return "it keeps the linear and the angular momentum"
 

@@ -103,7 +103,7 @@ class GroupPass(GroupRows):
             self.keep_triangle(lanes, inverse_of(rows) if self.linear else rows, self.factors)
 
     def fall(self, lanes):
-        """The forces' part of f, n, velocities, momenta and factors from xi and eta."""
+        """The law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
         xi, velocity, (tau, mu, mass) = self.state(lanes)
         self.pulls = any(not is_zero(x) for x in tau)
         if self.pulls:
@@ -140,7 +140,7 @@ class GroupPass(GroupRows):
         return momenta
 
     def turn(self, lanes, ended):
-        """f, and eta from the momenta."""
+        """Update the rates: f, and eta from the momenta."""
         xi, eta, defect = (self.loaded(lanes, block) for block in (XI, ETA, DEFECT))
         if self.pulls:
             kicks = self.sums(lanes, LOW_N, self.tables, self.back, N * self.d)
@@ -283,7 +283,7 @@ class GroupPass(GroupRows):
         self.builder.store(self.change(), self.place_of(CHANGE))
 
     def prepare_run(self):
-        """What does not depend on the state."""
+        """Factors a constant mass, once a run."""
         self.chunks(self.prepare)
 
     def extrapolate(self):

@@ -138,7 +138,7 @@ class GroupRows(Pass):
                 self.note_bits(abs(reduce(total, squares)).bits)
 
     def reload(self):
-        """What was stored is read from memory, where a number is spread over lanes for nothing."""
+        """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
         nothing = ir.FunctionType(ir.VoidType(), [])
         self.builder.asm(nothing, "", "~{memory}", [], True)
 

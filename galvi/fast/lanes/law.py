@@ -117,7 +117,7 @@ def onto_slopes(complement, stages, V, outside):
 
 @jit_inline
 def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
-    """What the low parts of tables and state add to places and momenta."""
+    """Corrections of q and p by the low parts of tables and state."""
     gather(tables, stages, stages, V, low_places)
     gather(tables, 3 * stages, stages, F, low_momenta)
     for i in range(V.shape[0]):

@@ -45,7 +45,7 @@ class PartLowering(NativeLowering):
 
 
 class PartFlags(Flags):
-    """numba's, told apart by those that are set.
+    """numba's Flags, compared by the options that are set.
 
     numba's own compare all of them, for each operation of a function several times: a fifth of the
     time that a kernel takes to compile.

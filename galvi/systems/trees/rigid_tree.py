@@ -142,7 +142,7 @@ class RigidTree:
         return self.mass_and_potential(q)[0]
 
     def forces(self, q: Array, v: Array) -> Array:
-        """What the mass times v' equals without an external force, (d,)."""
+        """Bias force: the right-hand side of M v' = c(q, v), (d,)."""
         found = np.zeros(self.dimension)
         tree.tree_forces(_copied(q).ravel(), _copied(v), _copied(self.numbers), found)
         return found

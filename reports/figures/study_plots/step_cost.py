@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 
-from benchmarks.work_precision.described import described
+from benchmarks.work_precision.labels import label_of
 from reports.figures.style.identities import blue
 from reports.figures.style.layout import UNBROKEN, wrapped
 from reports.figures.style.no_data import NoData
@@ -25,7 +25,7 @@ def step_cost(axes: Axes, frame: pd.DataFrame) -> None:
     letters = int((axes.figure.get_figwidth() - 0.3) / (LETTER * size))
     line, guides = 0.0, []  # counted downwards
     for _, row in rows.iterrows():
-        name = f"{described(row['problem']).title}: {row['method']}, h ={UNBROKEN}{row['step']:.3g}"
+        name = f"{label_of(row['problem']).title}: {row['method']}, h ={UNBROKEN}{row['step']:.3g}"
         text = wrapped(name, letters)
         axes.text(0.01, -line, text, transform=axes.get_yaxis_transform(), va="top",
                   fontsize=72.0 * size)  # fmt: skip

@@ -168,7 +168,7 @@ def grouped(names: Iterable[str], most: int = MOST) -> list[tuple[str, list[str]
 
 
 def _split(entries: list[Entry], most: int) -> list[Entry]:
-    """The entries with as many families, but galvi's, taken apart as there is room for."""
+    """Expands families other than galvi's while at most `most` entries result."""
     for entry in entries:
         _, names = entry
         of_degrees = names[0].startswith(OURS) and not names[0].startswith(FRAME)

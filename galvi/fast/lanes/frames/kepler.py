@@ -96,7 +96,7 @@ def pull(orbits, lanes):
 
 
 def finish(orbits, lanes):
-    """What is left of the accelerations, pulled back to the step's centre."""
+    """Perturbing accelerations, pulled back to the centre of the step."""
     builder, D = orbits.builder, orbits.D
     shared = orbits.scalar(lanes, FIRST_MASS), orbits.weight(lanes)
     beyond = [lanes.variable(NOTHING) for _ in range(D)]

@@ -204,7 +204,7 @@ class MemberSteps(Pass):
             self.copy_velocities(into_work=False)
 
     def prepare_block(self):
-        """What does not depend on the state."""
+        """Factors a constant mass, once a run."""
 
     def block(self, data, index, rows):
         """The address of a block of eight members."""

@@ -1,11 +1,11 @@
-"""The problems of the suite as readers see them: title, set-up, unit of time."""
+"""Titles, descriptions and time units of the problems, for readers."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 
-class Described(NamedTuple):
+class Label(NamedTuple):
     """A problem for readers.
 
     title  its name in tables and figures
@@ -19,92 +19,92 @@ class Described(NamedTuple):
 
 
 H_BODY = "principal moments 3.3, 2.5, 3.4, angular velocity (2, -1.9, 1) in the body"
-DESCRIBED = {
-    "kepler e=0.6": Described(
+LABELS = {
+    "kepler e=0.6": Label(
         "Kepler, e = 0.6",
         "One body about a fixed centre in the plane, GM = a = 1, period 2 pi, from its "
         "pericentre, over 100 periods. WHFast, which solves this problem in closed "
         "form, takes no part.",
     ),
-    "outer solar system": Described(
+    "outer solar system": Label(
         "Outer solar system",
         "Sun with the inner planets as one body, Jupiter to Pluto, from JPL's DE421 at "
         "2000-01-01, over 10,000 years; au and days.",
         "d",
     ),
-    "solar system without Pluto": Described(
+    "solar system without Pluto": Label(
         "Sun and eight planets",
         "Sun, Mercury to Neptune, from JPL's DE421 at 2000-01-01, over 200 years; au and days.",
         "d",
     ),
-    "outer solar system after Applegate": Described(
+    "outer solar system after Applegate": Label(
         "Outer solar system after Applegate",
         "Sun to Pluto with the masses and states of Applegate et al. (1986), over 10,000 years "
         "of 365 days; au, years and solar masses.",
         "years",
     ),
-    "free rigid body": Described(
+    "free rigid body": Label(
         "Free rigid body", f"H's body, {H_BODY}, over 20 units of time, about nine turns."
     ),
-    "3D pendulum, m g = 9.81": Described(
+    "3D pendulum, m g = 9.81": Label(
         "3D pendulum, m g = 9.81",
         "H's body on a pivot, moments 4.8, 3, 3.8 about it, centre of mass at distance 1, "
         "started hanging with angular velocity (0.5, -0.5, 0.4), over 20 units of time.",
     ),
-    "double pendulum": Described(
+    "double pendulum": Label(
         "Double pendulum",
         "Two point masses 1 on weightless rods of length 1, g = 9.81, released at 2 and 2.5 rad "
         "from the vertical, a chaotic start, over 5 units of time.",
     ),
-    "chain of 5 rods": Described(
+    "chain of 5 rods": Label(
         "Chain of 5 rods",
         "Uniform rods of mass and length 1, g = 9.81, hinged end to end, released straight and "
         "at rest at 1 rad from the vertical, over 5 units of time.",
     ),
-    "heavy top": Described(
+    "heavy top": Label(
         "Heavy top",
         "A symmetric top on its tip, moments 1.5, 1.5, 0.5, m g l = 2, tilted by 0.5 rad, spin "
         "8, over 20 units of time, some twenty-five turns about its axis.",
     ),
-    "free body on SE(3)": Described(
+    "free body on SE(3)": Label(
         "Free body on SE(3)",
         f"H's free body, {H_BODY}, mass 2, thrown with velocity (0.3, 0.2, -0.1) without "
         "gravity, over 20 units of time.",
     ),
-    "elastic pendulum": Described(
+    "elastic pendulum": Label(
         "Elastic pendulum",
         "A mass 1 on a spring of stiffness 40 and length 1, g = 9.81, in polar coordinates, "
         "released at r = 1.3 and 1.5 rad from the vertical, over 5 units of time, some seven "
         "oscillations.",
     ),
-    "henon-heiles": Described(
+    "henon-heiles": Label(
         "Hénon-Heiles",
         "A star in an axisymmetric galaxy at energy 0.1, over 20 units of time, some three "
         "revolutions.",
     ),
-    "fermi-pasta-ulam-tsingou": Described(
+    "fermi-pasta-ulam-tsingou": Label(
         "Fermi-Pasta-Ulam-Tsingou",
         "15 unit masses between walls on springs with alpha = 0.25, released in the lowest mode "
         "of amplitude 1, over 20 units of time, some six periods of the fastest mode.",
     ),
-    "kepler e=0.3 in polar coordinates": Described(
+    "kepler e=0.3 in polar coordinates": Label(
         "Kepler, e = 0.3, in polar coordinates",
         "An orbit of GM = a = 1 and eccentricity 0.3 in r and phi, from its pericentre, over 20 "
         "units of time, more than three revolutions.",
     ),
-    "brownout, 100 micrometres": Described(
+    "brownout, 100 micrometres": Label(
         "Grain of sand in a rotor's wind",
         "A sphere of quartz of 100 micrometres that falls with a drag quadratic in its velocity "
         "through the wind of a helicopter's rotor, over 2 s, half of its fall.",
         "s",
     ),
-    "skew arm": Described(
+    "skew arm": Label(
         "Skew arm",
         "Three rods of 1 kg and 0.5 m on hinges with skew axes that swing in gravity, without "
         "damping, over 2 s, some two turns.",
         "s",
     ),
-    "floating arm": Described(
+    "floating arm": Label(
         "Floating arm",
         "The same arm on a body of 5 kg that floats without weight, over 10 s.",
         "s",
@@ -112,6 +112,6 @@ DESCRIBED = {
 }
 
 
-def described(problem: str) -> Described:
+def label_of(problem: str) -> Label:
     """Of a problem of another name, its name with a capital letter."""
-    return DESCRIBED.get(problem) or Described(problem[:1].upper() + problem[1:])
+    return LABELS.get(problem) or Label(problem[:1].upper() + problem[1:])

@@ -1,4 +1,4 @@
-"""What a MuJoCo model has beyond trees of rigid bodies on joints."""
+"""MuJoCo features that galvi does not model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class BeyondTrees(ValueError):
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 
 
-def beyond_trees(model: Any) -> dict[str, str]:
+def mujoco_limits(model: Any) -> dict[str, str]:
     """Name -> what there is, for all that changes the motion and that galvi has not."""
     found = ((name, part(model)) for name, part in PARTS.items())
     return {name: text for name, text in found if text}

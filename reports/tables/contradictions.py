@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-FALLS = {
+CONTRADICTIONS = {
     "V14": "the last sentence of H's theorem 2.3.7 has C_f^-1 where C_f^(-1/2) follows; false only "
     "where C_f grows as h tends to 0.",
     "V21": "M's sqrt(2 + 1/N) is the bound for N + 1 nodes; for N it is sqrt(2 + 1/(N - 1)).",
@@ -14,9 +14,9 @@ FALLS = {
 WIDTH = 101  # columns of the README
 
 
-def falls() -> str:
+def contradictions() -> str:
     """As a Markdown list."""
     return "\n".join(
         textwrap.fill(f"- {name}: {text}", WIDTH, subsequent_indent="  ")
-        for name, text in FALLS.items()
+        for name, text in CONTRADICTIONS.items()
     )
