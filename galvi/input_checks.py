@@ -49,7 +49,9 @@ def real(name: str, value: Any, remedy: str = "") -> float:
         elif np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
             number = float(value)
     if not math.isfinite(number):
-        raise ValueError(_sentence(f"{name} must be a finite real number", shown(value), remedy))
+        shape = value.shape if isinstance(value, np.ndarray) else ()
+        received = f"an array of shape {shape}" if shape else shown(value)
+        raise ValueError(_sentence(f"{name} must be a finite real number", received, remedy))
     return number
 
 
@@ -94,6 +96,12 @@ def returned(name: str, value: Any) -> float:
 
 def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str = "") -> Array:
     """``value`` as a read-only float64 array of finite numbers, or ValueError."""
+    masked = int(np.ma.getmaskarray(value).sum()) if isinstance(value, np.ma.MaskedArray) else 0
+    if masked:
+        raise ValueError(
+            f"{name} must have no masked entries; received {masked} of them. Fill them, or leave "
+            f"them out."
+        )
     try:
         given = np.asarray(value)
     except ValueError:

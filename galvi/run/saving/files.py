@@ -132,6 +132,32 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         ) from error
     if version != VERSION:
         raise ValueError(f"{path} must have format {VERSION}; received format {version}.")
+    try:
+        run = _restored(path, facts, arrays, problem)
+        _check(run)
+    except (LookupError, ArithmeticError, TypeError, AttributeError, AssertionError) as error:
+        raise ValueError(
+            f"{path} must be a run written by galvi.save; some of it is missing or does not fit."
+        ) from error
+    return run
+
+
+def _check(run: Trajectory) -> None:
+    """AssertionError unless the parts of a run fit each other."""
+    end, step = run.checkpoint, run.step
+    assert end is not None and step is not None and np.isfinite(step) and step != 0.0
+    assert len(run.t) == len(run.q) == len(run.p) > 0 and np.all(np.diff(run.t) * step > 0.0)
+    assert run.q.shape[1:] == run.problem.q0.shape and run.p[0].size == run.problem.v0.size
+    assert run.curves is None or len(run.curves.bases) == len(run.curves.coefficients)
+    fresh = engine_for(run.problem, run.method).start(run.problem, run.method)
+    for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
+        assert one.shape == other.shape and one.dtype == other.dtype
+
+
+def _restored(
+    path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
+    problem: Problem | None,
+) -> Trajectory:  # fmt: skip
     method = _read(facts["method"])
     if problem is None:
         about = facts["problem"]
