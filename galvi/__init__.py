@@ -60,7 +60,9 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.trajectory import Trajectory
 
-FAST = environ.get("GALVI_FAST") != "0"
+FAST = environ.get("GALVI_FAST", "1") != "0"
+if environ.get("GALVI_FAST", "1") not in ("0", "1"):
+    raise ValueError(f"GALVI_FAST must be 0 or 1; received {environ['GALVI_FAST']!r}.")
 IN_FAST = (
     "Ensemble", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame", "StatesAt",
     "integrate_ensemble",
@@ -69,8 +71,11 @@ if FAST:
     from galvi.ensembles.integrate_ensemble import integrate_ensemble
     from galvi.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
     from galvi.ensembles.result import Ensemble
+    from galvi.fast import register
     from galvi.fast.frames.harmonic_frame import HarmonicFrame
     from galvi.fast.frames.kepler_frame import KeplerFrame
+
+    register()
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()

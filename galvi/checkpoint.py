@@ -22,8 +22,8 @@ class Checkpoint:
                   galvi.fast.lanes.frames.collocation
     stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
                   the next step is predicted
-    solver_state  integers of the solver, see galvi.kernels.nystrom.advance, .lanes.nbody and
-                  .on_group.advance
+    solver_state  integers of the solver, see galvi.kernels.nystrom.advance and
+                  .on_group.advance, galvi.fast.lanes.nbody
     solver        "auto", "fixed_point" or "newton"
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last

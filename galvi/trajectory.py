@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -20,11 +21,21 @@ if TYPE_CHECKING:
 
 COMPLETED = "Completed."
 JUDGED = ("success", "status", "failed_step", "checkpoint")
-LATER: Any = object()  # the value of a field that is judged when it is first read
+ONE_AT_A_TIME = threading.RLock()
 
 
-class Judged:
-    """A field of a trajectory that may have the value `LATER`, see `Trajectory.judged_by`."""
+class Later:
+    """The value of a field that is found when it is first read."""
+
+    def __repr__(self) -> str:
+        return "found when it is read"
+
+
+LATER: Any = Later()
+
+
+class FoundLater:
+    """A field of a trajectory that may have the value `LATER`."""
 
     def __init__(self, name: str, default: Any) -> None:
         self._name, self._default = name, default
@@ -33,7 +44,7 @@ class Judged:
         if run is None:
             return self._default
         if vars(run)[self._name] is LATER:
-            run.judge()
+            run._judge()
         return vars(run)[self._name]
 
     def __set__(self, run: Trajectory, value: Any) -> None:
@@ -69,7 +80,7 @@ class Trajectory:
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
     again         finds the curves again where they were not kept; None for references
-    engine        what did its steps: "general", "lanes" or "frame"; "" for references
+    engine        what did its steps, or began them: "general", "lanes" or "frame"; "" for references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     """
@@ -97,20 +108,20 @@ class Trajectory:
     to_xarray_of: ClassVar[Callable[..., Any]]
     plot_of: ClassVar[Callable[..., Any]]
 
-    def judged_by(self, judge: Callable[[], Mapping[str, Any]]) -> Trajectory:
-        """Itself; how it ended, ``judge`` tells when one of these fields is first read."""
-        vars(self).update(dict.fromkeys(JUDGED, LATER), _judge=judge)
-        return self
+    def _judge_later(self, find: Callable[[], Mapping[str, Any]]) -> None:
+        """Let ``find`` tell how the run ended, once one of these fields is read."""
+        vars(self).update(dict.fromkeys(JUDGED, LATER), _find=find)
 
-    def judge(self) -> None:
-        """Find how the run ended, unless it is known: success, status, failed_step, checkpoint."""
-        judge = vars(self).get("_judge")
-        if judge is not None:
-            vars(self).update(judge())
-            vars(self).pop("_judge", None)
+    def _judge(self) -> None:
+        """Find how the run ended, unless it is known."""
+        with ONE_AT_A_TIME:
+            find = vars(self).get("_find")
+            if find is not None:
+                vars(self).update(find())
+                vars(self).pop("_find", None)
 
     def __getstate__(self) -> dict[str, Any]:
-        self.judge()
+        self._judge()
         return dict(vars(self))
 
     def __call__(self, t: Any) -> Array:
@@ -181,4 +192,4 @@ class Trajectory:
 
 
 for _name in JUDGED:
-    setattr(Trajectory, _name, Judged(_name, getattr(Trajectory, _name)))
+    setattr(Trajectory, _name, FoundLater(_name, getattr(Trajectory, _name)))

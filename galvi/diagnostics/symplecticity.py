@@ -63,6 +63,8 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
     if method.in_frame:
+        if not IN_FRAME:
+            raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")
         return IN_FRAME[0](problem, method, step)
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)

@@ -22,10 +22,12 @@ from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_la
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.arithmetic import two_sum
-from galvi.kernels.nystrom.solve import FORCES
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES, NEWTON_STREAK
+from galvi.kernels.on_group.advance import STREAK
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
+from galvi.run.group_steppers import stepper_after_failure
 from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
@@ -274,3 +276,46 @@ def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
     iterated with the method."""
     one_space = not hasattr(method.space, "degrees")
     return one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
+
+
+def iterates(problem: Problem, method: Galerkin) -> bool:
+    """Whether lanes do the steps of a problem on a group, or of a Lagrangian, with a method."""
+    return has_law(problem, method) or has_law_on_group(problem, method)
+
+
+def lane_stepper(run: Run, work: RunArrays) -> Call | None:
+    """A `Call` of the kernel for the problem's law, which leaves to the general kernel the steps
+    whose iteration does not converge; None where it has no law."""
+    if has_law(run.problem, run.method):
+        packed = law_stepper(run, work)
+    elif has_law_on_group(run.problem, run.method):
+        packed = group_law_stepper(run, work)
+    else:
+        return None
+    solver = run.start.solver
+    general: list[Call] = []  # created when first needed: compiling it takes long
+
+    def by_newton(todo: int) -> int:
+        general[:] = general or [stepper_after_failure(run, work)]
+        return general[0](todo)
+
+    def call(todo: int) -> int:
+        if work.solver_state[STREAK]:
+            before = work.done
+            code = by_newton(min(todo, int(work.solver_state[STREAK])))
+            work.solver_state[STREAK] -= work.done - before
+            return code
+        try:
+            code = packed(todo)
+        except Exception:  # of a function called where the iteration strayed, or raised again below
+            if solver == "fixed_point":
+                raise
+            code = DIVERGED
+        if code and solver == "fixed_point":
+            return code
+        if code:
+            work.solver_state[STREAK] = NEWTON_STREAK - 1
+            code = by_newton(1)
+        return code
+
+    return call

@@ -11,7 +11,9 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.fast.symbolic import lane_law
+from galvi.fast.symbolic.from_sympy import SymbolicForce
 from galvi.fast.symbolic.lane_force import fits
+from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.traced_lagrangian import (
     traced_force,
     traced_gradient,
@@ -35,7 +37,8 @@ from galvi.systems.potentials.potentials import (
     UniformField,
 )
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.traces import TRACERS, Trace, traces
+from galvi.systems.traces import Trace, traces
+from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.rigid_tree import RigidTree
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
@@ -129,8 +132,26 @@ def _with_force(law: LawCode | None, system: Forced) -> LawCode | None:
 def lines_of(value: Any) -> str:
     """The lines that define a built-in Lagrangian's law, or a force, with the constants of its
     ``compiled``; "" for none."""
-    found: str = getattr(value, "law", "")
-    return found
+    return ""
+
+
+@lines_of.register
+def _(value: SymbolicLagrangian) -> str:
+    return value.law
+
+
+@lines_of.register
+def _(value: SymbolicForce) -> str:
+    return value.law
+
+
+@lines_of.register
+def _(value: JointDamping) -> str:
+    terms = (
+        f"-(c[{i}] * v[{i}])" if c or value.varied else "0.0"
+        for i, c in enumerate(value.coefficients.tolist())
+    )
+    return f"def force(q, v, t, c):\n    return [{', '.join(terms)}]\n"
 
 
 @lines_of.register
@@ -192,6 +213,3 @@ def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callab
             system.function, system.slopes, system.group, q, v, t, system.explicit_time, scales
         )
     return finders
-
-
-TRACERS.append(finders_of)

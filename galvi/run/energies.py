@@ -107,6 +107,18 @@ def start_energies(problem: Problem) -> Start:
 
 
 @lru_cache(maxsize=32)
+def asks_functions(system: Any) -> bool:
+    """Whether an energy is made of a user's functions, which may change after the run."""
+    if isinstance(system, NBody) or not conserves_energy(system):
+        return False
+    if isinstance(system, RigidBody | FreeBody):
+        return not isinstance(system.potential, UniformGravity | None)
+    if isinstance(system, Lagrangian):
+        return not system.brings_slopes
+    return getattr(system, "builtin", None) is None
+
+
+@lru_cache(maxsize=32)
 def _is_fixed(system: Any, found: Traces) -> bool:
     """Whether the energy is not made of a user's functions that may refer to numbers that change.
 
@@ -118,7 +130,7 @@ def _is_fixed(system: Any, found: Traces) -> bool:
         return isinstance(system.potential, UniformGravity | None)
     if isinstance(system, Lagrangian) and "L" in found.found:
         return system.slopes is None
-    return not (found.found or found.refused)
+    return not asks_functions(system)
 
 
 @lru_cache(maxsize=32)

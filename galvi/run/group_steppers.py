@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
-from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
-from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
+from galvi.kernels.on_group.advance import advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -26,8 +25,8 @@ from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
-# What does the steps of a run by fixed-point iteration, and whether it can; see galvi.fast.
-FAST: list[tuple[Callable[[Problem, Galerkin], bool], Callable[[Run, RunArrays], Call]]] = []
+FAST: list[Callable[[Run, RunArrays], Call | None]] = []  # tried first; galvi.fast registers them
+ITERATES: list[Callable[[Problem, Galerkin], bool]] = []  # whether one of them does such runs
 
 
 def general_stepper(run: Run, work: RunArrays) -> Call:
@@ -83,7 +82,17 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether fixed-point iteration is available: the general kernel has none."""
-    return any(applies(problem, method) for applies, _ in FAST)
+    return any(applies(problem, method) for applies in ITERATES)
+
+
+def stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the first kernel that does such a run; the general one does all."""
+    if run.start.solver != "newton":
+        for fast in FAST:
+            call = fast(run, work)
+            if call is not None:
+                return call
+    return general_stepper(run, work)
 
 
 def stepper_after_failure(run: Run, work: RunArrays) -> Call:
@@ -99,38 +108,3 @@ def stepper_after_failure(run: Run, work: RunArrays) -> Call:
         return code
 
     return counted
-
-
-def stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the general kernel, or of a faster one, which leaves to it what it cannot do."""
-    solver = run.start.solver
-    fast = [make for applies, make in FAST if applies(run.problem, run.method)]
-    if not fast or solver == "newton":
-        return general_stepper(run, work)
-    packed = fast[0](run, work)
-    general: list[Call] = []  # created when first needed: compiling it takes long
-
-    def by_newton(todo: int) -> int:
-        general[:] = general or [stepper_after_failure(run, work)]
-        return general[0](todo)
-
-    def call(todo: int) -> int:
-        if work.solver_state[STREAK]:
-            before = work.done
-            code = by_newton(min(todo, int(work.solver_state[STREAK])))
-            work.solver_state[STREAK] -= work.done - before
-            return code
-        try:
-            code = packed(todo)
-        except Exception:  # of a function called where the iteration strayed, or raised again below
-            if solver == "fixed_point":
-                raise
-            code = DIVERGED
-        if code and solver == "fixed_point":
-            return code
-        if code:
-            work.solver_state[STREAK] = NEWTON_STREAK - 1
-            code = by_newton(1)
-        return code
-
-    return call

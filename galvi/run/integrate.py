@@ -125,12 +125,8 @@ def checked(
             f"in a moving frame the solver must be one of {', '.join(engine.solvers)}; received "
             f"{solver!r}."
         )
-    if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
-        raise ValueError(
-            f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for functions that are built in, from SymPy, or could be traced; "
-            f"received {shown(problem)} with {method.name}{_because(problem)}. Use the solver auto."
-        )
+    if solver == "fixed_point":
+        _check_iteration(engine, problem, method)
     _check_functions(problem)
     if solver != "newton" and isinstance(problem.system, WithFunctions):
         _announce(problem, problem.system)
@@ -180,9 +176,22 @@ def resume(
         total = steps_until(until, problem.t0, run.step, start.first)
     else:
         raise ValueError("give one of steps, duration and until; received until and another.")
-    more = Run(problem, method, run.step, total, start)
+    more, engine = Run(problem, method, run.step, total, start), engine_for(problem, method)
+    if start.solver == "fixed_point":
+        _check_iteration(engine, problem, method)
     check_memory([more])
-    return run_steps(engine_for(problem, method), more, progress=progress)
+    return run_steps(engine, more, progress=progress)
+
+
+def _check_iteration(engine: Engine, problem: Problem, method: Galerkin) -> None:
+    """ValueError where only Newton's method can solve the steps."""
+    if not engine.solves_by_iteration(problem, method):
+        raise ValueError(
+            f"with a group, an external force or a degree for each component, the solver "
+            f"fixed_point needs galvi.fast, and functions that are built in, from SymPy, or could "
+            f"be traced; received {shown(problem)} with {method.name}{_because(problem)}. Use the "
+            f"solver auto."
+        )
 
 
 def check_end(t0: float, step: float, steps: int) -> None:

@@ -5,10 +5,10 @@ resulting trajectory.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from tqdm import tqdm
 
@@ -19,6 +19,7 @@ from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.energies import asks_functions
 from galvi.run.energy_check import judge
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
@@ -93,7 +94,8 @@ def run_steps(
     watched      whether its energy can be judged
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
-    Raises `Interrupted` for Ctrl-C after the last step or one that failed.
+    Raises `Interrupted` for Ctrl-C after the last step or one that failed; a run that was being
+    judged is then judged when it is asked.
 
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
     if that fails too, the run ends. The energy of those smaller steps is not judged.
@@ -130,6 +132,11 @@ def run_steps(
         done = _trajectory(engine, run, work, code, known)
         if pressed() and not done.interrupted:
             raise Interrupted(done)
+    if watched and rescue and asks_functions(cast(Hashable, run.problem.system)):
+        try:
+            done._judge()  # now: what the functions refer to may change
+        except KeyboardInterrupt:
+            raise Interrupted(done) from None
     return done
 
 
@@ -150,7 +157,7 @@ def _trajectory(
     again = None
     if curves is None:
         again = RedoneCurves(problem, method, step, steps, done, tuple(known))
-    return Trajectory(
+    found = Trajectory(
         problem=problem,
         t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
@@ -163,7 +170,9 @@ def _trajectory(
         again=again,
         interrupted=done < steps and code == SOLVED,
         engine="lanes" if engine.name == "general" and work.in_lanes else engine.name,
-    ).judged_by(lambda: _ending(engine, run, work, code, known))
+    )
+    found._judge_later(lambda: _ending(engine, run, work, code, known))
+    return found
 
 
 def _ending(

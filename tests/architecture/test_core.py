@@ -9,6 +9,10 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
+import galvi
+
 ROOT = Path(__file__).parents[2]
 # Raised by what makes galvi larger, with its reason in the commit.
 MOST_FILES, MOST_LINES, MOST_OF_GALVI = 101, 12_700, 33_400
@@ -129,3 +133,26 @@ def test_integrate_reaches_a_kernel_soon() -> None:
     for fast in "01":
         calls, files = map(int, told(COUNT, fast).split())
         assert 5 < calls <= MOST_CALLS + 6 * int(fast) and files <= MOST_FILES_CALLED + int(fast)
+
+
+REFUSED = """
+import galvi
+try:
+    galvi.load({run!r})
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_a_saved_run_in_a_frame_is_refused_in_words(tmp_path: Path) -> None:
+    frame = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
+    run = str(tmp_path / "run.npz")
+    galvi.save(galvi.integrate(galvi.problems.solar_system(), frame, 10.0, 5), run)
+    assert told(REFUSED.format(run=run), "0").strip() == (
+        f"the run in {run} has a KeplerFrame, which needs galvi.fast: GALVI_FAST=0 leaves it out."
+    )
+
+
+def test_a_mistyped_setting_is_refused() -> None:
+    with pytest.raises(AssertionError, match=r"GALVI_FAST must be 0 or 1; received '2'\."):
+        told("import galvi", "2")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import galvi
+from galvi.fast.laws import lines_of
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import product
 from tests.galvi.group_matrices import element
@@ -100,13 +101,11 @@ class Swelling:
         head = [len(layout), *layout.ravel()]
         return slopes, np.concatenate([head, self.c, self.A.ravel()]).astype(float)
 
-    @property
-    def law(self):
-        """The lines of the law for lanes."""
-        g = self.group
-        return LAW.format(
-            layout=g.layout.tolist(), d=g.dimension, r=self.c.size, remark=self.remark
-        )
+
+@lines_of.register
+def _(value: Swelling) -> str:
+    g = value.group
+    return LAW.format(layout=g.layout.tolist(), d=g.dimension, r=value.c.size, remark=value.remark)
 
 
 def swelling(name: str, seed: int, remark: str = "none") -> galvi.Problem:

@@ -83,6 +83,28 @@ def test_the_energies_of_a_part_are_those_of_the_whole():
         assert rest.success == whole.success
 
 
+NUMBERS = {"k": 1.0}
+
+
+@pytest.mark.parametrize("solver", ["auto", "newton"])
+@pytest.mark.parametrize("kind", ["potential", "Lagrangian"])
+def test_a_status_does_not_change_with_what_a_function_refers_to(monkeypatch, kind, solver):
+    """What Python functions say is asked at once: later they may say something else."""
+    if kind == "potential":
+        system = galvi.Canonical(
+            1.0, lambda q: 0.5 * NUMBERS["k"] * q[0] ** 2, lambda q: NUMBERS["k"] * q
+        )
+        problem = galvi.Problem(system, [1.0], [0.0])
+    else:
+        lagrangian = galvi.Lagrangian(
+            lambda q, v: 0.5 * v[0] ** 2 - 0.5 * NUMBERS["k"] * q[0] ** 2, galvi.Rn(1)
+        )
+        problem = galvi.Problem(lagrangian, [1.0], [0.0])
+    run = galvi.integrate(problem, EIGHT, 0.5, 40, solver=solver)
+    monkeypatch.setitem(NUMBERS, "k", 4.0)
+    assert run.status == "Completed." and run.success
+
+
 def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch):
     run, judge = galvi.integrate(KEPLER, EIGHT, 0.1, 50), loop.judge
 

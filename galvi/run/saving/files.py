@@ -158,7 +158,7 @@ def _restored(
     path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
     problem: Problem | None,
 ) -> Trajectory:  # fmt: skip
-    method = _read(facts["method"])
+    method = _read(facts["method"], path)
     if problem is None:
         about = facts["problem"]
         problem = Problem(
@@ -176,9 +176,12 @@ def _restored(
     curves = None
     if facts["curves"] is not None:
         bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
-        curves = engine_for(problem, method).curves(
-            problem, method, facts["step"], facts["curves"], bases, coefficients
-        )
+        try:
+            curves = engine_for(problem, method).curves(
+                problem, method, facts["step"], facts["curves"], bases, coefficients
+            )
+        except ValueError as error:  # of numpy
+            raise LookupError("the curves do not fit") from error
     again = None
     if "again" in facts:
         held = zip(*(arrays[f"known_{name}"] for name in KNOWN), strict=True)
@@ -279,6 +282,10 @@ def _read(written: Any, path: Any = "") -> Any:
     if known is not None:
         content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
         return known(**content)
+    if kind in vars(sys.modules[__name__.partition(".")[0]])["IN_FAST"]:
+        raise ValueError(
+            f"the run in {path} has a {kind}, which needs galvi.fast: GALVI_FAST=0 leaves it out."
+        )
     raise ValueError(
         f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
         f"be stored; use galvi.load(path, problem=...)."

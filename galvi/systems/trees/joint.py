@@ -154,15 +154,6 @@ class JointDamping:
         result: Array = -self.coefficients * v
         return result
 
-    @property
-    def law(self) -> str:
-        """As `BuiltinForce.law`."""
-        terms = (
-            f"-(c[{i}] * v[{i}])" if c or self.varied else "0.0"
-            for i, c in enumerate(self.coefficients.tolist())
-        )
-        return f"def force(q, v, t, c):\n    return [{', '.join(terms)}]\n"
-
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with the coefficients for constants."""
         return damping, np.array(self.coefficients)
