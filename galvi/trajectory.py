@@ -80,7 +80,7 @@ class Trajectory:
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
     again         finds the curves again where they were not kept; None for references
-    engine        what did its steps, or began them: "general", "lanes" or "frame"; "" for references
+    engine        what did its steps, or began them: "general", "lanes", "frame"; "" for references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     """
