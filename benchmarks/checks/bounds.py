@@ -3,12 +3,14 @@
 Each bound states its comparisons in numbers and in words; `Bound.verdict` is the only rule that
 turns them into a verdict. NaN never holds. The verdicts, one meaning each:
 
-attained      a rate, order or constant is met within its uncertainty
-holds         an inequality or a qualitative statement is true, with the row's slack
-exceeds       a rate or order is better than claimed, beyond that uncertainty
-contradicted  false under the source's own protocol, in the reading that the row's reason states
-finding       true, but of our own: the source says nothing about it
-not run       nothing was measured
+attained        a rate, order or constant is met within its uncertainty
+holds           an inequality or a qualitative statement is true, with the row's slack
+exceeds         a rate or order is better than a proved lower bound, beyond that uncertainty
+not reproduced  what the source measured comes out otherwise, on either side, as the reason says
+contradicted    false under the source's own protocol, in the reading that the row's reason states;
+                also an index slip, whichever side it errs on
+finding         of our own: the source says nothing about it, or too little to decide it
+not run         nothing was measured
 """
 
 from __future__ import annotations
@@ -18,21 +20,18 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
-from benchmarks.statistics.convergence_fits import Decay
-from benchmarks.statistics.drift import Drift
 from benchmarks.statistics.estimate import Measurement, estimate
 
 ATTAINED = "attained"
 HOLDS = "holds"
 EXCEEDS = "exceeds"
+NOT_REPRODUCED = "not reproduced"
 CONTRADICTED = "contradicted"
 FINDING = "finding"
 NOT_RUN = "not run"
-VERDICTS = (ATTAINED, HOLDS, EXCEEDS, CONTRADICTED, FINDING, NOT_RUN)
+VERDICTS = (ATTAINED, HOLDS, EXCEEDS, NOT_REPRODUCED, CONTRADICTED, FINDING, NOT_RUN)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
-GROWTH = 0.025  # largest change over a run of an error that does not grow: half of what is seen
-SIGMAS = 5.0  # standard errors of that change which must fit into it
 ABOVE, BELOW = 1, -1
 
 
@@ -137,10 +136,10 @@ class Interval(Bound):
 
     @property
     def text(self) -> str:
-        room = [_number(self.round_off)] if self.round_off else []
+        room = [in_words(self.round_off)] if self.round_off else []
         if self.uncertainty is not None:
             both = " of both" if self.uncertainty else ""
-            most = f" ({_number(self.most)} at most)" if self.most < math.inf else ""
+            most = f" ({in_words(self.most)} at most)" if self.most < math.inf else ""
             room.append(f"two standard errors{both}{most}")
         low, high = self.ends
         if -math.inf < low and high < math.inf:
@@ -149,7 +148,7 @@ class Interval(Bound):
         return (" minus " if high == math.inf else " plus ").join([self.words, *room])
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.round_off + min(_errors(measured, self.uncertainty), self.most)
+        room = self.round_off + min(standard_errors(measured, self.uncertainty), self.most)
         return (Comparison(estimate(measured).value, *self.ends, self.better, room),)
 
 
@@ -162,7 +161,7 @@ class Limit(Interval):
 
     @property
     def words(self) -> str:
-        return f"{self.word} {_number(self.limit, self.round_off)}"
+        return f"{self.word} {in_words(self.limit, self.round_off)}"
 
 
 @dataclass(frozen=True)
@@ -218,7 +217,7 @@ class Within(Interval):
 
     @property
     def words(self) -> str:
-        return f"{_number(self.low)} to {_number(self.high)}"
+        return f"{in_words(self.low)} to {in_words(self.high)}"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -233,7 +232,7 @@ class Exactly(Interval):
 
     @property
     def words(self) -> str:
-        return f"exactly {_number(self.value)}"
+        return f"exactly {in_words(self.value)}"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -251,8 +250,8 @@ class Near(Interval):
 
     @property
     def words(self) -> str:
-        claimed = _number(self.claimed, self.resolution)
-        return f"{self.noun} {claimed} within {_number(self.resolution)}".lstrip()
+        claimed = in_words(self.claimed, self.resolution)
+        return f"{self.noun} {claimed} within {in_words(self.resolution)}".lstrip()
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -293,79 +292,8 @@ class Converges(Bound):
     text = "order above 0 by 2 standard errors"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        low = math.nextafter(_errors(measured, 0.0), math.inf)
+        low = math.nextafter(standard_errors(measured, 0.0), math.inf)
         return (Comparison(estimate(measured).value, low=low),)
-
-
-@dataclass(frozen=True)
-class Geometric(Bound):
-    """Errors of a Decay shrink geometrically with n, by a factor that does not tend to 1: for a
-    power of n the later half would be slower than the earlier."""
-
-    text = "base below 1 by 2 standard errors, later half of the window not slower"
-
-    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
-        early, late = measured.early, measured.late
-        room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
-        below_one = math.nextafter(1.0 - _errors(measured, 0.0), -math.inf)
-        return (
-            Comparison(measured.fit.rate, high=below_one),
-            Comparison(late.rate, high=early.rate, room=room),
-        )
-
-
-@dataclass(frozen=True)
-class FactorPerN(Bound):
-    """Each increase of n multiplies the error of a Decay by at most `limit` < 1, until round-off;
-    for a power of n the worst of these factors would be near 1."""
-
-    limit: float
-
-    @property
-    def text(self) -> str:
-        return f"each n multiplies the error by at most {_number(self.limit)}, until round-off"
-
-    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
-        return (Comparison(measured.worst, high=self.limit),)
-
-
-@dataclass(frozen=True)
-class NoGrowth(Bound):
-    """The largest error of a Drift is at most `limit`, and neither mean nor maxima change.
-
-    Twice GROWTH over the run is seen, as a trend of the mean in either direction or as a growth of
-    the maxima over a period. Where the standard errors are too large for that, a change beyond
-    SIGMAS of them is still CONTRADICTED; otherwise the run is too short to tell.
-
-    round_off   level, stated by the study, below which a change is attributed to rounding
-    conclusive  whether a run too short to tell is NOT_RUN, or else tells what it can
-    """
-
-    limit: float
-    round_off: float = 0.0
-    conclusive: bool = True
-
-    @property
-    def text(self) -> str:
-        rounded = f" or {_number(self.round_off)}" if self.round_off else ""
-        return (
-            f"at most {_number(self.limit)}; over the run the mean, and the maxima of its periods, "
-            f"change by at most {100.0 * GROWTH:g} %{rounded}, or by {SIGMAS:g} standard errors "
-            "where that is more"
-        )
-
-    def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
-        largest = Comparison(measured.largest, high=self.limit)
-        if measured.largest <= self.round_off:
-            return (largest,)
-        room = max(GROWTH, self.round_off / measured.largest)
-        sizes = (abs(measured.trend), measured.growth)
-        errors = (SIGMAS * measured.trend_error, SIGMAS * measured.growth_error)
-        beyond = [size - max(room, error) for size, error in zip(sizes, errors, strict=True)]
-        short = self.conclusive and max(errors) > room
-        if short and max(beyond) <= 0.0 and measured.largest <= self.limit:
-            beyond = [math.nan]
-        return (largest, *(Comparison(excess, high=0.0) for excess in beyond))
 
 
 @dataclass(frozen=True)
@@ -385,13 +313,36 @@ class Finding(Bound):
         return tuple(replace(one, better=0) for one in found)
 
 
-def _errors(measured: Measurement, uncertainty: float | None) -> float:
+@dataclass(frozen=True)
+class Reported(Bound):
+    """A number that the source measured: met where ``said`` is, NOT_REPRODUCED where it is not and
+    ``instead``, our own value, is; else CONTRADICTED, so that a broken method is still seen."""
+
+    said: Bound
+    instead: Bound
+
+    @property
+    def text(self) -> str:
+        return f"{self.said.text}; or, not reproduced, {self.instead.text}"
+
+    def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
+        return tuple(replace(one, better=0) for one in self.said.comparisons(measured))
+
+    def verdict(self, measured: Measurement) -> str:
+        found = super().verdict(measured)
+        if found == HOLDS:
+            return self.said.met
+        instead = Finding(self.instead).verdict(measured) == FINDING
+        return NOT_REPRODUCED if instead else found
+
+
+def standard_errors(measured: Measurement, uncertainty: float | None) -> float:
     """Two standard errors, of measured and claimed number combined; 0 where there are none."""
     own = estimate(measured).uncertainty
     return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
 
 
-def _number(value: float, resolution: float = 0.0) -> str:
+def in_words(value: float, resolution: float = 0.0) -> str:
     """The number as text with four digits, or as many as the resolution requires."""
     digits = 4
     if resolution > 0.0 and abs(value) > resolution:

@@ -9,11 +9,21 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.checks.bounds import HOLDS, NOT_RUN, Bound
+from benchmarks.checks.bounds import (
+    ATTAINED,
+    HOLDS,
+    NOT_RUN,
+    Bound,
+    Finding,
+    Order,
+    Reported,
+)
+from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Measurement, estimate
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
+LAST = 4  # local slopes that a row tells
 AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
 SHARED = (
     "source",
@@ -37,6 +47,10 @@ class Row:
     measured     the measured number
     uncertainty  of the measured number (one standard deviation of a fit), or None
     slack        the factor between measured number and bound of a row that holds, or None
+    slopes       local slopes of a fitted order, coarse to fine, at most LAST of the finest; "" for
+                 others
+    misses       an order's distance from the one that it should have, in its standard errors; None
+                 where that is not known
     expected     the verdict expected when the row was written
     reason       why it is expected
     reference    the independent truths, with the versions of their engines
@@ -52,6 +66,8 @@ class Row:
     measured: float | None = None
     uncertainty: float | None = None
     slack: float | None = None
+    slopes: str = ""
+    misses: float | None = None
     expected: str = HOLDS
     reason: str = ""
     reference: str = ""
@@ -72,9 +88,32 @@ def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts:
         measured=_finite(seen.value),
         uncertainty=_finite(seen.uncertainty),
         slack=_finite(bound.slack(measured)),
+        slopes=_slopes(measured),
+        misses=_misses(bound, texts["expected"], measured),
         verdict=bound.verdict(measured),
         **texts,
     )
+
+
+def _slopes(measured: Measurement) -> str:
+    if not isinstance(measured, Fit):
+        return ""
+    finest = ", ".join(f"{slope:.2f}" for slope in measured.slopes[-LAST:])
+    return f"{finest}; not settled" if measured.bend else finest
+
+
+def _misses(bound: Bound, expected: str, measured: Measurement) -> float | None:
+    """Of a fit whose bound names the order that is expected of it."""
+    if isinstance(bound, Reported):
+        bound = bound.said if expected == bound.said.met else bound.instead
+    elif isinstance(bound, Finding) and bound.own is not None:
+        bound = bound.own
+    elif expected != ATTAINED:
+        return None
+    if not (isinstance(bound, Order) and isinstance(measured, Fit) and measured.uncertainty > 0.0):
+        return None
+    error = math.hypot(measured.uncertainty, bound.uncertainty or 0.0)
+    return _finite((measured.rate - bound.claimed) / error)
 
 
 def _finite(number: float | None) -> float | None:

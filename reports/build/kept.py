@@ -15,6 +15,7 @@ from reports.results.comparison import Comparison
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
 from reports.tables.claims_table import COLUMNS as OF_ROWS
+from reports.tables.claims_table import NUMBERS
 from reports.tables.number_format import known
 
 CLAIMS, DURATIONS = "claims.csv", "durations.csv"
@@ -84,7 +85,7 @@ def _row(line: dict[str, object]) -> Row:
     """The row of a line; empty numbers are None."""
     numbers = {
         name: line[name] if known(line.get(name)) else None
-        for name in ("measured", "uncertainty", "slack")
+        for name in NUMBERS
     }
     texts = {
         name: "" if isinstance(line.get(name), float) else str(line.get(name, ""))

@@ -22,14 +22,18 @@ COLUMNS = (
     "verdict",
     "reason",
     "slack",
+    "slopes",
+    "misses",
 )
-READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slack", "expected", "verdict")
+NUMBERS = ("measured", "uncertainty", "slack", "misses")
+READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slopes", "slack", "expected",
+        "verdict")  # fmt: skip
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
     frame = pd.DataFrame([{name: getattr(row, name) for name in COLUMNS} for row in rows])
     frame = frame.reindex(columns=list(COLUMNS))
-    for name in ("measured", "uncertainty", "slack"):
+    for name in NUMBERS:
         frame[name] = pd.to_numeric(frame[name])
     return frame

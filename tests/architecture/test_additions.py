@@ -74,7 +74,7 @@ from references.closed_forms.oscillator import OSCILLATOR
 MINE = replace(OSCILLATOR, name="mine")
 """
 CLAIM = """
-from benchmarks.checks.bounds import AtMost
+from benchmarks.checks.bounds import (AtMost)
 from benchmarks.checks.claim import Claim
 from benchmarks.store.frames import frame, number, row
 

@@ -18,10 +18,8 @@ from benchmarks.checks.bounds import (
     CONTRADICTED,
     EXCEEDS,
     FINDING,
-    GROWTH,
     HOLDS,
     NOT_RUN,
-    SIGMAS,
     Above,
     AtLeast,
     AtMost,
@@ -30,15 +28,13 @@ from benchmarks.checks.bounds import (
     Bound,
     Converges,
     Exactly,
-    FactorPerN,
     Finding,
-    Geometric,
     Interval,
     Near,
-    NoGrowth,
     Order,
     Within,
 )
+from benchmarks.checks.series_bounds import GROWTH, SIGMAS, FactorPerN, Geometric, NoGrowth
 from benchmarks.statistics.convergence_fits import Decay, Fit
 from benchmarks.statistics.drift import Drift
 from benchmarks.statistics.estimate import Estimate, Measurement

@@ -13,8 +13,9 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, HOLDS, NOT_RUN, NoGrowth
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim
+from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.claims.lie_groups.l04_free_body_energy import L4
 from benchmarks.claims.lie_groups.l08_pendulum_energy import L8
 from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02

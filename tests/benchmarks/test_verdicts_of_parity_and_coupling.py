@@ -16,6 +16,7 @@ from benchmarks.claims.lie_groups import l03_free_body_order as l03
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
 from benchmarks.claims.lie_groups.rule_on_potential import PlanePendulum, clenshaw_curtis_points
+from benchmarks.claims.rule_orders import order_with
 from benchmarks.claims.vector_spaces import v12_stage_iteration_contracts as v12
 from benchmarks.claims.vector_spaces import v20_contraction_constant as v20
 from benchmarks.measures.symplectic_form import form_defect
@@ -100,10 +101,10 @@ def test_the_rule_and_the_steps_by_hand_are_those_of_galvi(n: int) -> None:
 
 @pytest.mark.parametrize("degree", range(1, 7))
 def test_the_order_of_a_rule_is_known_where_it_is_classical(degree: int) -> None:
-    assert l03.order_with(degree, 2 * degree - 1) == 2 * degree  # Gauss collocation
-    assert l03.order_with(degree, 4 * degree + 3) == 2 * degree  # more points of it
+    assert order_with(degree, 2 * degree - 1) == 2 * degree  # Gauss collocation
+    assert order_with(degree, 4 * degree + 3) == 2 * degree  # more points of it
     if degree > 1:
-        assert l03.order_with(degree, 2 * degree - 3) == 2 * degree - 2  # Lobatto, as many points
+        assert order_with(degree, 2 * degree - 3) == 2 * degree - 2  # Lobatto, as many points
 
 
 def left_trivialised(

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.checks.bounds import Finding, Near
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH
 from benchmarks.measures.refinement import Case, method_on_group, refine
-from benchmarks.statistics import readings
 from benchmarks.store.frames import pick
 from galvi import Problem
 from references import Contender
@@ -26,13 +26,10 @@ STEP, DURATIONS, NS = 0.5, (5.0, 50.0, 500.0), range(3, 11)
 SAME = 2.0  # "the same error": one line in a plot over ten decades
 BOTH = "the Galerkin curves have the same error as the one-step map"
 WHY = (
-    "The errors of the steps add up in time, the curve's own error inside a step does not: until "
-    "the ends' error falls below it, both errors are the ends', as H suspects. The longer the run, "
-    "the more n that takes; H prints no T."
-)
-POWER = (
-    "The ends' error grows in proportion to T, the curve's own not at all: their ratio is of size "
-    "1 / T where the curve is behind."
+    "The curve's own error inside a step does not depend on T, that of the ends grows with T: with "
+    "x(n) their ratio less 1 at T = 5, it is 5 x(n) / T, and n* is where that is 1. For fewer n "
+    "both errors are the ends', as H suspects, for more the curve is behind. H prints no T, so "
+    "that the sentence cannot be decided: true below n*(T), false above."
 )
 
 
@@ -63,11 +60,6 @@ def between(problem: Problem, duration: float, second: Contender, **setting: Any
     return float(np.max(np.abs(exact.q - other.q)))
 
 
-def largest_ratio(table: pd.DataFrame, duration: float, up_to: int, what: str = "") -> float:
-    """The largest ratio of curve to one-step error, for n up to `up_to`."""
-    return readings.largest(np.array([ratio(table, duration, n, what) for n in NS if n <= up_to]))
-
-
 def ratio(table: pd.DataFrame, duration: float, n: int, what: str = "") -> float:
     """Curve error over one-step error; NaN where one is missing."""
     study = scan_of(duration, what)
@@ -75,10 +67,35 @@ def ratio(table: pd.DataFrame, duration: float, n: int, what: str = "") -> float
     return float(both[0].iloc[0] / both[1].iloc[0]) if all(map(len, both)) else float("nan")
 
 
-def power(table: pd.DataFrame, n: int, what: str = "") -> float:
-    """p of ratio = C T^-p, between the shortest and the longest of DURATIONS."""
-    first, last = (ratio(table, duration, n, what) for duration in (DURATIONS[0], DURATIONS[-1]))
-    return float(np.log(first / last) / np.log(DURATIONS[-1] / DURATIONS[0]))
+def up_to(table: pd.DataFrame, duration: float, what: str = "", by_law: bool = False) -> float:
+    """n*: where the curve's own error is that of the ends, a ratio of SAME, between two n; with
+    ``by_law`` from the ratios at the shortest of DURATIONS alone."""
+    measured = DURATIONS[0] if by_law else duration
+    own = np.array([ratio(table, measured, n, what) - 1.0 for n in NS]) * measured / duration
+    above = np.flatnonzero(own >= SAME - 1.0)
+    if not above.size or above[0] == 0 or not np.all(own[above[0] - 1 : above[0] + 1] > 0.0):
+        return float("nan")
+    k = int(above[0])
+    below, beyond = np.log(own[k - 1 : k + 1])
+    return float(NS[k - 1] - below / (beyond - below))
+
+
+def rows_of(
+    claim: Claim, table: pd.DataFrame, setup: str, what: str = "", **texts: str
+) -> list[Row]:
+    """n*(T) for all but the shortest of DURATIONS, against its law."""
+    return [
+        claim.row(
+            f"n*, up to which the curves are as good as the ends, {what}T = {duration:g}",
+            Finding(Near(up_to(table, duration, what, by_law=True), 0.5)),
+            up_to(table, duration, what),
+            setup=setup % f"{duration:g}, of T = {listed()} (H prints none)",
+            claimed=BOTH,
+            reason=WHY,
+            **texts,
+        )
+        for duration in DURATIONS[1:]
+    ]
 
 
 def listed(durations: Iterable[float] = DURATIONS) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from benchmarks.checks.bounds import AtLeast, AtMost, Finding, NoGrowth
+from benchmarks.checks.bounds import AtLeast, AtMost, Finding
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
 from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
 from benchmarks.claims.short_runs import STEPS as FEW

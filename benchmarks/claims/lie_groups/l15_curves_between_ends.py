@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, Geometric
+from benchmarks.checks.bounds import AtLeast, AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import Geometric
 from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
 from benchmarks.measures.curve_between_ends import distance
 from benchmarks.measures.refinement import method_on_group

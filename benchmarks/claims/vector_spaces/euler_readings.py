@@ -37,7 +37,7 @@ STOPPED = "|q + h v| of Mercury over the least with a solution, where it stops"
 ESCAPES = "escapes, every step solved"
 READ, READ_IN_DAYS = ", readings of h", ", h in days"  # after a method's name, in `study`
 LARGER, SMALLER = "implicit Euler, larger solution", "implicit Euler, smaller solution once"
-LATE, LASTS = 6, 2.5  # steps before the one without a solution; years
+AFTER = 100  # steps that are followed after it
 
 
 def explicit_rows(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
@@ -85,26 +85,29 @@ def implicit_rows(label: str, contender: Contender, system: Problem) -> list[dic
 
 
 def two_body_rows(system: Problem, count: int) -> list[dict[str, Any]]:
-    """Inner planets about the Sun alone, 20 years of steps solved in closed form: 1 or 0.
+    """Inner planets about the Sun alone, every step solved in closed form.
 
-    'implicit Euler, larger solution'  whether the energy ever suffices to escape, of each h
-    'implicit Euler, smaller solution once'  whether the planet escapes in 2.5 years of steps of
-                                       0.005 years, all solved, the sixth before the one that would
-                                       have no solution at its smaller one
+    'implicit Euler, larger solution'  whether the energy ever suffices to escape within 20 years,
+                                       of each h: 1 or 0
+    'implicit Euler, smaller solution once'  share of the steps of 0.005 years, before the one that
+                                       has no solution, at whose smaller one the planet escapes
     """
     units = np.array([1.0, UNITS["years / 2 pi, in which G = 1"]])
     larger = np.unique(np.append(np.geomspace(*SCANNED, count), PRINTED * units))
-    printed = np.array([PRINTED])
-    stops = two_body(system, printed).unsolved + 1
-    away = {
-        LARGER: (larger, two_body(system, larger).energy > 0.0),
-        SMALLER: (printed, two_body(system, printed, LASTS, stops - LATE).escaped),
-    }
-    return [
-        row(study=study, quantity=ESCAPES, label=body, step=step, value=float(escaped))
-        for study, (h, those) in away.items()
-        for (body, step), escaped in zip(product(INNER, h), those, strict=True)
+    away = two_body(system, larger).energy > 0.0
+    found = [
+        row(study=LARGER, quantity=ESCAPES, label=body, step=step, value=float(escaped))
+        for (body, step), escaped in zip(product(INNER, larger), away, strict=True)
     ]
+    for k, (body, stop) in enumerate(
+        zip(INNER, two_body(system, np.array([PRINTED])).unsolved, strict=True)
+    ):
+        late = np.arange(1, stop + 1)
+        steps = np.full(late.size, PRINTED)
+        those = two_body(system, steps, (stop + AFTER) * PRINTED, np.tile(late, len(INNER)))
+        share = float(np.mean(those.energy.reshape(len(INNER), -1)[k] > 0.0))
+        found.append(row(study=SMALLER, quantity=ESCAPES, label=body, step=PRINTED, value=share))
+    return found
 
 
 def two_body(

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import AtMost, Geometric
+from benchmarks.checks.bounds import AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import Geometric
 from benchmarks.measures.refinement import Case, refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import Geometric, Near, NoGrowth
+from benchmarks.checks.bounds import Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import Geometric, NoGrowth
 from benchmarks.claims.vector_spaces.v01_oscillator_convergence_in_n import SETUP, STEP, STEPS
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.refinement import Case, history, refine

@@ -6,8 +6,8 @@ import math
 
 import pandas as pd
 
-from benchmarks.checks.bounds import NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
 from benchmarks.claims.short_runs import STEPS as FEW
 from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, STEP, problem

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import AtMost, Finding, NoGrowth, Order
+from benchmarks.checks.bounds import AtMost, Finding, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.measures import independent_invariants
 from benchmarks.measures.errors import angular_momentum_errors
 from benchmarks.measures.refinement import method_of

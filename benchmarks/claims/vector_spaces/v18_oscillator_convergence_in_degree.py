@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks.bounds import Geometric
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.series_bounds import Geometric
 from benchmarks.claims.vector_spaces.oscillator import (
     DURATION,
     FLOOR,

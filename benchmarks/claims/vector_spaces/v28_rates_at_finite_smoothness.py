@@ -287,7 +287,7 @@ def _path(table: pd.DataFrame, b: float, degree: int) -> Row:
     roughest = b == ROUGH[0]
     return V28.row(
         f"order of the error along the path, b = {b:g}, N = {degree}",
-        Finding(Order(1.0 if roughest else 1.5 - b, resolution=H_RESOLUTION)),
+        Finding(Order(1.5 - b, resolution=H_RESOLUTION)),
         _order(table, PATH, b, degree),
         claimed="h^1, as e_max; M knows no mechanical system of which this order is measured",
         reason="An oscillator driven by |t - t*|^-b is one: its step through t* has an error of "

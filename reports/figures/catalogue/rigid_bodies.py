@@ -119,7 +119,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             options={"quantity": quantity, "ylabel": "relative energy error [1]",
                      "xlabel": "time $t$"},
             caption="At every second step end, from (R, p). An error that grows leaves the band; "
-            + ("the truncation error is below round-off here, which is a random walk."
+            + ("the truncation error is below round-off here, whose sign changes (see the checks)."
                if n == l04.N else "this is the truncation error."),
         )
         for n, quantity in l04.QUANTITIES.items()

@@ -1,0 +1,84 @@
+"""Bounds on the decay of errors with n, and on their growth in time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from benchmarks.checks.bounds import Bound, Comparison, in_words, standard_errors
+from benchmarks.statistics.convergence_fits import Decay
+from benchmarks.statistics.drift import Drift
+
+GROWTH = 0.025  # largest change over a run of an error that does not grow: half of what is seen
+SIGMAS = 5.0  # standard errors of that change which must fit into it
+
+
+@dataclass(frozen=True)
+class Geometric(Bound):
+    """Errors of a Decay shrink geometrically with n, by a factor that does not tend to 1: for a
+    power of n the later half would be slower than the earlier."""
+
+    text = "base below 1 by 2 standard errors, later half of the window not slower"
+
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
+        early, late = measured.early, measured.late
+        room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
+        below_one = math.nextafter(1.0 - standard_errors(measured, 0.0), -math.inf)
+        return (
+            Comparison(measured.fit.rate, high=below_one),
+            Comparison(late.rate, high=early.rate, room=room),
+        )
+
+
+@dataclass(frozen=True)
+class FactorPerN(Bound):
+    """Each increase of n multiplies the error of a Decay by at most `limit` < 1, until round-off;
+    for a power of n the worst of these factors would be near 1."""
+
+    limit: float
+
+    @property
+    def text(self) -> str:
+        return f"each n multiplies the error by at most {in_words(self.limit)}, until round-off"
+
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
+        return (Comparison(measured.worst, high=self.limit),)
+
+
+@dataclass(frozen=True)
+class NoGrowth(Bound):
+    """The largest error of a Drift is at most `limit`, and neither mean nor maxima change.
+
+    Twice GROWTH over the run is seen, as a trend of the mean in either direction or as a growth of
+    the maxima over a period. Where the standard errors are too large for that, a change beyond
+    SIGMAS of them is still CONTRADICTED; otherwise the run is too short to tell.
+
+    round_off   level, stated by the study, below which a change is attributed to rounding
+    conclusive  whether a run too short to tell is NOT_RUN, or else tells what it can
+    """
+
+    limit: float
+    round_off: float = 0.0
+    conclusive: bool = True
+
+    @property
+    def text(self) -> str:
+        rounded = f" or {in_words(self.round_off)}" if self.round_off else ""
+        return (
+            f"at most {in_words(self.limit)}; over the run the mean, and the maxima of its "
+            f"periods, change by at most {100.0 * GROWTH:g} %{rounded}, or by {SIGMAS:g} standard "
+            "errors where that is more"
+        )
+
+    def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
+        largest = Comparison(measured.largest, high=self.limit)
+        if measured.largest <= self.round_off:
+            return (largest,)
+        room = max(GROWTH, self.round_off / measured.largest)
+        sizes = (abs(measured.trend), measured.growth)
+        errors = (SIGMAS * measured.trend_error, SIGMAS * measured.growth_error)
+        beyond = [size - max(room, error) for size, error in zip(sizes, errors, strict=True)]
+        short = self.conclusive and max(errors) > room
+        if short and max(beyond) <= 0.0 and measured.largest <= self.limit:
+            beyond = [math.nan]
+        return (largest, *(Comparison(excess, high=0.0) for excess in beyond))
