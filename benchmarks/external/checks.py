@@ -20,6 +20,7 @@ import pandas as pd
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.external.check_problems import CHECK_PROBLEMS, CheckProblem
 from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, REPEAT, check_runs
 from benchmarks.external.integrator import ExternalIntegrator
@@ -255,7 +256,7 @@ class Judge:
 
 def _growth(limit: float, found: Drift) -> str:
     """Which of the tests of a quantity that should stay fails, and by how much; "" if none does."""
-    kept = bounds.NoGrowth(limit, ROUND_OFF, conclusive=False)
+    kept = NoGrowth(limit, ROUND_OFF, conclusive=False)
     if kept.verdict(found) == bounds.HOLDS:
         return ""
     _, *beyond = kept.comparisons(found)

@@ -83,10 +83,7 @@ def read(path: Path, kinds: dict[str, str] | None = None) -> pd.DataFrame | None
 
 def _row(line: dict[str, object]) -> Row:
     """The row of a line; empty numbers are None."""
-    numbers = {
-        name: line[name] if known(line.get(name)) else None
-        for name in NUMBERS
-    }
+    numbers = {name: line[name] if known(line.get(name)) else None for name in NUMBERS}
     texts = {
         name: "" if isinstance(line.get(name), float) else str(line.get(name, ""))
         for name in OF_ROWS

@@ -10,7 +10,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
+from benchmarks.checks.bounds import (
+    ATTAINED,
+    CONTRADICTED,
+    EXCEEDS,
+    HOLDS,
+    NOT_REPRODUCED,
+    NOT_RUN,
+)
 from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
 from reports.results.engines import Engines
@@ -20,7 +27,8 @@ from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
 
 STYLES = {
-    ATTAINED: "green", HOLDS: "green", EXCEEDS: "cyan", CONTRADICTED: "yellow", NOT_RUN: "dim",
+    ATTAINED: "green", HOLDS: "green", EXCEEDS: "cyan", NOT_REPRODUCED: "magenta",
+    CONTRADICTED: "yellow", NOT_RUN: "dim",
 }  # fmt: skip
 TARGET_STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
 PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal

@@ -19,6 +19,7 @@ from reports.page.absent import Absent, absent, is_of, peers
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
+from reports.page.ledger import ledger
 from reports.page.motion import motions
 from reports.page.sources import Source, commands, files, statements, without_folder
 from reports.page.topics import claim_groups
@@ -120,7 +121,7 @@ def content(
     runs = comparison.work_precision
     return {
         "summary": str(seen),
-        "headline": seen.headline,
+        "statements": ledger(),
         "peers": peers(origin),
         "absent": lacking,
         "differing": seen.differing,

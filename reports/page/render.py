@@ -40,6 +40,7 @@ class Part:
 PARTS = (
     Part("index", "Start"),
     Part("comparisons", "Comparisons"),
+    Part("statements", "Statements"),
     Part("claims", "Claims"),
     Part("studies", "Studies"),
     Part("history", "Performance history"),

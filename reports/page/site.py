@@ -48,6 +48,8 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
             *((("fastest", "Who is fastest", 3),) if content["summary_sentences"] else ()),
             ("verdicts", "What the papers claim", 2),
         )
+    elif part.name == "statements":
+        yield from (("misprints", "False as printed", 2), ("ledger", "All statements", 2))
     elif part.name == "claims":
         for group in content["claim_groups"]:
             yield group.anchor, group.title, 2

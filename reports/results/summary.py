@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, FINDING, NOT_RUN, VERDICTS
+from benchmarks.checks.bounds import EXCEEDS, FINDING, NOT_RUN, VERDICTS
 from benchmarks.checks.claim import Row
+from benchmarks.checks.coverage import coverage
 from benchmarks.claims.agreement import SOURCE
 from reports.results.claim_results import ClaimResult
 
@@ -26,26 +27,11 @@ class Summary:
         return tuple(row for row in self.rows if row.verdict != row.expected)
 
     @property
-    def headline(self) -> str:
-        """How many claims of the papers stand, and which do not, in one sentence."""
-        claims: dict[str, set[str]] = {}
-        for row in self.rows:
-            if row.source != SOURCE:
-                claims.setdefault(row.id, set()).add(row.verdict)
-        fallen = [name for name, seen in claims.items() if CONTRADICTED in seen]
-        unknown = [name for name, seen in claims.items() if seen == {NOT_RUN}]
-        stand = len(claims) - len(fallen) - len(unknown)
-        said = [f"{stand} {'stands' if stand == 1 else 'stand'}"]
-        said += [f"{_containing(len(fallen))} ({', '.join(fallen)})"] if fallen else []
-        said += (
-            [f"{len(unknown)} {'was' if len(unknown) == 1 else 'were'} not run"] if unknown else []
-        )
-        return f"Of {many(len(claims), 'claim')}, {'; '.join(said)}." if claims else ""
-
-    @property
     def as_expected(self) -> bool:
-        """Whether something was measured and every verdict is as expected."""
-        return any(row.verdict != NOT_RUN for row in self.rows) and not self.differing
+        """Whether something was measured, every verdict is as expected, and the stated errors of
+        orders cover."""
+        measured = any(row.verdict != NOT_RUN for row in self.rows)
+        return measured and not self.differing and coverage(self.rows).sound
 
     def __str__(self) -> str:
         agreements = {row.id for row in self.rows if row.source == SOURCE}
@@ -59,8 +45,13 @@ class Summary:
         checks = f"{of} in {many(len(self.rows), 'check')}: {counted}"
         if counts[NOT_RUN] == len(self.rows):
             return f"{checks}; nothing was measured."
+        covered = coverage(self.rows)
+        if covered.orders:
+            checks += (
+                f". The stated errors {'cover' if covered.sound else 'are too small'}: {covered}"
+            )
         if not self.differing:
-            return f"{checks}; every verdict is as recorded beforehand."
+            return f"{checks}; every verdict is the expected one."
         differ = "differs" if len(self.differing) == 1 else "differ"
         named = ", ".join(dict.fromkeys(row.id for row in self.differing))
         return f"{checks}; {len(self.differing)} {differ} from what was expected ({named})."
@@ -80,7 +71,3 @@ def _counted(count: int, verdict: str) -> str:
     if verdict == EXCEEDS:
         return f"{count} exceeded"
     return many(count, verdict) if verdict == FINDING else f"{count} {verdict}"
-
-
-def _containing(count: int) -> str:
-    return f"{count} contain{'s' if count == 1 else ''} a contradicted statement"

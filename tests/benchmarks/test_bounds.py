@@ -19,6 +19,7 @@ from benchmarks.checks.bounds import (
     EXCEEDS,
     FINDING,
     HOLDS,
+    NOT_REPRODUCED,
     NOT_RUN,
     Above,
     AtLeast,
@@ -32,6 +33,7 @@ from benchmarks.checks.bounds import (
     Interval,
     Near,
     Order,
+    Reported,
     Within,
 )
 from benchmarks.checks.series_bounds import GROWTH, SIGMAS, FactorPerN, Geometric, NoGrowth
@@ -43,7 +45,7 @@ NAN = math.nan
 BOUNDS: tuple[Bound, ...] = (
     AtMost(1.0), AtLeast(1.0), Above(1.0), Below(1.0), Within(0.5, 1.0), Exactly(1.0),
     Near(1.0, 0.1), Order(1.0), Base(0.5, 0.1), Converges(), Geometric(), FactorPerN(0.5),
-    NoGrowth(1.0), Finding(), Finding(Order(1.0)),
+    NoGrowth(1.0), Finding(), Finding(Order(1.0)), Reported(Order(1.0), Order(2.0)),
 )  # fmt: skip
 
 
@@ -326,3 +328,22 @@ def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
     whole: float, late: float, verdict: str
 ) -> None:
     assert Geometric().verdict(decay(fit(whole), fit(0.7), fit(late))) == verdict
+
+
+@pytest.mark.parametrize(
+    ("rate", "verdict"),
+    [(4.0, ATTAINED), (6.0, NOT_REPRODUCED), (8.0, CONTRADICTED), (2.0, CONTRADICTED),
+     (NAN, NOT_RUN)],
+)  # fmt: skip
+def test_what_a_source_measured_is_not_reproduced_by_what_we_know_alone(
+    rate: float, verdict: str
+) -> None:
+    """On neither side is it praised, and a broken method is not taken for our own value."""
+    bound = Reported(Order(4.0), Order(6.0))
+    assert bound.verdict(fit(rate)) == verdict
+    assert "or, not reproduced, order 6" in bound.text
+
+
+def test_an_index_slip_is_contradicted_on_the_safe_side_too() -> None:
+    assert Order(4.0).verdict(fit(6.0)) == EXCEEDS
+    assert Order(4.0, better=0).verdict(fit(6.0)) == CONTRADICTED

@@ -160,8 +160,8 @@ def test_leading_errors_of_invariants_are_odd_in_time_for_even_n() -> None:
 def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
     found = {row.quantity: row.measured for row in rows(V7)}
     at, off = (
-        found[f"order of the {v07.ANGULAR}, n = 4, 100 steps{where}"]
-        for where in ("", " from another point")
+        found[f"order of the {v07.ANGULAR}, {of}"]
+        for of in ("number of points n = 4, 100 steps", "n = 4, 100 steps from another point")
     )
     assert at is not None and off is not None and at - off > 0.8
 
@@ -173,7 +173,8 @@ def test_the_law_would_be_contradicted_if_the_orders_were_lower() -> None:
     table.loc[lower, "value"] /= table.loc[lower, "step"]
     verdicts = {row.quantity: row.verdict for row in V7.judge(table)}
     for n in (3, 4, 5):
-        assert verdicts[f"order of the {v07.ANGULAR}, n = {n}, 100 steps"] == CONTRADICTED
+        name = f"order of the {v07.ANGULAR}, number of points n = {n}, 100 steps"
+        assert verdicts[name] == CONTRADICTED
     assert verdicts[f"order of the {v07.ANGULAR}, degree n = 4, 100 steps"] == CONTRADICTED
 
 

@@ -97,6 +97,14 @@ def test_a_stop_that_is_not_for_want_of_a_solution_is_caught(
     assert next(v for q, v in found.items() if q.startswith(quantity)) == CONTRADICTED
 
 
+def test_a_planet_that_most_steps_keep_would_be_told() -> None:
+    """Mars thrown out by half of its steps: then the caption could be decided."""
+    table = table_of(V11)
+    table.loc[(table["study"] == v11.SMALLER) & (table["label"] == "Mars"), "value"] = 0.5
+    found = verdicts(V11, table)
+    assert next(v for q, v in found.items() if q.startswith("least share")) == CONTRADICTED
+
+
 def test_an_escape_from_solved_steps_would_be_caught() -> None:
     table = table_of(V11)
     escape = (table["study"] == v11.LARGER) & (table["quantity"] == v11.ESCAPES)

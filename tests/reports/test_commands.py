@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 def test_verify_exits_0_when_every_verdict_is_the_expected_one(make_suite, tmp_path, capsys):
     assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr()
-    assert "1 claim in 1 check: 1 holds; every verdict is as recorded beforehand." in printed.out
+    assert "1 claim in 1 check: 1 holds; every verdict is the expected one." in printed.out
     assert printed.err.startswith("[1/1] V1 title of V1: ")
     assert len(printed.err.splitlines()) == 1
 

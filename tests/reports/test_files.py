@@ -17,7 +17,7 @@ from reports.tables.writing import as_csv, write_table
 def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):
     assert as_csv(claims_frame([make_row()])).splitlines()[0] == (
         "id,quantity,source,setup,claimed,bound,measured,uncertainty,expected,reference,verdict,"
-        "reason,slack"
+        "reason,slack,slopes,misses"
     )
     assert list(claims_frame([]).columns) == list(COLUMNS)
 

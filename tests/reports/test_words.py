@@ -156,11 +156,7 @@ def test_claims_are_counted_apart_from_their_checks(make_row):
         make_row(id="A1", source=AGREEMENT),
     ]
     seen = Summary(tuple(rows))
-    assert seen.headline == (
-        "Of 5 claims, 3 stand; 1 contains a contradicted statement (V2); 1 was not run."
-    )
     assert "3 holds, 1 exceeded, 1 contradicted, 2 findings, 1 not run" in str(seen)
-    assert Summary(()).headline == ""
 
 
 def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row):
@@ -176,3 +172,18 @@ def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row
     assert found.why == why and absent({}, runs, targets, rows) == ()
     assert peers(origin) == "REBOUND, MuJoCo and SciPy"
     assert peers({}).endswith("SciPy and heyoka")
+
+
+def test_orders_whose_stated_errors_are_too_small_are_no_success(make_row):
+    """Planted: as many orders off by three of their stated errors as lie within two."""
+    sound = [make_row(id=f"V{k}", measured=4.0 + k, misses=1.0) for k in range(10)]
+    off = [make_row(id=f"V{k}", measured=4.0 + k, misses=3.0) for k in range(10, 20)]
+    seen = Summary((*sound, *off[:1]))
+    assert seen.as_expected
+    assert "The stated errors cover: of 11 fitted orders" in str(seen)
+    seen = Summary((*sound, *off))
+    assert not seen.as_expected and not seen.differing
+    assert (
+        "The stated errors are too small: of 20 fitted orders whose true value is known, 10 miss it"
+        in str(seen)
+    )

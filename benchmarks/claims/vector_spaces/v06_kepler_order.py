@@ -5,10 +5,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import ATTAINED, NOT_REPRODUCED, AtLeast, Finding, Order, Reported
+from benchmarks.checks.bounds import (
+    ATTAINED,
+    NOT_REPRODUCED,
+    Above,
+    AtLeast,
+    AtMost,
+    Finding,
+    Order,
+    Reported,
+)
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.rule_orders import WHY_ORDER, order_with_clenshaw_curtis
 from benchmarks.claims.vector_spaces.kepler_orbit import (
@@ -32,6 +42,7 @@ FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
 QUANTITIES = ("one-step error", "curve error")
 FIXED_NUMBER = fixed_number(NUMBER)
 PROTOCOLS = protocols(NUMBER)
+TWICE = 2.0  # one line in a plot over ten decades
 CANDIDATE = f"{FIXED_TIME}, Clenshaw-Curtis n"
 
 
@@ -56,10 +67,13 @@ def _with_clenshaw_curtis(make_method: MakeMethod, n: int) -> Any:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Two rows for each n, compared with 2 ceil(n / 2), and one with the candidate rule."""
+    """Two rows for each n, compared with 2 ceil(n / 2), one with the candidate rule, and one for
+    the curve, compared with n / 2."""
     return [
         *(_against_h(table, n, name) for n in NS for name in PROTOCOLS),
         *(_candidate(table, n) for n in NS),
+        *(_curve(table, n) for n in NS),
+        _seen(table),
     ]
 
 
@@ -110,6 +124,42 @@ def _candidate(table: pd.DataFrame, n: int) -> Row:
         claimed=f"order 2 ceil(n / 2) = {claimed}; our value: {order}, {same}",
         reason=f"{WHY_ORDER} H's 2.4 names Gauss's rule of 2 n points: "
         "this would explain the figure up to n = 5, and is not what H prints.",
+    )
+
+
+def _curve(table: pd.DataFrame, n: int) -> Row:
+    return V6.row(
+        f"order of the curve error, n = {n}, fixed T",
+        Reported(Order(n / 2), Order(n)),
+        readings.order(table, FLOOR, study=FIXED_TIME, quantity="curve error", n=n),
+        source="H 2.4.2",
+        setup=f"{ORBIT}; {METHOD}, n = {n}; {PROTOCOLS[FIXED_TIME][1]}",
+        claimed=f"the curves seem to converge like O(h^(n/2)), order {n / 2:g}",
+        expected=NOT_REPRODUCED,
+        reason=f"The best polynomial of degree n - 1 has order n = {n}; the printed estimate is a "
+        "bound, from which nothing follows on what is seen.",
+    )
+
+
+def _seen(table: pd.DataFrame) -> Row:
+    ratios = []
+    for n in NS:
+        ends, curves = (
+            readings.values(table, "step", study=FIXED_TIME, quantity=name, n=n)
+            for name in QUANTITIES
+        )
+        if len(curves) == len(ends):
+            ratios += (curves / ends)[ends > FLOOR][:1].tolist()  # of the finest step
+    return V6.row(
+        "least over n of curve over one-step error at the finest step above round-off",
+        Reported(AtMost(TWICE), Above(TWICE)),
+        readings.least(np.array(ratios)),
+        source="H 2.4.2",
+        setup=f"{ORBIT}; {METHOD}, n = {NS[0]} to {NS[-1]}; {PROTOCOLS[FIXED_TIME][1]}",
+        claimed="round-off comes before the curve's own error can be seen, for small n",
+        expected=NOT_REPRODUCED,
+        reason="The curve's own error falls like h^n, that of the ends like h^(2 (n - 1)): the "
+        "former is larger long before round-off.",
     )
 
 

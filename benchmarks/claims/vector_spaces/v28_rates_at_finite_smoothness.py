@@ -284,7 +284,6 @@ def _largest(table: pd.DataFrame) -> list[Row]:
 
 
 def _path(table: pd.DataFrame, b: float, degree: int) -> Row:
-    roughest = b == ROUGH[0]
     return V28.row(
         f"order of the error along the path, b = {b:g}, N = {degree}",
         Finding(Order(1.5 - b, resolution=H_RESOLUTION)),
