@@ -12,6 +12,7 @@ from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
 from benchmarks.checks.claim import Claim
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
+from references.stored.provenance import HEADINGS, truths
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
@@ -161,6 +162,7 @@ def content(
             for name, text in provenance.items()
         ],
         "origins": files(origins, provenance),
+        "truths": grid(pd.DataFrame(truths(), columns=list(HEADINGS)), {"SHA-256": "hash"}),
         "reproduce": commands(measured),
     }
 
