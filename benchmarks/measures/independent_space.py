@@ -1,14 +1,19 @@
-"""Polynomials, quadrature rules and norms on a step, from numpy alone, for claims on theory.
+"""Polynomials, rules, norms and M's constants on a step, by numpy and scipy, for claims on theory.
 
-Functions are rows of coefficients of Legendre polynomials in 2 t - 1, t in [0, 1].
+Functions are rows of coefficients of Legendre polynomials in 2 t - 1, t in [0, 1]. M's norm is
+|u|_X^2 = |u'|^2 + |u(1)|^2; K_1 are the functions with v(1) = 0, K_2 those with u(0) = 0.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.linalg import eigvalsh, null_space
+from scipy.optimize import brentq
 
 from galvi.arrays import Array
 
@@ -67,3 +72,40 @@ def grams(functions: Array, t: Array, b: Array) -> Grams:
     u, du, end = values(functions, t), slopes(functions, t), values(functions, np.ones(1))
     slope = (du * b) @ du.T
     return Grams((u * b) @ u.T, slope, slope + end @ end.T)
+
+
+@cache
+def z0() -> float:
+    """The smallest positive root of 1 = z tan z: |u| <= |u|_X / z0 (Friedrichs)."""
+    return float(brentq(lambda z: z * math.tan(z) - 1.0, 0.5, 1.0, xtol=1e-15))
+
+
+def friedrichs(seen: Grams) -> float:
+    """C_N of (11)."""
+    return z0() * float(np.sqrt(eigvalsh(seen.place, seen.energy)[-1]))
+
+
+def kernels(functions: Array) -> tuple[Array, Array]:
+    """Bases of K_2 and K_1, as columns of coefficients of the functions."""
+    starts, ends = (null_space(values(functions, np.array([t])).T) for t in (0.0, 1.0))
+    return starts, ends
+
+
+def inf_sup(functions: Array, seen: Grams, form: Array | None = None) -> float:
+    """inf over u(0) = 0 of sup over v(1) = 0 of a(u, v) / (|u| |v|), with the rule.
+
+    form  a's Gram matrix; without it that of mass 1
+    """
+    a = seen.slope if form is None else form
+    starts, ends = kernels(functions)
+    left = np.linalg.cholesky(starts.T @ seen.energy @ starts)
+    right = np.linalg.cholesky(ends.T @ seen.energy @ ends)
+    both = np.linalg.solve(left, starts.T @ a @ ends)
+    return float(np.linalg.svd(np.linalg.solve(right, both.T), compute_uv=False)[-1])
+
+
+def farthest(functions: Array, seen: Grams) -> float:
+    """T_N, the largest |u(1)| / |u'| over u(0) = 0; its square is a tableau's beta_p."""
+    starts, _ = kernels(functions)
+    end = starts.T @ values(functions, np.ones(1))[:, 0]
+    return float(np.sqrt(end @ np.linalg.solve(starts.T @ seen.slope @ starts, end)))

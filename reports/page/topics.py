@@ -38,7 +38,7 @@ TOPICS = (
     Topic(
         "order", "The order in the step size",
         "At a fixed degree the error is a power of the step size.",
-        ("V6", "V7", "V17", "V23", "L3", "L7", "L14", "V29"),
+        ("V6", "V7", "V17", "V23", "L3", "L7", "L14", "V29", "V31"),
     ),
     Topic(
         "long", "Energy and momentum over long runs",
@@ -53,7 +53,7 @@ TOPICS = (
     Topic(
         "structure", "Symplectic, well posed, equivariant",
         "When there is a method, when it is symplectic, and when its equations have one solution.",
-        ("V12", "V13", "V16", "V19", "V20", "L10", "L11", "L12", "L16"),
+        ("V12", "V13", "V16", "V19", "V20", "V30", "V32", "L10", "L11", "L12", "L16"),
     ),
     Topic(
         "curve", "The curve between the steps, and the discrete action",

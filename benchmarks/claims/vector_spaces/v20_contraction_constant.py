@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import eigvalsh, null_space
-from scipy.optimize import brentq
+from scipy.linalg import eigvalsh
 
 import galvi
 from benchmarks.checks.bounds import AtLeast, AtMost, Exactly, Finding, Near
@@ -17,10 +16,14 @@ from benchmarks.claims.vector_spaces.contraction import passes
 from benchmarks.measures.independent_space import (
     Grams,
     all_of_degree,
+    friedrichs,
     gauss_points,
     grams,
+    inf_sup,
+    kernels,
     lobatto_points,
     values,
+    z0,
 )
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, number, rows
@@ -82,17 +85,13 @@ def _friedrichs() -> float:
     return float(eigvalsh(exact.place, exact.energy)[-1] ** -0.5)
 
 
-def _z0() -> float:
-    return float(brentq(lambda z: z * math.tan(z) - 1.0, 0.5, 1.0, xtol=1e-15))
-
-
 def _numbers(method: Any, name: str, degree: int, count: int) -> dict[str, float]:
     nodes = lobatto_points(count) if "Lobatto" in name else gauss_points(count)
     functions = all_of_degree(degree)
     seen = grams(functions, *nodes)
-    constant = _constant(seen)
+    constant = friedrichs(seen)
     oscillator = galvi.problems.harmonic_oscillator()
-    limit = _z0() / math.sqrt(3.0) / constant
+    limit = z0() / math.sqrt(3.0) / constant
     ends = [
         galvi.integrate(oscillator, method, share * limit, 2, solver="fixed_point")
         for share in SHARES
@@ -103,7 +102,7 @@ def _numbers(method: Any, name: str, degree: int, count: int) -> dict[str, float
         SAID: method.theory().friedrichs / constant,
         PASS: shrunk,
         AGREES: shrunk - _linear_problem(functions, seen),
-        INF_SUP: _inf_sup(functions, seen),
+        INF_SUP: inf_sup(functions, seen),
         STEP_OVER: radius**-0.5 / limit if radius > 0.0 else math.inf,
         FAILED: float(sum(not run.success for run in ends)),
     }
@@ -120,7 +119,7 @@ def _contraction(method: Any) -> float:
 
 def _linear_problem(functions: Array, seen: Grams) -> float:
     """The same norm of w -> u, where a_N(u, v) = sum_j b_j w v for all v with v(1) = 0 (M (5))."""
-    starts, ends = (null_space(values(functions, np.array([t])).T) for t in (0.0, 1.0))
+    starts, ends = kernels(functions)
     x = np.linalg.solve(ends.T @ seen.slope @ starts, ends.T @ seen.place @ starts)
     root = np.linalg.cholesky(starts.T @ seen.energy @ starts).T
     return float(np.linalg.norm(root @ x @ np.linalg.inv(root), 2))
@@ -133,10 +132,10 @@ def _nonlinear(
     t, b = lobatto_points(count) if "Lobatto" in name else gauss_points(count)
     functions = all_of_degree(degree)
     seen, phi = grams(functions, t, b), values(functions, t)
-    starts, ends = (null_space(values(functions, np.array([s])).T) for s in (0.0, 1.0))
+    starts, ends = kernels(functions)
     start: Any = case.problem()
     q0, v0 = float(start.q0[0]), float(start.v0[0])
-    square = 3.0 * case.lipschitz * _constant(seen) ** 2 / _z0() ** 2  # eta C_N^2 / h^2
+    square = 3.0 * case.lipschitz * friedrichs(seen) ** 2 / z0() ** 2  # eta C_N^2 / h^2
     h = SHARE / math.sqrt(square)
     onto = np.linalg.solve(ends.T @ seen.slope @ starts, ends.T)  # u = q0 + starts x
     first = values(functions, np.zeros(1))[:, 0]
@@ -170,20 +169,6 @@ def _nonlinear(
     }
 
 
-def _constant(seen: Grams) -> float:
-    """C_N of (11)."""
-    return _z0() * float(np.sqrt(eigvalsh(seen.place, seen.energy)[-1]))
-
-
-def _inf_sup(functions: Array, seen: Grams) -> float:
-    """inf over u(0) = 0 of sup over v(1) = 0 of a(u, v) / (|u| |v|), with the rule and m = 1."""
-    starts, ends = (null_space(values(functions, np.array([t])).T) for t in (0.0, 1.0))
-    left = np.linalg.cholesky(starts.T @ seen.energy @ starts)
-    right = np.linalg.cholesky(ends.T @ seen.energy @ ends)
-    both = np.linalg.solve(left, starts.T @ seen.slope @ ends)
-    return float(np.linalg.svd(np.linalg.solve(right, both.T), compute_uv=False)[-1])
-
-
 def judge(table: pd.DataFrame) -> list[Row]:
     """Rows for the bound with each rule, its constants and its sharpness."""
 
@@ -194,7 +179,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [
         V20.row(
             "z0 from Friedrichs' inequality, polynomials of degree 16",
-            Near(_z0(), 1e-12),
+            Near(z0(), 1e-12),
             number(table, study=EXACT, quantity="z0"),
             source="M section 2",
             claimed="1 = z tan z, about 0.86",
@@ -336,7 +321,7 @@ def _nonlinear_rows(table: pd.DataFrame, case: NonlinearOscillator) -> list[Row]
 
 def _share(table: pd.DataFrame, name: str) -> Array:
     """The contraction of a pass over eta C_N^2, at the same h^2 K / m, for each degree."""
-    bound = 3.0 * _of(table, name, CONSTANT) ** 2 / _z0() ** 2
+    bound = 3.0 * _of(table, name, CONSTANT) ** 2 / z0() ** 2
     share: Array = _of(table, name, PASS) / bound
     return share
 

@@ -1,0 +1,292 @@
+"""V30 to V32 catch bounds without a term, wrong motions, tables and clocks; none is built in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
+from benchmarks.claims.vector_spaces import solution_map, theorem_three
+from benchmarks.claims.vector_spaces import v30_solution_map as v30
+from benchmarks.claims.vector_spaces import v31_mass_and_potential_in_time as v31
+from benchmarks.claims.vector_spaces import v32_runge_kutta_methods as v32
+from benchmarks.claims.vector_spaces.solution_map import Stability
+from benchmarks.claims.vector_spaces.v30_solution_map import V30
+from benchmarks.claims.vector_spaces.v31_mass_and_potential_in_time import V31
+from benchmarks.claims.vector_spaces.v32_runge_kutta_methods import V32
+from benchmarks.measures import independent_space
+from benchmarks.test_problems.time_dependent import DRIVEN, FREQUENCY, GROWING_MASS, GROWTH
+from galvi import Problem
+from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.quick_studies import quick
+
+INTEGRATE, COLLOCATION = galvi.integrate, v32.collocation
+OVER = "largest of {} over its bound, {}"
+EVERYWHERE = (*v30.MOTIONS, *v30.RULES)
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """V30 at few degrees and steps."""
+    monkeypatch.setattr(v30, "DEGREES", (1, 4))
+    monkeypatch.setattr(v30, "THIRD_DEGREES", (1, 4))
+
+
+def little_momentum(self: Stability, du: Any, dp: Any) -> Any:
+    """With 1 for 3: a free particle alone goes sqrt(2 h) |dp|."""
+    root = self.h**0.5
+    return (abs(du) / root + root * abs(dp)) / (1.0 - self.eta)
+
+
+def little_pull(self: Stability, du: Any, dp: Any) -> Any:
+    return abs(dp) + 0.5 * self.pull * self.path(du, dp)
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize(
+    ("name", "wrong", "quantity", "places"),
+    [
+        ("path", little_momentum, v30.PATH, EVERYWHERE),
+        ("momentum", little_pull, v30.MOMENTUM, EVERYWHERE),
+        ("both", property(lambda self: 1.0 / (1.0 - self.eta)), v30.SUM, tuple(v30.MOTIONS)),
+    ],
+    ids=["path", "momentum", "both"],
+)
+def test_a_bound_with_too_small_a_term_is_caught(
+    monkeypatch: pytest.MonkeyPatch, name: str, wrong: Any, quantity: str, places: Any
+) -> None:
+    monkeypatch.setattr(Stability, name, wrong)
+    assert {OVER.format(quantity, place) for place in places} <= contradicted(V30)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_force_that_is_steeper_than_its_constant_is_caught(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    steep = galvi.Canonical(1.0, galvi.CosinePotential(4.0))
+
+    def steeper(problem: Problem, *rest: Any) -> Any:
+        return INTEGRATE(replace(problem, system=steep), *rest)
+
+    def faster(u0: Any, v0: Any, t: Any) -> Any:
+        u, v = solution_map.oscillations(u0, v0 / 2.0, 2.0 * t)
+        return u, 2.0 * v
+
+    monkeypatch.setattr(galvi, "integrate", steeper)
+    monkeypatch.setattr(v30, "MOTIONS", {"oscillator": faster, "pendulum": solution_map.swings})
+    found = contradicted(V30)
+    places = ("oscillator", *v30.RULES)
+    assert {OVER.format(v30.MOMENTUM, place) for place in places} <= found
+
+
+@pytest.mark.usefixtures("few")
+def test_a_norm_that_is_too_small_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = solution_map.exact_sizes
+    monkeypatch.setattr(v30, "exact_sizes", lambda *given: tuple(0.99 * x for x in right(*given)))
+    assert f"least of the {v30.GROWS}" in contradicted(V30)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_wrong_motion_of_the_pendulum_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = solution_map.swings
+    monkeypatch.setattr(v30, "swings", lambda u, v, t: right(u, v, (1.0 + 1e-11) * t))
+    assert f"{v30.APART}, pendulum" in contradicted(V30)
+
+
+@pytest.mark.usefixtures("few")
+def test_steps_that_are_not_those_of_theorem_3_are_caught() -> None:
+    found = contradicted(V30, faulty(C=1.02, projection=1.02))
+    assert {f"largest of {v30.PRINTED}, {name}" for name in v30.RULES} <= found
+    assert {f"largest of {v30.PROVED}, {case.name}" for case in v30.COMPARISONS} <= found
+
+
+@pytest.mark.usefixtures("few")
+def test_a_curve_from_elsewhere_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    def moved(problem: Problem, *rest: Any) -> Any:
+        return INTEGRATE(replace(problem, q0=problem.q0 + 1e-3), *rest)
+
+    monkeypatch.setattr(galvi, "integrate", moved)
+    found = contradicted(V30)
+    assert {f"largest of {v30.PLACE}, {name}" for name in v30.RULES} <= found
+    assert {f"largest of {v30.PROVED}, {case.name}" for case in v30.COMPARISONS} <= found
+
+
+@pytest.mark.usefixtures("few")
+def test_a_wrong_constant_of_a_general_space_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = independent_space.farthest
+    monkeypatch.setattr(v30, "farthest", lambda *given: (1.0 + 1e-9) * right(*given))
+    name = "departure of inf-sup constant times sqrt(1 + T_N^2) from m, relative"
+    assert name in contradicted(V30)
+
+
+ACCUSED = {
+    v30.INF_SUP: ("least inf-sup constant over m", 0.4),
+    v30.SINGULAR: ("least singular value of the equations (8), over the largest", 1e-3),
+    v30.PROOF: (f"largest of {v30.PROOF}, {v30.GAUSS}", 0.9),
+}
+
+
+@pytest.mark.parametrize("quantity", ACCUSED)
+def test_what_is_true_is_not_accused(quantity: str) -> None:
+    name, value = ACCUSED[quantity]
+    table = quick(V30)
+    assert verdicts(table)[name] == CONTRADICTED
+    table.loc[table["quantity"] == quantity, "value"] = value
+    assert verdicts(table)[name] == HOLDS
+
+
+def test_theorem_2_is_not_accused_of_a_step_that_it_excludes() -> None:
+    table = quick(V30)
+    table.loc[table["quantity"] == v30.ETA, "value"] = 1.01
+    found = verdicts(table)
+    assert found[ACCUSED[v30.SINGULAR][0]] == NOT_RUN
+    assert found["eta C_N^2 of that pair"] == CONTRADICTED
+
+
+def verdicts(table: pd.DataFrame) -> dict[str, str]:
+    return {row.quantity: row.verdict for row in V30.judge(table)}
+
+
+def test_the_right_side_of_theorem_3_grows_with_the_error_of_the_rule() -> None:
+    """Lobatto N errs in |u'|^2, and not in the force more than N + 1 points: only I_2 tells."""
+    case = theorem_three.COMPARISONS[0]
+    best = [theorem_three.consistency(case, v30.nodes(galvi.lobatto(k)), 3, 0.2)[0] for k in (3, 4)]
+    assert best[0] > 10.0 * best[1]
+
+
+@pytest.fixture
+def one_rule(monkeypatch: pytest.MonkeyPatch) -> None:
+    """V31 with Gauss N + 1 alone."""
+    monkeypatch.setattr(v31, "RULES", {"Gauss N + 1": v31.RULES["Gauss N + 1"]})
+    monkeypatch.setattr(v31, "QUICK_COUNTS", v31.COUNTS[6:11])
+
+
+def late_mass(h: float) -> dict[str, Any]:
+    """The growing mass at the start of each step, the potential at its time."""
+
+    def masses(t: float) -> tuple[Any, Any]:
+        return np.exp(GROWTH * stopped(t, h)), FREQUENCY**2 * np.exp(GROWTH * t)
+
+    def function(q: Any, v: Any, t: float) -> Any:
+        mass, stiffness = masses(t)
+        return 0.5 * (mass * v[0] ** 2 - stiffness * q[0] ** 2)
+
+    def slopes(q: Any, v: Any, t: float) -> Any:
+        mass, stiffness = masses(t)
+        return np.array([mass * v[0], -stiffness * q[0]])
+
+    return {"function": function, "slopes": slopes}
+
+
+def late_potential(h: float) -> dict[str, Any]:
+    """The driven potential at the start of each step."""
+    system: Any = DRIVEN.system
+    return {
+        "potential": lambda q, t: system.potential(q, stopped(t, h)),
+        "gradient": lambda q, t: system.gradient(q, stopped(t, h)),
+    }
+
+
+def stopped(t: float, h: float) -> float:
+    """The start of the step with this time."""
+    return h * np.floor(t / h + 1e-9)
+
+
+@pytest.mark.usefixtures("one_rule")
+@pytest.mark.parametrize(
+    ("timed", "late"), [(GROWING_MASS, late_mass), (DRIVEN, late_potential)], ids=["mass", "V"]
+)
+def test_a_clock_that_stands_still_in_a_step_is_caught(
+    monkeypatch: pytest.MonkeyPatch, timed: Any, late: Callable[[float], dict[str, Any]]
+) -> None:
+    def integrate(problem: Problem, method: Any, h: float, steps: int) -> Any:
+        if problem.name == timed.name:
+            system: Any = replace(problem.system, check=False, **late(h))
+            problem = replace(problem, system=system)
+        return INTEGRATE(problem, method, h, steps)
+
+    monkeypatch.setattr(galvi, "integrate", integrate)
+    assert contradicted(V31) == orders(timed.name)
+
+
+def orders(name: str) -> set[str]:
+    """Of q and p with Gauss N + 1."""
+    return {
+        f"order of the {quantity}, {name}, Gauss N + 1, N = {degree}"
+        for quantity in (v31.PLACE, v31.MOMENTUM) for degree in v31.DEGREES
+    }  # fmt: skip
+
+
+@pytest.mark.usefixtures("one_rule")
+def test_wrong_tables_lose_the_order() -> None:
+    found = contradicted(V31, faulty(A=1.02, integral=1.02))
+    assert {name for timed in v31.TIMED for name in orders(timed.name) if "N = 3" in name} <= found
+
+
+@pytest.mark.usefixtures("one_rule")
+def test_a_wrong_closed_form_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = tuple(
+        replace(timed, motion=lambda t, right=timed.motion: right((1.0 + 1e-9) * t))
+        for timed in v31.TIMED
+    )
+    monkeypatch.setattr(v31, "TIMED", wrong)
+    assert {f"{v31.APART}, {timed.name}" for timed in wrong} <= contradicted(V31)
+
+
+@pytest.mark.usefixtures("one_rule")
+def test_wrong_constants_of_a_mass_in_time_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = v31.inf_sup
+    monkeypatch.setattr(v31, "friedrichs", lambda seen: 0.25)
+    monkeypatch.setattr(v31, "inf_sup", lambda *given: 0.4 * right(*given))
+    found = contradicted(V31)
+    names = (f"largest {v31.PASS}", f"least {v31.INF_SUP}")
+    assert {*names, f"{names[1]}, against 1 / sqrt(2)"} <= found
+
+
+@pytest.mark.parametrize("array", ["A", "b", "beta"])
+@pytest.mark.parametrize("name", [v32.GAUSS, v32.LOBATTO])
+def test_a_step_that_is_off_a_little_is_no_runge_kutta_step(array: str, name: str) -> None:
+    found = contradicted(V32, faulty(**{array: 1.0 + 1e-11}))
+    degrees = v32.DEGREES[1 if (array, name) == ("A", v32.LOBATTO) else 0 :]
+    assert {f"{v32.ENDS}, {name}, N = {N}" for N in degrees} <= found
+
+
+def test_a_curve_that_is_off_a_little_is_not_that_of_the_stages() -> None:
+    found = contradicted(V32, faulty(C=1.0 + 1e-11))
+    for name in (v32.GAUSS, v32.LOBATTO):
+        assert {f"{v32.STAGES}, {name}, N = {N}" for N in v32.DEGREES} <= found
+
+
+def test_another_rule_is_neither_method() -> None:
+    def more(space: Any, rule: galvi.Rule) -> Any:
+        other = galvi.lobatto if "Lobatto" in rule.name else galvi.gauss
+        return galvi.Galerkin(space, other(rule.points + 1))
+
+    found = contradicted(V32, more)
+    for name in (v32.GAUSS, v32.LOBATTO):
+        assert {f"{v32.ENDS}, {name}, N = {N}" for N in v32.DEGREES} <= found
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "quantities"),
+    [
+        ("partner", lambda a, b: a, {f"{v32.ENDS}, {v32.LOBATTO}, N = {N}" for N in v32.DEGREES}),
+        ("verlet", lambda case, h: v32.newmark(case, h, 0.25),
+         {f"{v32.ENDS} from {v32.VERLET}, Lobatto 2, N = 1"}),
+        ("newmark", lambda case, h: (case.problem().q0, case.problem().v0),
+         {f"{v32.ENDS} from {v32.NEWMARK}, Lobatto 2, N = 1"}),
+        ("collocation", lambda c: (1.0 + 1e-11) * COLLOCATION(c),
+         {f"{v32.OWN}, {v32.GAUSS}, all N"}),
+    ],
+)  # fmt: skip
+def test_a_wrong_tableau_or_formula_is_caught(
+    monkeypatch: pytest.MonkeyPatch, name: str, wrong: Any, quantities: set[str]
+) -> None:
+    monkeypatch.setattr(v32, name, wrong)
+    assert quantities <= contradicted(V32)
