@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
+from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Claim
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
@@ -36,9 +36,7 @@ from reports.tables.comparison_tables import (
     of_mujoco,
     readable_ratios,
 )
-from reports.tables.contradictions import CONTRADICTIONS
 from reports.tables.cost_table import readable_cost
-from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
 from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
@@ -118,7 +116,6 @@ def content(
     lacking = absent(origin, comparison.work_precision, tables.targets, seen.rows)
     run = {one.claim.id for one in checked}
     claims = [claim_section(one, gallery) for one in checked]
-    fallen = {row.id for row in seen.rows if row.verdict == CONTRADICTED}
     runs = comparison.work_precision
     return {
         "summary": str(seen),
@@ -128,11 +125,6 @@ def content(
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
         "kept": kept,
-        "fallen": [
-            (one.claim.id, capital(CONTRADICTIONS.get(one.claim.id, one.claim.title)))
-            for one in claims
-            if one.claim.id in fallen
-        ],
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "measured": statements(measured),
         "verdicts": VERDICTS,

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.claims.statements import counted, statements
 from benchmarks.store.atomic import write
-from reports.tables.contradictions import contradictions
 from reports.tables.number_format import plain
 
-RESULTS, SPEED, BODIES = "results", "speed", "bodies"
+RESULTS, SPEED, BODIES, STATEMENTS = "results", "speed", "bodies", "statements"
+WIDTH = 101  # columns of the README
 PICTURES = {  # of the repository: of a report
     "reports/inner_planets.png": "fig-2-14",
     "docs/headline_rebound.png": "headline-rebound",
@@ -130,15 +132,10 @@ def _with(page: str, name: str, table: str) -> str:
     return f"{before}{begin}\n{table}\n{end}{after}"
 
 
-def with_contradictions(page: str) -> str:
-    """The page with the list of what is contradicted renewed."""
-    before, found, rest = page.partition("<!-- contradictions -->\n")
-    _, closed, after = rest.partition("\n<!-- end of contradictions -->")
-    if not found or not closed:
-        raise ValueError(
-            "README.md must hold <!-- contradictions --> and <!-- end of contradictions -->."
-        )
-    return f"{before}{found}{contradictions()}{closed}{after}"
+def with_statements(page: str) -> str:
+    """The page with the count of the papers' statements renewed."""
+    lines = textwrap.fill(counted(statements()), WIDTH)
+    return _with(page, STATEMENTS, lines)
 
 
 def renew(readme: Path, out: Path) -> None:
@@ -146,6 +143,6 @@ def renew(readme: Path, out: Path) -> None:
     page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
     ratios = pd.read_csv(out / "tables" / "ratios.csv")
     page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
-    write(readme, with_contradictions(page))
+    write(readme, with_statements(page))
     for picture, figure in PICTURES.items():
         write(readme.parent / picture, (out / "figures" / f"{figure}.png").read_bytes())

@@ -93,7 +93,7 @@ def _coupled(given: Coupled, chart: Chart, ns: tuple[int, ...]) -> Case:
 
 
 SECOND = WithSettings(RIGID_DOP853, TIGHT)
-CONTRADICTIONS = f"{FREE_TOP.name}, and a parabola"
+THROWN_TRUTH = f"{FREE_TOP.name}, and a parabola"
 STEADY = "closed form of a steady turn"
 TWICE = (
     "Newton's and Euler's equations by extrapolation in extended precision; by SciPy's DOP853 on "
@@ -120,7 +120,7 @@ def _cases() -> Iterator[tuple[str, Case]]:
             yield f"3D pendulum, {chart.name} chart", case
     for chart in CHARTS:
         yield f"SE(3), {chart.name} chart", _coupled(HUNG_BODY, chart, NS)
-    case = Case(_thrown, _thrown_exactly, EXPONENTIAL, SE3, CONTRADICTIONS)
+    case = Case(_thrown, _thrown_exactly, EXPONENTIAL, SE3, THROWN_TRUTH)
     yield f"SE(3), uncoupled, {EXPONENTIAL.name} chart", case
     for chart in CHARTS:
         plate = (thrown_plate.problem, lambda: thrown_plate.exact(DURATION, 1)[-1])
@@ -128,7 +128,7 @@ def _cases() -> Iterator[tuple[str, Case]]:
         case = Case(*plate, chart, *words, IN_PLANE.get(chart, (3, 4)))
         yield f"SE(2), {chart.name} chart", case
     point = (thrown_point.problem, lambda: thrown_point.exact(DURATION, 1)[-1])
-    case = Case(*point, EXPONENTIAL, thrown_point.SETUP, CONTRADICTIONS)
+    case = Case(*point, EXPONENTIAL, thrown_point.SETUP, THROWN_TRUTH)
     yield f"SO(3) x R^3, {EXPONENTIAL.name} chart", case
     for chart in CHARTS:
         ns = JOINED.get(chart, NS)
