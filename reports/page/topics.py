@@ -48,7 +48,7 @@ TOPICS = (
     Topic(
         "steps", "Steps longer than a period",
         "Orbits stay closed where a step is longer than the fastest planet's year.",
-        ("V9", "V10"),
+        ("V9", "V10", "V33"),
     ),
     Topic(
         "structure", "Symplectic, well posed, equivariant",
@@ -58,7 +58,7 @@ TOPICS = (
     Topic(
         "curve", "The curve between the steps, and the discrete action",
         "How well Galerkin curves and discrete Lagrangians approximate the exact ones.",
-        ("V14", "V26", "L15"),
+        ("V14", "V26", "V34", "L15"),
     ),
     Topic(
         "constants", "Constants, norms and finite smoothness",

@@ -1,0 +1,143 @@
+"""H's Galerkin Noether map on Kepler's problem with GM = 1: of a curve, and of exact motions.
+
+I_d(q, q_k) = -(h sum_j b_j (L_q phi_1 + L_v phi_1')) . a(q_k), phi_1(0) = 1, phi_1(h) = 0 (H lemma
+2.3.3), for rotations, a(q) = (-q_y, q_x). Functions are rows of `independent_space`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from benchmarks.measures.boundary_motion import BoundaryValueMotion
+from benchmarks.measures.independent_space import gauss_points, slopes, values
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from references.closed_forms.double_double import DoubleDouble
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.kepler_flow import flow, orbit
+
+CURVE, LOCAL = "curve", "local motion"
+FINE = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15
+
+Motion = Callable[[Array], tuple[Array, Array]]  # t (k,) to q and q', (k, 2) each
+
+
+def generator(q: Array) -> Array:
+    """a(q) of rotations, (..., 2)."""
+    return np.stack([-q[..., 1], q[..., 0]], axis=-1)
+
+
+def force(q: Array) -> Array:
+    """L_q = -q / |q|^3, (..., 2)."""
+    return np.asarray(-q / np.linalg.norm(q, axis=-1, keepdims=True) ** 3)
+
+
+def exact_motion(q0: Array, v0: Array) -> Motion:
+    """The ellipse through (q0, v0), rounded once."""
+    known = orbit(Decimal(1), [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
+    assert known is not None
+    start = [DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0)]
+
+    def at(t: Array) -> tuple[Array, Array]:
+        q, v = flow(known, *start, t)
+        return q.hi, v.hi
+
+    return at
+
+
+def momentum(at: tuple[Array, Array], phi: Array, h: float) -> Array:
+    """-h sum_j b_j (L_q phi + L_v phi'), (2,), of q and q' at the points of Gauss's rule."""
+    q, v = at
+    s, b = gauss_points(len(q))
+    weak = force(q) * values(phi[None], s)[0][:, None] + v * slopes(phi[None], s)[0][:, None] / h
+    return np.asarray(-h * (b @ weak))
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of a run beside the exact motion between the same two points.
+
+    run     one step
+    points  of its Gauss rule
+    """
+
+    run: Trajectory
+    points: int
+    exact: Trajectory
+
+    @property
+    def h(self) -> float:
+        return float(self.run.t[1] - self.run.t[0])
+
+    @property
+    def a(self) -> Array:
+        """a(q_k)."""
+        return generator(self.run.q[0])
+
+    @cached_property
+    def motions(self) -> dict[str, Motion]:
+        """The Galerkin curve, and the exact motion between q_k and q_(k + 1)."""
+        exact = exact_motion(self.exact.q[0], self.exact.p[0])
+        return {CURVE: lambda t: (self.run(t), self.run.velocity(t)), LOCAL: exact}
+
+    @cached_property
+    def sampled(self) -> dict[tuple[str, int], tuple[Array, Array]]:
+        """q and q' of both at the points of the step's rule and of the fine one."""
+        return {
+            (name, points): motion(self.h * gauss_points(points)[0])
+            for name, motion in self.motions.items()
+            for points in (self.points, FINE)
+        }
+
+    def noether(self, name: str, phi: Array) -> float:
+        """I_d of the CURVE or the LOCAL motion."""
+        return float(momentum(self.sampled[name, self.points], phi, self.h) @ self.a)
+
+    def rule_error(self, name: str, phi: Array) -> Array:
+        """e_q: what the rule adds to the integral of L_q phi + L_v phi', (2,)."""
+        few, many = (self.sampled[name, points] for points in (self.points, FINE))
+        return momentum(many, phi, self.h) - momentum(few, phi, self.h)
+
+    def norms(self) -> dict[str, float]:
+        """Of curve minus exact motion: L^1 and L^infinity of q and q', L^infinity of q''.
+
+        The largest are over samples, so at most the true ones.
+        """
+        t, h = self.exact.t, self.h
+        _, b = gauss_points(FINE)
+        (q, v), (there, rate) = (self.sampled[name, FINE] for name in (CURVE, LOCAL))
+        (near_q, near_v), bend = self.motions[CURVE](t), self._bend(t)
+        return {
+            "q in L^1": h * float(b @ np.linalg.norm(q - there, axis=1)),
+            "q' in L^1": h * float(b @ np.linalg.norm(v - rate, axis=1)),
+            "q": _largest(near_q - self.exact.q),
+            "q'": _largest(near_v - self.exact.p),
+            "q''": _largest(bend - force(self.exact.q)),
+        }
+
+    def _bend(self, t: Array) -> Array:
+        """q'' of the curve, from its values."""
+        x, _ = gauss_points(self.run.method.space.dimension)
+        series = legendre.legfit(2.0 * x - 1.0, self.run(self.h * x), len(x) - 1)
+        second = legendre.legder(series, 2) * (2.0 / self.h) ** 2
+        return np.asarray(legendre.legval(2.0 * t / self.h - 1.0, second).T)
+
+
+def _largest(vectors: Array) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=1)))
+
+
+def step_of(problem: Problem, run: Trajectory, points: int) -> Step | None:
+    """The step beside its exact motion, where both were found."""
+    if not run.success:
+        return None
+    exact: Any = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
+    found = exact.arriving_at(run.q[1])
+    return None if found is None else Step(run, points, found)
