@@ -17,6 +17,8 @@ from benchmarks.claims.lie_groups.l13_momentum_across_charts import L13
 from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
 from benchmarks.claims.lie_groups.l15_curves_between_ends import L15
 from benchmarks.claims.lie_groups.l16_symplecticity import L16
+from benchmarks.claims.lie_groups.l17_discrete_lagrangian import L17
+from benchmarks.claims.lie_groups.l18_formulas_of_the_cayley_chart import L18
 from benchmarks.claims.vector_spaces.v01_oscillator_convergence_in_n import V1
 from benchmarks.claims.vector_spaces.v02_oscillator_energy import V2
 from benchmarks.claims.vector_spaces.v03_kepler_step_error_in_n import V3
@@ -55,7 +57,7 @@ from benchmarks.claims.vector_spaces.v34_lemmas_on_the_noether_map import V34
 CLAIMS: tuple[Claim, ...] = (
     *(V1, V2, V3, V4, V5, V6, V7, V8, V9, V10, V11, V12, V13, V14, V15, V16, V17, V18, V19, V20),
     *(V21, V22, V23, V24, V25, V26, V27, V28, V29, V30, V31, V32, V33, V34),
-    *(L1, L2, L3, L4, L5, L6, L7, L8, L9, L10, L11, L12, L13, L14, L15, L16),
+    *(L1, L2, L3, L4, L5, L6, L7, L8, L9, L10, L11, L12, L13, L14, L15, L16, L17, L18),
 )
 
 __all__ = ["CLAIMS", "Claim"]

@@ -30,7 +30,9 @@ def distance(run: Trajectory, truth: Contender) -> float:
     return float(np.trapezoid(apart, t))
 
 
-def between(problem: Problem, last: Array, h: float, truth: Contender) -> Trajectory | None:
+def between(
+    problem: Problem, last: Array, h: float, truth: Contender, samples: int = SAMPLES
+) -> Trajectory | None:
     """The exact motion from q0 to ``last`` in the time h, near the one from v0; None if not found.
 
     By Newton's method on the initial velocity.
@@ -51,7 +53,7 @@ def between(problem: Problem, last: Array, h: float, truth: Contender) -> Trajec
             break
     if np.max(np.abs(_miss(problem, v, last, h, truth))) > 1e-14:
         return None
-    return truth.run(_from(problem, v), h, {"samples": SAMPLES})
+    return truth.run(_from(problem, v), h, {"samples": samples})
 
 
 def _from(problem: Problem, v: Array) -> Problem:

@@ -53,12 +53,12 @@ TOPICS = (
     Topic(
         "structure", "Symplectic, well posed, equivariant",
         "When there is a method, when it is symplectic, and when its equations have one solution.",
-        ("V12", "V13", "V16", "V19", "V20", "V30", "V32", "L10", "L11", "L12", "L16"),
+        ("V12", "V13", "V16", "V19", "V20", "V30", "V32", "L10", "L11", "L12", "L16", "L18"),
     ),
     Topic(
         "curve", "The curve between the steps, and the discrete action",
         "How well Galerkin curves and discrete Lagrangians approximate the exact ones.",
-        ("V14", "V26", "V34", "L15"),
+        ("V14", "V26", "V34", "L15", "L17"),
     ),
     Topic(
         "constants", "Constants, norms and finite smoothness",

@@ -1,4 +1,4 @@
-"""The free rigid body of H 3.5.1, shared by L1 to L5 and L13."""
+"""The free rigid body of H 3.5.1, shared by L1 to L5, L13, L17 and L18."""
 
 from __future__ import annotations
 

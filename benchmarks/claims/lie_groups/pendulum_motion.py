@@ -1,4 +1,4 @@
-"""The 3D pendulum of H 3.5.2, shared by L6 to L9."""
+"""The 3D pendulum of H 3.5.2, shared by L6 to L9, L11, L15, L17 and L18."""
 
 from __future__ import annotations
 

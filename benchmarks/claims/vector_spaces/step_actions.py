@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import romb
 
 from benchmarks.measures import independent_invariants
-from galvi import CentralForce, LinearSpring, Problem, Trajectory
+from galvi import CentralForce, LinearSpring, Problem, RigidBody, Trajectory
 from galvi.arrays import Array
 from references import Contender
 from references.closed_forms.kepler_action import kepler_action
@@ -54,7 +54,10 @@ def action_along(problem: Problem, h: float, truth: Contender) -> tuple[float, A
 
 
 def lagrangian(problem: Problem, q: Array, v: Array) -> Array:
-    """T - V = 2 T - (T + V), (k,), for q and v (k, d)."""
+    """T - V = 2 T - (T + V), (k,), for q and v (k, d); of a rigid body R (k, 3, 3) and body
+    velocities (k, 3)."""
     system: Any = problem.system
-    twice: Array = float(system.mass) * np.sum(v * v, axis=-1)
+    turning = isinstance(system, RigidBody)
+    p = v @ system.inertia if turning else float(system.mass) * v
+    twice: Array = np.sum(v * p, axis=-1)
     return twice - independent_invariants.energy(problem, q, v)
