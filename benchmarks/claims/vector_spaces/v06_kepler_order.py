@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 import galvi
 from benchmarks.checks.bounds import (
     ATTAINED,
     NOT_REPRODUCED,
-    Above,
     AtLeast,
-    AtMost,
     Finding,
     Order,
     Reported,
@@ -42,7 +39,6 @@ FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
 QUANTITIES = ("one-step error", "curve error")
 FIXED_NUMBER = fixed_number(NUMBER)
 PROTOCOLS = protocols(NUMBER)
-TWICE = 2.0  # one line in a plot over ten decades
 CANDIDATE = f"{FIXED_TIME}, Clenshaw-Curtis n"
 
 
@@ -73,7 +69,6 @@ def judge(table: pd.DataFrame) -> list[Row]:
         *(_against_h(table, n, name) for n in NS for name in PROTOCOLS),
         *(_candidate(table, n) for n in NS),
         *(_curve(table, n) for n in NS),
-        _seen(table),
     ]
 
 
@@ -138,28 +133,6 @@ def _curve(table: pd.DataFrame, n: int) -> Row:
         expected=NOT_REPRODUCED,
         reason=f"The best polynomial of degree n - 1 has order n = {n}; the printed estimate is a "
         "bound, from which nothing follows on what is seen.",
-    )
-
-
-def _seen(table: pd.DataFrame) -> Row:
-    ratios = []
-    for n in NS:
-        ends, curves = (
-            readings.values(table, "step", study=FIXED_TIME, quantity=name, n=n)
-            for name in QUANTITIES
-        )
-        if len(curves) == len(ends):
-            ratios += (curves / ends)[ends > FLOOR][:1].tolist()  # of the finest step
-    return V6.row(
-        "least over n of curve over one-step error at the finest step above round-off",
-        Reported(AtMost(TWICE), Above(TWICE)),
-        readings.least(np.array(ratios)),
-        source="H 2.4.2",
-        setup=f"{ORBIT}; {METHOD}, n = {NS[0]} to {NS[-1]}; {PROTOCOLS[FIXED_TIME][1]}",
-        claimed="round-off comes before the curve's own error can be seen, for small n",
-        expected=NOT_REPRODUCED,
-        reason="The curve's own error falls like h^n, that of the ends like h^(2 (n - 1)): the "
-        "former is larger long before round-off.",
     )
 
 

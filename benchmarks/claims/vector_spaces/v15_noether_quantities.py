@@ -34,7 +34,6 @@ MIXED_FLOOR = 1e-14
 ALONG, N = "angular momentum along the curve, n = 8", 8
 LONG_STEP, LONG = 0.5, 8000
 PER_STEP, STARTS = 10, 400  # points of a step; exact states to start single steps from
-EXACT, EXACTLY = "exact motion", 100.0
 ONE_STEP = f"largest error of {ALONG}, single steps from exact states"
 
 UNIT = (
@@ -95,9 +94,6 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         where = {"study": TRANSLATION, "label": label, "status": failure(run)}
         rows.append(row(quantity=LINEAR, value=value, **where))
     report("along the curve")
-    orbit = KEPLER.run(galvi.problems.kepler(0.6), EXACTLY, {"samples": STARTS})
-    kept = float(np.max(np.abs(angular_momentum_errors(orbit))))
-    rows.append(row(study=EXACT, quantity=ANGULAR, value=kept))
     return frame(rows + _along(make_method, LONG))
 
 
@@ -177,20 +173,7 @@ def _of_one_step(orbit: Problem, method: Any, q: Array, p: Array) -> float:
 def judge(table: pd.DataFrame) -> list[Row]:
     """Both momenta for each kind of space; degrees by component; along the curve."""
     rows = [_discrete(table, kind, quantity) for kind in kinds() for quantity in (ANGULAR, LINEAR)]
-    return [_exactly(table), *rows, *_mixed(table), _along_the_curve(table)]
-
-
-def _exactly(table: pd.DataFrame) -> Row:
-    return V15.row(
-        f"largest relative change of {ANGULAR} along the exact motion",
-        AtMost(1e-14),
-        readings.largest(readings.values(table, study=EXACT, quantity=ANGULAR)),
-        source="H thm. 1.2.1, H thm. 2.3.9",
-        setup=f"Kepler, e = 0.6, closed form; {STARTS} times in {EXACTLY:g}",
-        claimed="<p, a(q)> of a symmetry of L is constant along a motion",
-        reason="Noether's theorem; the bound is of the closed form's rounding.",
-        reference=KEPLER.name,
-    )
+    return [*rows, *_mixed(table), _along_the_curve(table)]
 
 
 def _discrete(table: pd.DataFrame, kind: str, quantity: str) -> Row:
