@@ -96,7 +96,8 @@ def _build(
 ) -> tuple[Verified, Compared, list[SectionResult]]:
     pages = partial(_pages, suite, options, each=remembering(map_in_workers))
     so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
-    if not (options.quick or options.claims or options.contenders or cache.taken):
+    part = 0 < len(options.claims) < len(suite.claims)
+    if not (options.quick or part or options.contenders or cache.taken):
         checked, headlines = first_look(suite)
         so_far(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
     verified = verify(suite, options, cache, [one.title for one in suite.sections])
