@@ -1,1 +1,1 @@
-"""What the documentation site is made of."""
+"""What the documentation generates: reference, commands, compared integrators, the ledger."""
