@@ -4,8 +4,8 @@
     ```
 
 shows the statements whose `where` begins with one of the places, up to a word's end: "H 2.3" takes
-"H 2.3.4", and "H thm. 2.3.1" leaves "H thm. 2.3.10" alone. Brackets narrow a place to lines of these
-claims; "-" stands for lines of none. What an earlier table of the page shows is not shown again.
+"H 2.3.4", and "H thm. 2.3.1" leaves "H thm. 2.3.10" alone. Brackets narrow a place to lines of
+these claims, or of none for "-". What an earlier table of the page shows is not shown again.
 
     {claim}`V4`
 
@@ -27,7 +27,9 @@ from reports.page.typeset import typeset
 FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
 PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
 ROLE = re.compile(r"\{claim\}`(\w+)`")
-LOW = re.compile(r"(?<=[A-Za-z|)])_(?:\((?P<group>(?:[^()]|\([^()]*\))+)\)|(?P<word>[A-Za-z0-9]{1,4})(?!\w))")
+LOW = re.compile(
+    r"(?<=[A-Za-z|)])_(?:\((?P<group>(?:[^()]|\([^()]*\))+)\)|(?P<word>[A-Za-z0-9]{1,4})(?!\w))"
+)
 NONE = "-"  # in brackets: lines of no claim
 CLAIMS = "claims.html"  # of the report, in the folder above the site
 STYLE = Path(__file__).with_name("ledger.css")
@@ -56,7 +58,9 @@ def places(argument: str) -> list[Place]:
     for part in argument.split(";"):
         match = PLACE.fullmatch(part.strip())
         if match is None:
-            raise ValueError(f"a place of the ledger looks like 'H 2.3.4 [V4 V14]'; received {part!r}")
+            raise ValueError(
+                f"a place of the ledger looks like 'H 2.3.4 [V4 V14]'; received {part!r}"
+            )
         found.append(Place(match[1], tuple((match[2] or "").split())))
     return found
 
@@ -107,7 +111,7 @@ def _line(one: Statement, report: str) -> str:
 
 def _typeset(text: str) -> str:
     """HTML with subscripts, too: the ledger's text names symbols, no functions of a program."""
-    return LOW.sub(lambda match: f"<sub>{match['group'] or match['word']}</sub>", typeset(text))
+    return LOW.sub(lambda match: f"<sub>{match[1] or match[2]}</sub>", typeset(text))
 
 
 def setup(app: Any) -> dict[str, Any]:

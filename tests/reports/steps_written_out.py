@@ -1,4 +1,4 @@
-"""Steps as the theory pages write them, in NumPy: read beside the formulas, and compared with galvi.
+"""Steps as the theory pages write them, in NumPy, beside the formulas; compared with galvi.
 
 c, b (s,) nodes and weights of a rule on [0, 1]; psi (s, m) the functions of a space beyond the
 constant, which vanish at 0, at the nodes, slope (s, m) their derivatives there, end (m,) at 1.
@@ -13,9 +13,9 @@ from scipy.optimize import root
 TINY, PASSES = 1e-100, 60
 
 
-def vector_step(rule, basis, a, q, v, h):
+def vector_step(b, basis, a, q, v, h):
     """q and v after a step of q'' = a(q), (s, d) at the stages, and the coefficients x (m, d)."""
-    (c, b), (psi, slope, end) = rule, basis
+    psi, slope, end = basis
     K = slope.T @ (b[:, None] * slope)
     C = np.linalg.solve(K, (end[:, None] - psi.T) * b)
     line = np.outer(np.linalg.solve(K, end), h * v)
@@ -30,9 +30,9 @@ def tangent(x):
     return -2.0 * (np.eye(3) + hat(x)) / (1.0 + x @ x)
 
 
-def group_step(rule, basis, J, torque, R, mu, h):
+def group_step(b, basis, J, torque, R, mu, h):
     """R and mu after a step of a body with L = w.J w / 2 - V(R), and the coefficients x (m, 3)."""
-    (c, b), (psi, slope, end) = rule, basis
+    psi, slope, end = basis
 
     def carried(x):
         """R_k^T R_(k+1) and the residual of the stage equations, (m, 3)."""
