@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "reports.site.build",
+    "reports.site.ledger",
 ]
 exclude_patterns = ["generated/.cache"]
 templates_path = ["_templates"]
