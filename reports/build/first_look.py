@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import suppress
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing, suppress
 from typing import Any
 
 import pandas as pd
 
 from reports.build.workers import study_in_workers
 from reports.figures.headlines import HEADLINES
-from reports.results.claim_results import ClaimResult, Finished, check
+from reports.results.claim_results import ClaimResult, check
 from reports.results.comparison import Comparison
 from reports.results.suite import Suite
 
 CLAIMS, COMPARISONS, STUDIES = "the claims in full", "all comparisons", "the studies"  # in order
+PATIENCE = 60.0  # seconds for claims
 
 
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
-    """The untimed claims and the headlines' comparisons, quickly. Nothing is kept of them, and what
-    fails is left to the whole build to report."""
-    claims = [claim for claim in suite.claims if not claim.timed]
-    known = {one.id: suite.in_workers[one.id] for one in claims if one.id in suite.in_workers}
+    """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
 
-    def elsewhere(names: Sequence[str]) -> Generator[Finished, None, None]:
-        return study_in_workers({name: known[name] for name in names if name in known}, True)
-
-    checked = check(claims, suite.make_method, True, suite.unavailable(), elsewhere=elsewhere)
+    Nothing is kept of them, and what fails is left to the whole build to report."""
+    claims = {one.id: one for one in suite.claims if not one.timed and one.id in suite.in_workers}
+    begun, finished = time.perf_counter(), []
+    with closing(study_in_workers({name: suite.in_workers[name] for name in claims}, True)) as some:
+        for one in some:
+            finished.append(one)
+            if time.perf_counter() - begun > PATIENCE:
+                break
+    checked = check(
+        [claims[name] for name, *_ in finished], suite.make_method, True, suite.unavailable(),
+        elsewhere=lambda names: (one for one in finished),
+    )  # fmt: skip
     shown = {name for one in HEADLINES for name in one.options["panels"]}
     frames = []
     for problem in shown.intersection(suite.problems(True)):
