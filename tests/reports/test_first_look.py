@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -32,11 +33,21 @@ def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(
     assert f"{NOTE}.</strong> To come: {to_come}." in page
 
 
-def test_the_page_comes_from_quick_claims_first_and_is_whole_at_the_end(
-    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
+    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
 ) -> None:
+    claims = {one.id: one for one in bench.suite.claims}
+    bench.suite = replace(bench.suite, in_workers=dict.fromkeys(claims, None))
+
+    def finishing(studies, quick):
+        assert quick and list(studies) == ["V1", "V3"]
+        for name in studies:
+            yield name, claims[name].study(None, quick, print), 0.1
+
+    monkeypatch.setattr("reports.build.first_look.study_in_workers", finishing)
+    monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)
     _, calls = bench("build", "--out", str(tmp_path))
-    assert calls[:2] == calls[2:4] == ["V1", "V3"]
+    assert calls[:4] == ["V1", "V1", "V3", "ball"]  # V3 was too late for the first page
     said = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
     assert [line.count(",") for line in said] == [2, 1, 0, 0]
     assert said[-1].startswith("The page is")
