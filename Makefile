@@ -13,7 +13,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test core slow check report studies mutants fuzz bench clean help
+.PHONY: install test core slow check report docs studies mutants fuzz bench clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -39,6 +39,13 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 report: $(STAMP) ## verify and compare; write tables, figures and a page to reports/out
 	$(BIN)/python -m reports
 
+docs: $(STAMP) ## write the documentation to reports/out/docs, beside the report
+	@$(BIN)/python -c 'import sphinx_book_theme, sphinx_design, myst_nb, mathjax' 2>/dev/null || \
+	    $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    -e '.[$(EXTRAS),docs]' -c constraints.txt
+	$(BIN)/sphinx-build -n -W --keep-going -q -d docs/generated/.cache/doctrees docs reports/out/docs
+	@echo 'The first page is reports/out/docs/index.html.'
+
 studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 	$(BIN)/python -m reports studies
 
@@ -55,7 +62,7 @@ bench: $(STAMP) ## time steps, trajectories and references, and store the times;
 
 clean: ## remove .venv, caches and build output, but not reports/out
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \
-	    .import_linter_cache .benchmarks
+	    .import_linter_cache .benchmarks docs/generated
 	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(STAMP): pyproject.toml setup.py constraints.txt

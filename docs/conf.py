@@ -1,0 +1,65 @@
+"""How Sphinx builds the documentation: `make docs`, into reports/out/docs."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+CACHE = Path(__file__).parent / "generated" / ".cache"  # the Makefile puts doctrees there, too
+sys.path.insert(0, str(ROOT))
+
+project = "galvi"
+author = copyright = "The galvi developers"
+extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.mathjax",
+              "reports.site.ledger"]  # fmt: skip
+exclude_patterns = ["generated/.cache"]
+templates_path = ["_templates"]
+
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+
+# A page with code cells is run when its code has changed, and an exception ends the build.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(CACHE / "jupyter")
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+
+autodoc_typehints = "none"  # docstrings name types, shapes and units
+autodoc_member_order = "bysource"
+add_module_names = False
+python_use_unqualified_type_names = True
+
+html_theme = "sphinx_book_theme"
+html_title = "galvi"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {
+    "show_toc_level": 2,
+    "use_download_button": False,
+    "navigation_with_keys": False,
+    "navbar_persistent": [],
+}
+html_sidebars = {"**": ["navbar-logo.html", "report.html", "search-button-field.html",
+                        "sbt-sidebar-nav.html"]}  # fmt: skip
+
+# The site is read without a network: its MathJax is the one of a package, in one file.
+mathjax_path = "mathjax/tex-svg.js"
+MATHJAX = Path(*find_spec("mathjax").submodule_search_locations) / "static" / "mathjax" / "es5"
+
+
+def copy_mathjax(app: object) -> None:
+    """MathJax beside the other static files of the output."""
+    folder = Path(app.outdir) / "_static" / "mathjax"
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(MATHJAX / "tex-svg.js", folder)
+
+
+def setup(app: object) -> None:
+    """Called by Sphinx."""
+    app.connect("builder-inited", copy_mathjax)

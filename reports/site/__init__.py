@@ -1,0 +1,1 @@
+"""What the documentation generates: reference, commands, compared integrators, the ledger."""

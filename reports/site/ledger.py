@@ -1,0 +1,150 @@
+"""A directive for the site: lines of the papers' ledger, where a page speaks of them.
+
+    ```{ledger} H thm. 2.3.1; H (2.8); H 2.3.4 [V4 V14]
+    ```
+
+shows the statements whose `where` begins with one of the places, up to a word's end: "H 2.3" takes
+"H 2.3.4", and "H thm. 2.3.1" leaves "H thm. 2.3.10" alone. Brackets narrow a place to lines of
+these claims, or of none for "-". What an earlier table of the page shows is not shown again.
+
+    {claim}`V4`
+
+leads to a claim's section of the report.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from markupsafe import escape
+
+from benchmarks.claims.statements import Statement, statements
+from reports.page.typeset import typeset
+
+FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
+PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
+ROLE = re.compile(r"\{claim\}`(\w+)`")
+LOW = re.compile(
+    r"(?<=[A-Za-z|)])_(?:\((?P<group>(?:[^()]|\([^()]*\))+)\)|(?P<word>[A-Za-z0-9]{1,4})(?!\w))"
+)
+NONE = "-"  # in brackets: lines of no claim
+CLAIMS = "claims.html"  # of the report, in the folder above the site
+STYLE = Path(__file__).with_name("ledger.css")
+HEADINGS = ("where", "what it says", "what became of it")
+
+
+class Place(NamedTuple):
+    """The beginning of a `where`, and the claims of which a line needs one, if any are named."""
+
+    where: str
+    claims: tuple[str, ...]
+
+    def holds(self, one: Statement) -> bool:
+        """Whether it takes this statement."""
+        rest = one.where[len(self.where) :]
+        return (
+            one.where.startswith(self.where)
+            and not rest[:1].isalnum()
+            and (not self.claims or not set(self.claims).isdisjoint(one.claims or (NONE,)))
+        )
+
+
+def places(argument: str) -> list[Place]:
+    """The places of a directive's argument; ValueError for what is none."""
+    found = []
+    for part in argument.split(";"):
+        match = PLACE.fullmatch(part.strip())
+        if match is None:
+            raise ValueError(
+                f"a place of the ledger looks like 'H 2.3.4 [V4 V14]'; received {part!r}"
+            )
+        found.append(Place(match[1], tuple((match[2] or "").split())))
+    return found
+
+
+def chosen(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
+    """What a directive shows, in the ledger's order; ValueError for a place without a line."""
+    left, wanted = [one for one in statements() if one not in set(shown)], places(argument)
+    for place in wanted:
+        if not any(place.holds(one) for one in left):
+            raise ValueError(f"the ledger has no line at {place.where!r} that is not shown above")
+    return [one for one in left if any(place.holds(one) for place in wanted)]
+
+
+def tables_of(page: str) -> Iterator[list[Statement]]:
+    """The lines of each directive of a page's text."""
+    shown: list[Statement] = []
+    for argument in FENCE.findall(page):
+        found = chosen(argument, shown)
+        shown += found
+        yield found
+
+
+def table(found: Iterable[Statement], report: str) -> str:
+    """The lines as HTML; ``report`` is the way to the report's folder, '' or ending in '/'."""
+    head = "".join(f'<th scope="col">{heading}</th>' for heading in HEADINGS)
+    body = "\n".join(_line(one, report) for one in found)
+    return (
+        f'<div class="ledger"><table>\n<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody></table></div>"
+    )
+
+
+def where_is(claim: str, report: str) -> str:
+    """The address of a claim's section; ``report`` as for `table`."""
+    return f"{report}{CLAIMS}#{claim}"
+
+
+def _line(one: Statement, report: str) -> str:
+    links = " ".join(f'<a href="{where_is(name, report)}">{name}</a>' for name in one.claims)
+    kind = one.status.replace(" ", "-")
+    status = f"{one.status}, {one.effect}" if one.effect else one.status
+    became = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(one.why)]
+    return (
+        f'<tr><th scope="row">{typeset(one.where)}</th><td>{_typeset(one.statement)}</td>'
+        f"<td>{' '.join(part for part in became if part)}</td></tr>"
+    )
+
+
+def _typeset(text: str) -> str:
+    """HTML with subscripts, too: the ledger's text names symbols, no functions of a program."""
+    return LOW.sub(lambda match: f"<sub>{match[1] or match[2]}</sub>", typeset(text))
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register the directive and the role with Sphinx."""
+    from docutils import nodes
+    from sphinx.util.docutils import SphinxDirective, SphinxRole
+
+    def up(docname: str) -> str:
+        return "../" * (docname.count("/") + 1)
+
+    class Ledger(SphinxDirective):
+        """Lines of the ledger as a table."""
+
+        required_arguments, final_argument_whitespace = 1, True
+
+        def run(self) -> list[Any]:
+            shown = self.env.temp_data.setdefault("ledger", [])
+            try:
+                found = chosen(self.arguments[0], shown)
+            except ValueError as wrong:
+                raise self.error(str(wrong)) from wrong
+            shown += found
+            return [nodes.raw("", table(found, up(self.env.docname)), format="html")]
+
+    class Claim(SphinxRole):
+        """A claim's name, leading to its section."""
+
+        def run(self) -> Any:
+            address = where_is(self.text, up(self.env.docname))
+            return [nodes.reference("", self.text, refuri=address)], []
+
+    app.add_directive("ledger", Ledger)
+    app.add_role("claim", Claim())
+    app.connect("config-inited", lambda _app, config: config.html_static_path.append(str(STYLE)))
+    app.add_css_file(STYLE.name)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
