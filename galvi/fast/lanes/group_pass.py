@@ -14,13 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.fast.lanes.dense import (
-    factored,
-    inverse_of,
-    is_written_out,
-    is_zero,
-    times_symmetric,
-)
+from galvi.fast.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
 from galvi.fast.lanes.group_rows import (
     BEFORE,
     CHANGE,
