@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CACHE = Path(__file__).parent / "generated" / ".cache"  # the Makefile puts doctrees there, too
 sys.path.insert(0, str(ROOT))
 
+from reports.site.build import MATHJAX  # noqa: E402
+
 project = "galvi"
 author = copyright = "The galvi developers"
-extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.mathjax",
-              "reports.site.ledger"]  # fmt: skip
+extensions = [
+    "myst_nb",
+    "sphinx_design",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "reports.site.build",
+    "reports.site.ledger",
+]
 exclude_patterns = ["generated/.cache"]
 templates_path = ["_templates"]
 
@@ -31,6 +37,8 @@ nb_merge_streams = True
 autodoc_typehints = "none"  # docstrings name types, shapes and units
 autodoc_member_order = "bysource"
 add_module_names = False
+toc_object_entries_show_parents = "hide"
+smartquotes = False  # q' is a derivative, and "newton" is typed
 python_use_unqualified_type_names = True
 
 html_theme = "sphinx_book_theme"
@@ -48,18 +56,4 @@ html_theme_options = {
 html_sidebars = {"**": ["navbar-logo.html", "report.html", "search-button-field.html",
                         "sbt-sidebar-nav.html"]}  # fmt: skip
 
-# The site is read without a network: its MathJax is the one of a package, in one file.
-mathjax_path = "mathjax/tex-svg.js"
-MATHJAX = Path(*find_spec("mathjax").submodule_search_locations) / "static" / "mathjax" / "es5"
-
-
-def copy_mathjax(app: object) -> None:
-    """MathJax beside the other static files of the output."""
-    folder = Path(app.outdir) / "_static" / "mathjax"
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copy(MATHJAX / "tex-svg.js", folder)
-
-
-def setup(app: object) -> None:
-    """Called by Sphinx."""
-    app.connect("builder-inited", copy_mathjax)
+mathjax_path = MATHJAX

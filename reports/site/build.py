@@ -1,0 +1,51 @@
+"""What Sphinx does besides: writes the generated pages before it reads any, and brings MathJax."""
+
+from __future__ import annotations
+
+import shutil
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from reports.site import reference
+
+FOLDER = "generated"
+MATHJAX = "mathjax/tex-svg.js"  # under _static
+
+
+def write_pages(source: Path) -> None:
+    """Write every generated page whose text has changed, and remove those that no longer are."""
+    folder = source / FOLDER
+    pages = dict(chain(reference.pages()))
+    for path in folder.rglob("*.md"):
+        if str(path.relative_to(folder)) not in pages:
+            path.unlink()
+    for name, text in pages.items():
+        path = folder / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+
+
+def copy_mathjax(static: Path) -> None:
+    """One file of MathJax, so that formulas are read without a network."""
+    found = find_spec("mathjax")
+    assert found is not None and found.submodule_search_locations is not None
+    (folder,) = found.submodule_search_locations
+    (static / MATHJAX).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(Path(folder) / "static" / "mathjax" / "es5" / Path(MATHJAX).name, static / MATHJAX)
+
+
+def begin(app: Any) -> None:
+    """Sphinx's `builder-inited`."""
+    write_pages(Path(app.srcdir))
+    copy_mathjax(Path(app.outdir) / "_static")
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Called by Sphinx."""
+    app.connect("builder-inited", begin)
+    app.connect("autodoc-process-docstring", reference.docstring)
+    app.connect("autodoc-process-signature", reference.signature)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
