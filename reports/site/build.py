@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from reports.site import reference
+from reports.site import commands, peers, reference
 
 FOLDER = "generated"
 MATHJAX = "mathjax/tex-svg.js"  # under _static
@@ -17,7 +17,7 @@ MATHJAX = "mathjax/tex-svg.js"  # under _static
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed, and remove those that no longer are."""
     folder = source / FOLDER
-    pages = dict(chain(reference.pages()))
+    pages = dict(chain(reference.pages(), commands.pages(), peers.pages()))
     for path in folder.rglob("*.md"):
         if str(path.relative_to(folder)) not in pages:
             path.unlink()
