@@ -32,7 +32,7 @@ EXPLANATION = (
     "Two conservative motions: an arm of three skew hinges that swings for 0.5 s, and the same arm "
     "on a body that floats for 5 s. The error is the largest of a coordinate at five times, "
     "against DOP853 on the accelerations that MuJoCo computes; its order is fitted, and stands "
-    "beside that of theory, which it must neither miss nor exceed. Times of a step are from one "
+    "beside that of theory, which must match the theoretical order. Times of a step are from one "
     "interleaved run of the finest steps, less what a call costs besides; the last column follows "
     "from both, beyond what was run where the error asked for is below the smallest."
 )

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from benchmarks.store.atomic import write
 from reports.build.compare import Compared, compare
+from reports.build.first_look import CLAIMS as ALL_CLAIMS
+from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
 from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sections
 from reports.build.lock import alone
 from reports.build.sections import write_sections
@@ -89,20 +94,41 @@ def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
 def _build(
     suite: Suite, options: Options, cache: BuildCache, single: bool
 ) -> tuple[Verified, Compared, list[SectionResult]]:
+    pages = partial(_pages, suite, options, each=remembering(map_in_workers))
+    so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
+    part = 0 < len(options.claims) < len(suite.claims)
+    if not (options.quick or part or options.contenders or cache.taken):
+        checked, headlines = first_look(suite)
+        so_far(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
     verified = verify(suite, options, cache, [one.title for one in suite.sections])
+    checked = list(verified.checked)
+    so_far(checked, headlines, left=(COMPARISONS, STUDIES))
     compared = compare(suite, options, cache)
+    so_far(checked, compared.measured, left=(STUDIES,))
     sections = measure_sections(suite, options, suite.sections, cache)
     write_sections(sections, suite, options)
     cache.look()
     provenance = dict(suite.provenance(options.command))
     note_origin(options.out, PAGE, provenance, options.quick)
-    _pages(
-        suite, options, list(verified.checked), compared.measured, compared.tables, sections,
-        provenance, single,
-    )  # fmt: skip
+    pages(checked, compared.measured, compared.tables, sections, provenance, single)
     if cache.edited:
         print(f"Changed: {cache.provenance()['changed']}.", file=sys.stderr)
     return verified, compared, sections
+
+
+def _so_far(
+    suite: Suite,
+    options: Options,
+    pages: Callable[..., Path],
+    checked: list[ClaimResult],
+    comparison: Comparison,
+    left: tuple[str, ...],
+) -> None:
+    """The pages of a build that goes on, unless it is a quick one."""
+    if not options.quick:
+        tables = comparison_tables(comparison.work_precision, suite.targets)
+        provenance = dict(suite.provenance(options.command))
+        pages(checked, comparison, tables, [], provenance, left=left)
 
 
 def _pages(
@@ -113,21 +139,23 @@ def _pages(
     tables: ComparisonTables,
     sections: list[SectionResult],
     provenance: dict[str, str],
-    single: bool,
+    single: bool = False,
     kept: bool = False,
+    left: tuple[str, ...] = (),
+    each: Callable[..., Iterable[Any]] = map_in_workers,
 ) -> Path:
-    gallery = draw(checked, comparison, sections, map_in_workers)
+    gallery = draw(checked, comparison, sections, each)
     save(gallery, options.out / "figures")
     page = content(
         checked, comparison, tables, sections, gallery, suite.claims, provenance, options.quick,
         kept, sources(options.out, checked, comparison, sections), read_origins(options.out),
-        history(options.out),
+        history(options.out), left,
     )  # fmt: skip
     write(options.out / "cite.bib", bibliography())
-    if checked:
+    if checked and not left:
         write(options.out / "tables" / "numbers.tex", numbers(options.out))
     first = write_site(page, options.out)
-    print(f"The page is {first}.")
+    print(f"{'Still to come: ' + ', '.join(left) + '. ' if left else ''}The page is {first}.")
     if single:
         print(f"All of it in one file: {write_single(page, options.out)}.")
     return first

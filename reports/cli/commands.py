@@ -340,13 +340,13 @@ def application(load: Load, command: str) -> typer.Typer:
         warm()
         return 0
 
-    @app.command("readme", help="Update the results tables and the picture in README.md.")
+    @app.command("readme", help="Update the tables and pictures of README.md and docs/.")
     def renew_readme(out: Path = FOLDER) -> int:
         from reports.tables.readme import renew
 
         if not (out / "index.html").is_file():
             raise typer.BadParameter(f"{out} holds no report yet; run build first.")
-        renew(Path("README.md"), out)
+        renew(Path(), out)
         return 0
 
     return app

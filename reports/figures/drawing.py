@@ -43,7 +43,7 @@ def slug(problem: str) -> str:
 
 
 UNITS = {
-    POSITION: "In the problem's unit of length",
+    POSITION: "Largest distance of a body from its true position",
     ATTITUDE: "Largest entry of R - R_true",
     COORDINATES: "Largest difference of a coordinate",
     MOTION: "Largest difference of an entry of the attitude, of the place or of a hinge's angle",

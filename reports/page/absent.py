@@ -64,7 +64,7 @@ def _absent(
     missing += [f"rows of {', '.join(ids)}"] if ids else []
     listed = " and ".join(filter(None, (", ".join(missing[:-1]), missing[-1])))
     text = (
-        f"{name} was not installed for this build: {listed} are missing, and the "
-        "fastest means the fastest of the codes that ran."
+        f"{name} was not installed for this build: {listed} are missing, and "
+        f"rankings exclude {name}."
     )
     return Absent(name, text, why)

@@ -102,6 +102,7 @@ def content(
     measured: Sequence[Source],
     origins: Mapping[str, Mapping[str, str]],
     history: object = None,
+    left: Sequence[str] = (),
 ) -> dict[str, Any]:
     """The variables of the templates, by name.
 
@@ -110,6 +111,7 @@ def content(
     measured  where the rows come from
     origins   file -> where its rows come from
     history   the kept benches, as `reports.tracking` shows them; None without any
+    left      what is still being measured
     """
     seen = summary(checked)
     origin = origins.get(TIMES, provenance)
@@ -125,6 +127,7 @@ def content(
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
         "kept": kept,
+        "left": left,
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "measured": statements(measured),
         "verdicts": VERDICTS,

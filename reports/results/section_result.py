@@ -62,7 +62,7 @@ def _measured(
         failure = f"{section.title}: not run ({type(error).__name__}: {error})."
     if section.long_form is not None:
         rows = section.long_form.stored(options.out / FOLDER, _say)
-        note = "" if len(rows) else "Its long form was not run: make studies."
+        note = "" if len(rows) else "Short version; `make studies` runs the long one."
         frames.append(rows)
     frames = [frame for frame in frames if len(frame)]
     whole = pd.concat(frames, ignore_index=True) if frames else None

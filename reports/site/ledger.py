@@ -22,14 +22,15 @@ from typing import Any, NamedTuple
 from markupsafe import escape
 
 from benchmarks.claims.statements import Statement, statements
-from reports.page.typeset import typeset
+from reports.page.typeset import MINUS, typeset
 
 FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
 PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
 ROLE = re.compile(r"\{claim\}`(\w+)`")
-LOW = re.compile(
-    r"(?<=[A-Za-z|)])_(?:\((?P<group>(?:[^()]|\([^()]*\))+)\)|(?P<word>[A-Za-z0-9]{1,4})(?!\w))"
-)
+LOW = re.compile(r"(?<=[^\W\d]|[|)])_(?:\(((?:[^()]|\([^()]*\))+)\)|([^\W_]{1,4})(?!\w))")
+NAMES = "alpha beta gamma eta theta lambda mu nu xi pi rho sigma phi psi omega"
+GREEK = dict(zip(NAMES.split(), "αβγηθλμνξπρσφψω", strict=True))
+LETTER = re.compile(rf"(?<![^\W_])(d?)({'|'.join(GREEK)})(?![^\W\d_])", re.IGNORECASE)
 NONE = "-"  # in brackets: lines of no claim
 CLAIMS = "claims.html"  # of the report, in the folder above the site
 STYLE = Path(__file__).with_name("ledger.css")
@@ -110,8 +111,14 @@ def _line(one: Statement, report: str) -> str:
 
 
 def _typeset(text: str) -> str:
-    """HTML with subscripts, too: the ledger's text names symbols, no functions of a program."""
-    return LOW.sub(lambda match: f"<sub>{match[1] or match[2]}</sub>", typeset(text))
+    """HTML with Greek letters and subscripts, too: the ledger names symbols, not a program's."""
+    html = LETTER.sub(_greek, typeset(text))
+    return LOW.sub(lambda match: f"<sub>{(match[1] or match[2]).replace('-', MINUS)}</sub>", html)
+
+
+def _greek(match: re.Match[str]) -> str:
+    letter = GREEK[match[2].lower()]
+    return match[1] + (letter.upper() if match[2][0].isupper() else letter)
 
 
 def setup(app: Any) -> dict[str, Any]:

@@ -1,7 +1,8 @@
-"""Update the tables and the pictures of README.md from the output of `build`."""
+"""Update the tables and the pictures of README.md and of docs/ from the output of `build`."""
 
 from __future__ import annotations
 
+import ast
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,10 +11,24 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.claims.statements import counted, statements
+from benchmarks.mutation.study import equivalents
+from benchmarks.mutation.trial import KILLED
 from benchmarks.store.atomic import write
-from reports.tables.number_format import plain
+from benchmarks.work_precision.labels import label_of
+from references.stored.provenance import truths
+from reports.tables.comparison_tables import (
+    ALL,
+    GALVI,
+    NOBODY,
+    fastest_per_error,
+    heading,
+    is_ours,
+)
+from reports.tables.number_format import plain, seconds
 
-RESULTS, SPEED, BODIES, STATEMENTS = "results", "speed", "bodies", "statements"
+SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
+RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
+CHOICES = "choices"  # of docs/which.md
 WIDTH = 101  # columns of the README
 PICTURES = {  # of the repository: of a report
     "reports/inner_planets.png": "fig-2-14",
@@ -109,6 +124,93 @@ def _ratio(ratios: pd.DataFrame, code: str, system: str, error: float) -> str:
     return "not reached" if numbers.empty else f"{float(f'{numbers.min():.2g}'):g}"
 
 
+ASKED = (1e-4, 1e-6, 1e-8)
+PROBLEMS = (
+    "outer solar system",
+    "solar system without Pluto",
+    "kepler e=0.6",
+    "free rigid body",
+    "3D pendulum, m g = 9.81",
+    "heavy top",
+    "double pendulum",
+    "chain of 5 rods",
+    "skew arm",
+    "floating arm",
+    "henon-heiles",
+    "fermi-pasta-ulam-tsingou",
+)
+
+
+def choices(runs: pd.DataFrame) -> str:
+    """Markdown table from work_precision.csv: for each problem the fastest code at each error,
+    and galvi's fastest method where it is another."""
+    fastest = fastest_per_error(runs, ASKED)
+    headings = " | ".join(f"error {heading(error)}" for error in ASKED)
+    lines = [f"| problem | {headings} |", "|---" * (len(ASKED) + 1) + "|"]
+    for problem in PROBLEMS:
+        rows = fastest[fastest["problem"] == problem].set_index(["asked", "of"])
+        if rows.empty:
+            continue
+        cells = []
+        for error in ASKED:
+            best, ours = rows.loc[(error, ALL)], rows.loc[(error, GALVI)]
+            cell = _choice(best)
+            if is_ours(str(best["contender"])):
+                cell = f"**{cell}**"
+            elif ours["contender"] != NOBODY:
+                cell += f"; galvi: {_choice(ours)}"
+            cells.append(cell)
+        lines.append(f"| {label_of(problem).title} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _choice(row: pd.Series) -> str:
+    if row["contender"] == NOBODY:
+        return "not reached"
+    return f"{row['contender']}, {row['settings']}, {seconds(row['at_asked'])}"
+
+
+def evidence(root: Path, out: Path) -> str:
+    """What speaks for galvi's numbers, counted: statements, checks, truths, planted faults, and
+    the mutants and calls at random where `make studies` has kept them."""
+    claims = pd.read_csv(out / "claims.csv")
+    differing = int((claims["verdict"] != claims["expected"]).sum())
+    faults = sum(map(_tests, sorted(root.glob("tests/benchmarks/test_planted_faults*.py"))))
+    lines = [
+        ("claims", f"{claims['id'].nunique()}, in {len(claims)} checks", "`galvi verify`"),
+        ("checks with another verdict than expected", f"{differing}", "`galvi verify`"),
+        ("stored truths, with script, engine, version and hash", f"{len(truths())}", "report"),
+        ("tests that plant a fault which a claim must catch", f"{faults}", "`make test`"),
+        ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
+        ("calls with odd arguments", _calls(out / "fuzz.csv"), "`make fuzz`"),
+    ]
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return f"| evidence | number | from |\n|---|---|---|\n{rows}"
+
+
+def _tests(file: Path) -> int:
+    names = (one.name for one in ast.parse(file.read_text()).body if hasattr(one, "name"))
+    return sum(name.startswith("test_") for name in names)
+
+
+def _mutants(file: Path) -> str:
+    if not file.exists():
+        return "not kept here"
+    rows, same = pd.read_csv(file), equivalents()
+    changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
+    rows = rows[[change not in same for change in changes]]
+    found = int((rows["outcome"] == KILLED).sum())
+    return f"{found} of {len(rows)} ({found / len(rows):.1%}), those that compute the same left out"
+
+
+def _calls(file: Path) -> str:
+    if not file.exists():
+        return "not kept here"
+    rows = pd.read_csv(file, keep_default_na=False)
+    found = rows.loc[rows["finding"] != "", ["target", "finding"]].drop_duplicates()
+    return f"{rows['calls'].sum()}; {len(found)} neither answered nor refused in a sentence"
+
+
 def marks(name: str) -> tuple[str, str]:
     """The comments that enclose a generated table."""
     return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
@@ -120,7 +222,7 @@ def table_of(page: str, name: str) -> str:
     _, found, rest = page.partition(begin)
     table, closed, _ = rest.partition(end)
     if not found or not closed:
-        raise ValueError(f"README.md must hold the marks {begin} and {end}.")
+        raise ValueError(f"The page must hold the marks {begin} and {end}.")
     return table.strip()
 
 
@@ -134,15 +236,24 @@ def _with(page: str, name: str, table: str) -> str:
 
 def with_statements(page: str) -> str:
     """The page with the count of the papers' statements renewed."""
-    lines = textwrap.fill(counted(statements()), WIDTH)
-    return _with(page, STATEMENTS, lines)
+    return _with(page, STATEMENTS, textwrap.fill(counted(statements()), WIDTH))
 
 
-def renew(readme: Path, out: Path) -> None:
-    """Write the tables of the report in ``out`` into ``readme``, and update its pictures."""
-    page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
+def renew(root: Path, out: Path) -> None:
+    """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
+    and update their pictures."""
     ratios = pd.read_csv(out / "tables" / "ratios.csv")
-    page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
-    write(readme, with_statements(page))
+    claims = pd.read_csv(out / "claims.csv")
+    runs = pd.read_csv(out / "work_precision.csv")
+    tables = {
+        "README.md": {SPEED: speed(ratios), BODIES: bodies(ratios)},
+        "docs/trust.md": {RESULTS: results(claims), EVIDENCE: evidence(root, out)},
+        "docs/which.md": {CHOICES: choices(runs)},
+    }
+    for name, found in tables.items():
+        page = (root / name).read_text()
+        for table, text in found.items():
+            page = _with(page, table, text)
+        write(root / name, with_statements(page) if STATEMENTS in page else page)
     for picture, figure in PICTURES.items():
-        write(readme.parent / picture, (out / "figures" / f"{figure}.png").read_bytes())
+        write(root / picture, (out / "figures" / f"{figure}.png").read_bytes())

@@ -25,6 +25,22 @@ def vector_step(b, basis, a, q, v, h):
     return q + end @ x, v + h * b @ a(q + psi @ x), x
 
 
+def weak_step(b, functions, mass, force, u_0, p_0, h):
+    """Coefficients (n, d) of u_N, and p_h, by M's iteration of M (8); F = force(u, u'), (s, d).
+
+    functions  of X_N: values and slopes (s, n) at the nodes, values (n,) at 0 and at 1
+    """
+    values, slopes, start, end = functions
+    a_N = mass / h * slopes.T @ (b[:, None] * slopes)
+    saddle = np.block([[a_N, -end[:, None]], [start, 0.0]])
+    u, rate = np.tile(u_0, (b.size, 1)), np.zeros((b.size, u_0.size))
+    for _ in range(PASSES):
+        impulse = h * values.T @ (b[:, None] * force(u, rate)) - np.outer(start, p_0)
+        x = np.linalg.solve(saddle, np.vstack([impulse, u_0]))
+        u, rate = values @ x[:-1], slopes @ x[:-1] / h
+    return x[:-1], x[-1]
+
+
 def tangent(x):
     """T of Phi(x) = (I - X)(I + X)^-1."""
     return -2.0 * (np.eye(3) + hat(x)) / (1.0 + x @ x)
@@ -76,8 +92,8 @@ def frame_step(rule, flow, rest, w, h):
     A = collocation(c)
     w, k = flow(w, 0.5 * h), np.zeros((c.size, *w.shape))
     for _ in range(PASSES):
-        k = np.stack([h * pulled_back(flow, rest, W, (at - 0.5) * h)
-                      for W, at in zip(w + np.tensordot(A, k, 1), c, strict=True)])  # fmt: skip
+        stages = zip(w + np.tensordot(A, k, 1), (c - 0.5) * h, strict=True)
+        k = np.stack([h * pulled_back(flow, rest, W, t) for W, t in stages])
     return flow(w + np.tensordot(b, k, 1), 0.5 * h)
 
 
@@ -115,10 +131,9 @@ def kepler_frame(m):
 
     Rows of (Q_1, .., Q_n, barycentre), each (D,), are the matrix returned times those of bodies.
     """
-    m, total = np.asarray(m), np.cumsum(m)
-    into = np.eye(m.size)[1:] - [np.append(m[:i] / total[i - 1], np.zeros(m.size - i))
-                                 for i in range(1, m.size)]  # fmt: skip
-    into = np.vstack([into, m / total[-1]])
+    total = np.cumsum(m)
+    centres = np.tril(np.tile(m, (m.size, 1))) / total[:, None]  # of bodies 0 to i
+    into = np.vstack([np.eye(m.size)[1:] - centres[:-1], centres[-1]])
 
     def flow(w, t):
         moved = [orbit(mu, w[:, i], t) for i, mu in enumerate(total[1:])]

@@ -1,4 +1,4 @@
-"""The README's results table says what the claims' judges expect."""
+"""The generated tables of README.md and docs/: what they say is what the suite says."""
 
 from pathlib import Path
 
@@ -12,6 +12,8 @@ from reports.tables.readme import (
     RESULTS,
     SPEED,
     bodies,
+    choices,
+    evidence,
     marks,
     results,
     speed,
@@ -19,7 +21,8 @@ from reports.tables.readme import (
     with_statements,
 )
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
+README, TRUST = ROOT / "README.md", ROOT / "docs/trust.md"
 
 
 def expected_rows():
@@ -30,7 +33,7 @@ def expected_rows():
 
 def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
     rows = expected_rows()
-    lines = table_of(README.read_text(), RESULTS).splitlines()[2:]
+    lines = table_of(TRUST.read_text(), RESULTS).splitlines()[2:]
     assert len(lines) == len(HEADLINES)
     for line, headline in zip(lines, HEADLINES, strict=True):
         claim, quantity, claimed, measured, verdict = (
@@ -83,7 +86,41 @@ def test_rigid_bodies_have_a_table_of_their_own():
 
 
 def test_the_page_counts_the_statements_of_the_papers():
-    page = README.read_text()
-    assert with_statements(page) == page
+    for page in (README.read_text(), TRUST.read_text()):
+        assert with_statements(page) == page
     with pytest.raises(ValueError, match="must hold the marks <!-- statements"):
         with_statements("no marks")
+
+
+def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
+    runs = pd.DataFrame(
+        {
+            "problem": "kepler e=0.6",
+            "quantity": "position",
+            "contender": ["heyoka", "heyoka", "galvi degree 8", "galvi degree 8"],
+            "settings": ["tolerance=1e-5", "tolerance=1e-9", "step=0.2", "step=0.1"],
+            "error": [1e-5, 1e-9, 2e-5, 1e-7],
+            "smallest": [1e-5, 1e-9, 2e-5, 1e-7],
+            "largest": [1e-5, 1e-9, 2e-5, 1e-7],
+            "seconds": [2.0, 4.0, 1.0, 8.0],
+            "status": "",
+        }
+    )
+    (line,) = choices(runs).splitlines()[2:]
+    cells = [cell.strip() for cell in line.strip("|").split("|")]
+    assert cells[0] == "Kepler, e = 0.6" and cells[1].startswith("**galvi degree 8, step=0.2")
+    assert cells[2].startswith("heyoka, tolerance=1e-9") and "; galvi: galvi degree 8" in cells[2]
+    assert cells[3].startswith("heyoka") and "galvi:" not in cells[3]
+
+
+def test_the_evidence_is_counted(tmp_path):
+    columns = {"id": ["V1", "V1", "L1"], "verdict": ["holds"] * 3, "expected": ["holds"] * 3}
+    pd.DataFrame(columns).to_csv(tmp_path / "claims.csv")
+    lines = evidence(ROOT, tmp_path).splitlines()
+    assert "| claims | 2, in 3 checks | `galvi verify` |" in lines
+    assert any("not kept here" in line for line in lines)
+    pd.DataFrame({"target": "step", "calls": [7, 8], "finding": ["", "hangs"]}).to_csv(
+        tmp_path / "fuzz.csv"
+    )
+    said = evidence(ROOT, tmp_path)
+    assert "15; 1 neither answered nor refused in a sentence" in said

@@ -18,6 +18,7 @@ from reports.build.lock import LOCK
 from reports.figures.drawing import Gallery
 from reports.results import cache
 from reports.results.cache import open_cache
+from reports.results.comparison import Comparison
 from reports.results.kept_rows import MARKS
 from reports.results.options import Options
 from tests.reports.counted_suite import Bench, Killed
@@ -31,12 +32,14 @@ with FileLock(sys.argv[1]):
 """
 
 
+NOTHING = Comparison(None, None)
 ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 
 
 @pytest.fixture
 def bench(make_suite, make_claim, monkeypatch: pytest.MonkeyPatch) -> Bench:
     monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
+    monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NOTHING))
     monkeypatch.setattr("reports.tables.writing.as_latex", lambda *frame: "")
     monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")

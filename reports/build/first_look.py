@@ -1,0 +1,58 @@
+"""What a build shows before it has measured everything: claims and headlines, quickly."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing, suppress
+from typing import Any
+
+import pandas as pd
+
+from reports.build.workers import study_in_workers
+from reports.figures.headlines import HEADLINES
+from reports.results.claim_results import ClaimResult, check
+from reports.results.comparison import Comparison
+from reports.results.suite import Suite
+
+CLAIMS, COMPARISONS, STUDIES = "the claims in full", "all comparisons", "the studies"  # in order
+PATIENCE = 60.0  # seconds for claims
+
+
+def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
+    """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
+
+    Nothing is kept of them, and what fails is left to the whole build to report."""
+    claims = {one.id: one for one in suite.claims if not one.timed and one.id in suite.in_workers}
+    begun, finished = time.perf_counter(), []
+    with closing(study_in_workers({name: suite.in_workers[name] for name in claims}, True)) as some:
+        for one in some:
+            finished.append(one)
+            if time.perf_counter() - begun > PATIENCE:
+                break
+    checked = check(
+        [claims[name] for name, *_ in finished], suite.make_method, True, suite.unavailable(),
+        elsewhere=lambda names: (one for one in finished),
+    )  # fmt: skip
+    shown = {name for one in HEADLINES for name in one.options["panels"]}
+    frames = []
+    for problem in shown.intersection(suite.problems(True)):
+        with suppress(Exception):
+            frames.append(suite.work_precision(True, lambda sentence: None, problem=problem))
+    runs = pd.concat(frames, ignore_index=True) if frames else None
+    return checked, Comparison(runs, None)
+
+
+def remembering(each: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
+    """The same map over (figure, frame), in which nothing is drawn twice."""
+    drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the frame too, so that it keeps its id
+
+    def draw(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
+        keys = [(figure.name, id(frame)) for figure, frame in jobs]
+        new = [key_job for key_job in zip(keys, jobs, strict=True) if key_job[0] not in drawn]
+        pictures = each(function, [job for _, job in new])
+        for (key, (_, frame)), picture in zip(new, pictures, strict=True):
+            drawn[key] = frame, picture
+        return [drawn[key][1] for key in keys]
+
+    return draw
