@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -33,6 +34,7 @@ nb_execution_cache_path = str(CACHE / "jupyter")
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
+os.environ["IPYTHONDIR"] = str(CACHE / "ipython")  # no settings of whoever builds
 
 autodoc_typehints = "none"  # docstrings name types, shapes and units
 autodoc_member_order = "bysource"

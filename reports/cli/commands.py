@@ -56,7 +56,10 @@ ONLY = typer.Option(
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
 KEPT = typer.Option(False, "--kept", help="Only draw and write the pages, from kept rows.")
 SCHEDULER = typer.Option(
-    "", "--scheduler", metavar="ADDRESS", help="Of Dask: studies without timings run there."
+    "",
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Of a Dask scheduler: studies without timings run there.",
 )
 SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
@@ -198,8 +201,12 @@ def application(load: Load, command: str) -> typer.Typer:
 
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
     def long_studies(
-        only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
-        minutes: float = typer.Option(math.inf, "--minutes", help="Start no run after these."),
+        only: str = typer.Option(
+            "", "--only", metavar="mutants,turning", help="Only these studies."
+        ),
+        minutes: float = typer.Option(
+            math.inf, "--minutes", metavar="M", help="Start no run after so many minutes."
+        ),
         out: Path = FOLDER,
     ) -> int:
         from reports.build.sections import run_long_forms
@@ -227,9 +234,14 @@ def application(load: Load, command: str) -> typer.Typer:
         where: list[str] = typer.Option(
             [], "--where", metavar="problem=kepler", help="Rows to take; several narrow it down."
         ),
-        columns: str = typer.Option("", "--columns", metavar="error,seconds", help="To take."),
+        columns: str = typer.Option(
+            "", "--columns", metavar="error,seconds", help="Columns to take."
+        ),
         form: str = typer.Option(
-            "csv", "--format", metavar="parquet|latex|csv|markdown|pdf|svg|png"
+            "csv",
+            "--format",
+            metavar="parquet|latex|csv|markdown|pdf|svg|png",
+            help="Of a table, or one of the last three of a figure.",
         ),
         sort: str = typer.Option(
             "", "--sort", metavar="error,-seconds", help="Columns to sort by."
@@ -237,7 +249,9 @@ def application(load: Load, command: str) -> typer.Typer:
         to: Path = typer.Option(
             None, "--to", metavar="FILE", help="Output file; default in tables/ or figures/."
         ),
-        width: str = typer.Option("page", "--width", metavar="column|page", help="Of a figure."),
+        width: str = typer.Option(
+            "page", "--width", metavar="column|page", help="Of a figure for a paper."
+        ),
         out: Path = FOLDER,
     ) -> int:
         from reports.cli.export import Choice, exported
@@ -252,7 +266,9 @@ def application(load: Load, command: str) -> typer.Typer:
     )
     def track_performance(
         against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
-        only: list[str] = typer.Option([], "--only", metavar="TEXT", help="Part of a name."),
+        only: list[str] = typer.Option(
+            [], "--only", metavar="TEXT", help="Benchmarks with this in their names."
+        ),
         isolate: bool = typer.Option(
             False, "--isolate", help="Give each side its own environment (minutes)."
         ),
@@ -277,22 +293,33 @@ def application(load: Load, command: str) -> typer.Typer:
             metavar="FILE",
             help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb, .urdf).",
         ),
-        duration: float = typer.Option(None, "--duration", metavar="T", help="In its time."),
+        duration: float = typer.Option(
+            None, "--duration", metavar="T", help="Of the run, in its time."
+        ),
         error: float = typer.Option(
             None, "--error", metavar="E", help="Asked for; exit 1 when the own run is worse."
         ),
         own: str = typer.Option(
-            "", "--own", metavar="integrator=whfast,dt=0.1", help="Else as in the file."
+            "",
+            "--own",
+            metavar="integrator=whfast,dt=0.1",
+            help="The run to judge, where not as in the file.",
         ),
-        snapshot: int = typer.Option(-1, "--snapshot", metavar="N", help="Of an archive."),
+        snapshot: int = typer.Option(
+            -1, "--snapshot", metavar="N", help="Of an archive; -1: the last."
+        ),
         key: str = typer.Option(
             None, "--key", metavar="NAME|N", help="Keyframe of a model to start at."
         ),
         ignore: str = typer.Option(
             "", "--ignore", metavar="contacts,limits", help="What of a model to leave out."
         ),
-        qpos: str = typer.Option("", "--qpos", metavar="1,0.5", help="Start of a model."),
-        qvel: str = typer.Option("", "--qvel", metavar="0,0.1", help="Its velocities."),
+        qpos: str = typer.Option(
+            "", "--qpos", metavar="1,0.5", help="Start of a model: positions."
+        ),
+        qvel: str = typer.Option(
+            "", "--qvel", metavar="0,0.1", help="Start of a model: velocities."
+        ),
         quick: bool = typer.Option(
             False, "--quick", help="Shorter looks at other sources and integrators."
         ),

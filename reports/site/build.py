@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from reports.site import reference
+from reports.site import commands, peers, reference
 
 FOLDER = "generated"
 MATHJAX = "mathjax/tex-svg.js"  # under _static
@@ -17,7 +18,7 @@ MATHJAX = "mathjax/tex-svg.js"  # under _static
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed, and remove those that no longer are."""
     folder = source / FOLDER
-    pages = dict(chain(reference.pages()))
+    pages = dict(chain(reference.pages(), commands.pages(), peers.pages()))
     for path in folder.rglob("*.md"):
         if str(path.relative_to(folder)) not in pages:
             path.unlink()
@@ -37,9 +38,17 @@ def copy_mathjax(static: Path) -> None:
     shutil.copy(Path(folder) / "static" / "mathjax" / "es5" / Path(MATHJAX).name, static / MATHJAX)
 
 
+def quiet_kernel(folder: Path) -> None:
+    """IPython's settings for the code of tutorials: its notices are none of the documentation's."""
+    settings = folder / "profile_default" / "ipython_kernel_config.py"
+    settings.parent.mkdir(parents=True, exist_ok=True)
+    settings.write_text("get_config().IPKernelApp.log_level = 'ERROR'\n", encoding="utf-8")
+
+
 def begin(app: Any) -> None:
     """Sphinx's `builder-inited`."""
     write_pages(Path(app.srcdir))
+    quiet_kernel(Path(os.environ["IPYTHONDIR"]))
     copy_mathjax(Path(app.outdir) / "_static")
 
 

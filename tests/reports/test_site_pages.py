@@ -1,0 +1,90 @@
+"""The generated pages of the command line and of the compared integrators."""
+
+from __future__ import annotations
+
+import re
+from itertools import chain
+from pathlib import Path
+
+import pytest
+import typer
+
+from benchmarks.work_precision.problems import work_precision_problems
+from reports.cli.commands import application
+from reports.contents import SECTIONS, load
+from reports.figures.style.identities import OURS, TABLE, identity
+from reports.site import build, commands, peers, reference
+from reports.site.build import write_pages
+
+ROOT = Path(__file__).parents[2]
+((_, COMMANDS),) = commands.pages()
+PEERS = dict(peers.pages())
+A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
+
+
+def test_the_page_of_commands_holds_every_command_option_and_exit_status() -> None:
+    group = typer.main.get_command(application(load, ""))
+    for name, command in group.commands.items():
+        _, _, section = COMMANDS.partition(f"## galvi {name}\n")
+        section = section.partition("\n## ")[0]
+        assert command.help in section, name
+        for one in command.params:
+            shown = one.opts[0] if one.param_type_name == "option" else one.metavar
+            assert (f"`{shown}" in section) != bool(getattr(one, "hidden", False)), (name, shown)
+    for code in (0, 1, 2, 130):
+        assert f"`{code}`\n: " in COMMANDS
+    assert COMMANDS.count("\n: \n") == 0  # every option says what it does
+
+
+def test_each_contender_of_a_comparison_has_a_page_that_names_its_comparisons() -> None:
+    pages = {one.family: PEERS[f"peers/{one.file}.md"] for one in peers.peers()}
+    for case in work_precision_problems(quick=False):
+        for one in case.participants:
+            family = identity(one.label).family
+            assert family in (OURS, *TABLE)
+            page = pages[family]
+            assert f"comparisons.html#{peers.slug(case.problem.name)}" in page
+            assert one.label.removeprefix(family).lstrip(" ,") in page
+
+
+def test_every_page_of_an_integrator_says_what_readers_ask() -> None:
+    for one in peers.peers():
+        page = PEERS[f"peers/{one.file}.md"]
+        assert one.runs, f"{one.family} is in peers.csv, and in no comparison"
+        for heading in ("Order", "Steps", "Conserves", "Known limits and defects", "Sources"):
+            assert re.search(rf"^{heading}\n: \S", page, re.M), (one.family, heading)
+        assert one.package == "" or re.search(r"\d+\.\d+", one.package)
+        assert f"({one.file}.md)" in PEERS["peers/index.md"]
+
+
+def test_the_table_of_facts_names_studies_and_files_that_exist() -> None:
+    text = peers.FACTS.read_text(encoding="utf-8")
+    anchors = {one.name.replace("_", "-") for one in SECTIONS}
+    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= anchors
+    for file in peers.FILE.findall(text):
+        assert (ROOT / file).is_file(), file
+
+
+def test_settings_are_said_in_short() -> None:
+    best = r"- best: \d+ settings: step [\d.]+ to [\d.]+ d, `corrector` 17, "
+    assert re.search(best, PEERS["peers/rebound-whfast.md"])
+
+
+def test_no_generated_page_names_a_place_of_this_machine() -> None:
+    for file, text in chain(reference.pages(), commands.pages(), peers.pages()):
+        assert not A_MACHINE.search(text) and str(ROOT) not in text, file
+
+
+def test_pages_are_written_when_they_change_and_removed_when_they_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build.peers, "pages", lambda: iter([("peers/one.md", "# One\n")]))
+    old = tmp_path / "generated" / "peers" / "old.md"
+    old.parent.mkdir(parents=True)
+    old.write_text("# Old\n")
+    write_pages(tmp_path)
+    page = old.with_name("one.md")
+    assert page.read_text() == "# One\n" and not old.exists()
+    before = page.stat().st_mtime_ns
+    write_pages(tmp_path)
+    assert page.stat().st_mtime_ns == before
