@@ -30,11 +30,11 @@ from galvi.run.ensemble import processors
 from galvi.run.integrate import check_end, checked
 
 BY_ITSELF = " It was run by itself, since {why}."
-NO_LAW = "the system has no law for lanes"
-IN_FRAME = "methods in a frame do not run in lanes"
-NOT_ITERATED = "lanes do not run this system with the method's weights or degrees"
+NO_LAW = "the system has no vector code"
+IN_FRAME = "methods in a frame run one member at a time"
+NOT_ITERATED = "vector code does not solve this system with the method's weights or degrees"
 OF_PYTHON = "what is kept is a Python function of a run"
-NOT_IN_LANES = "lanes could not do step {step}"
+NOT_IN_LANES = "vector code could not do step {step}"
 
 
 def integrate_ensemble(
@@ -77,9 +77,8 @@ def integrate_ensemble(
 
     Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
     the same bits in every ensemble, order, thread and process on one kind of processor. One whose
-    step lanes cannot do is run again by itself, as are all where the system has no law for lanes
-    (its equations as generated code of vector instructions) or the method works in a frame; their
-    status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
+    step the vector code cannot do is run again by itself, as are all where the system has none (its
+    equations as generated code) or the method works in a frame; their status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
     its status says why, and the others go on. Energies are not judged, whoever runs the member.
     Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
 

@@ -202,7 +202,7 @@ def test_systems_without_a_law_run_one_by_one_and_say_so():
     problem = galvi.Problem(galvi.Canonical(1.0, potential), [1.0], [0.0])
     assert law_of(problem.system, 1) is None
     result = galvi.integrate_ensemble(problem, [[1.0], [0.5]], problem.v0, FOUR, 0.1, 3)
-    assert "no law for lanes" in result.status[0] and result.success.all()
+    assert "no vector code" in result.status[0] and result.success.all()
     assert np.array_equal(result[0][0], galvi.integrate(problem, FOUR, 0.1, 3).q[-1])
 
 
@@ -351,7 +351,7 @@ def test_a_member_that_a_problem_refuses_fails_alone(keep):
         galvi.integrate(bodies.with_initial_state(q[3], bodies.v0), FOUR, step, 3)
     assert np.flatnonzero(~result.success).tolist() == [3] and result.failed_step[3] == 1
     assert result.status[3].startswith(str(refusal.value))
-    assert "lanes could not do step 1" in result.status[3]
+    assert "vector code could not do step 1" in result.status[3]
     assert np.isnan(result[0][3]).all() and np.isfinite(np.delete(result[0], 3, axis=0)).all()
 
 
