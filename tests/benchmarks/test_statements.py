@@ -88,7 +88,7 @@ def test_a_status_that_no_row_supports_and_a_verdict_that_praises_are_told(
 
 
 def test_a_row_founds_only_the_statements_of_its_place() -> None:
-    """Planted: one row that holds, and ten statements that name its claim."""
+    """Planted: one row that holds, and statements of other places that name its claim."""
     row = Row("V1", "one-step error", "H fig. 2.3, thm. 2.3.4", verdict=HOLDS)
     wheres = ("H fig. 2.3", "H thm. 2.3.4", "H fig. 2.4", "H fig. 2.30", "H 2.3", "M fig. 2.3")
     first, second, *others = (
@@ -102,7 +102,7 @@ def test_a_row_founds_only_the_statements_of_its_place() -> None:
     elsewhere = replace(here, rows="H fig. 2.3: curve")
     other_claim = replace(here, claims=("V2",))
     assert unfounded([here], [row]) == []
-    assert len(unfounded([elsewhere, other_claim], [row])) == 2
+    assert all(len(unfounded([one], [row])) == 1 for one in (elsewhere, other_claim))
 
 
 @pytest.mark.parametrize(
