@@ -16,7 +16,12 @@ from galvi.fast.lanes.members.group import group_fields
 from galvi.fast.lanes.members.law import law_fields
 from galvi.fast.lanes.members.steps import Fields
 from galvi.fast.lanes.vectors import LANES
-from galvi.fast.law_stepper import component_degrees, orthonormal_complement, outside
+from galvi.fast.law_stepper import (
+    aligned_copies,
+    component_degrees,
+    orthonormal_complement,
+    outside,
+)
 from galvi.fast.nystrom_stepper import aligned, integrals_of
 from galvi.fast.symbolic.lane_law import compiled_group_members, compiled_members
 from galvi.kernels.lie import product
@@ -111,7 +116,5 @@ def _in_lines(
     """The parts in the order of galvi.fast.lanes.members.steps.Tables."""
     rows = (table.b, table.low_parts[1], means, table.c)
     given = np.concatenate([*A, *B, rows, table.analysis.T, table.extrapolation.T])
-    copies = aligned(given.shape, complement.shape)
-    for copy, values in zip(copies, (given, complement), strict=True):
-        copy[:] = values
-    return copies[0], copies[1], read_only(table.growth)
+    tables, complement = aligned_copies(given, complement)
+    return tables, complement, read_only(table.growth)

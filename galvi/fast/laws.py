@@ -12,7 +12,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.fast.symbolic import lane_law
 from galvi.fast.symbolic.from_sympy import SymbolicForce
-from galvi.fast.symbolic.lane_force import fits
+from galvi.fast.symbolic.lane_law import fits
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.traced_lagrangian import (
     traced_force,
@@ -43,7 +43,7 @@ from galvi.systems.trees.rigid_tree import RigidTree
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
 MOST = 40  # velocities of a tree in lanes
-SLOPES = {  # of potentials, in galvi.fast.lanes.potentials
+SLOPES = {  # of potentials, in galvi.fast.lanes.laws
     CentralForce: "central_force",
     CosinePotential: "pendulum",
     LinearSpring: "linear_spring",
@@ -97,7 +97,7 @@ def _(system: CanonicalOnRn) -> LawCode | None:
 
 
 def slopes_of(system: Canonical) -> LawCode | None:
-    """dV/dq of a canonical system, see galvi.fast.symbolic.lane_force; None where it has none."""
+    """dV/dq of a canonical system, see galvi.fast.symbolic.lane_law; None where it has none."""
     found, potential = traces(system).found.get("dV/dq"), system.builtin
     if found is not None:
         return found.lines, np.array(found.constants)
@@ -105,7 +105,7 @@ def slopes_of(system: Canonical) -> LawCode | None:
     if not name or potential is None or system.gradient is not None:
         return None
     return (
-        f"from galvi.fast.lanes.potentials import {name} as slopes",
+        f"from galvi.fast.lanes.laws import {name} as slopes",
         potential.law().constants,
     )
 

@@ -14,7 +14,7 @@ from galvi.fast.lanes import nbody as packed
 from galvi.fast.lanes.canonical import compiled_advance_canonical
 from galvi.fast.lanes.vectors import LANES
 from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_force import compiled_force, fits, force_source
+from galvi.fast.symbolic.lane_law import compiled_force, fits, force_source
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
 from galvi.kernels.nystrom.solve import FORCES

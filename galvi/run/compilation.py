@@ -11,6 +11,7 @@ from typing import Any
 from numba.core import event
 
 from galvi.kernels.compile.cache import KernelCache, use_locks
+from galvi.kernels.compile.jit import GENERATED
 
 PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy machine
 # Processor time in seconds to compile each entry point of a kernel and all it calls, measured with
@@ -25,6 +26,7 @@ SECONDS = {
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }
+LEAST = 3.0  # seconds for a law that are worth a word
 ONCE = "once; later runs load it"
 IN_EACH_PROCESS = (
     "in each process, since no folder for it can be written; set NUMBA_CACHE_DIR to one that can"
@@ -42,22 +44,30 @@ class CompilationNotice(event.Listener):
     def __init__(self) -> None:
         self._depth = 0
         self._said: set[str] = set()
+        self._when = ONCE
 
     def on_start(self, event: Any) -> None:
-        """Called before a function is compiled; those that it calls are compiled inside."""
+        """Called before a function is compiled; those that it calls are compiled inside. A law
+        that was generated in it is optimised next, which is what takes long."""
+        if "seconds" in event.data:
+            if event.data["seconds"] >= LEAST:
+                self._say("the law of this system", event.data["seconds"])
+            return
         dispatcher = event.data["dispatcher"]
         function = dispatcher.py_func
         name = f"{function.__module__}.{function.__qualname__}"
-        if self._depth == 0 and name in SECONDS and name not in self._said:
-            self._said.add(name)
+        if self._depth == 0:
             kept = isinstance(getattr(dispatcher, "_cache", None), KernelCache)
-            LOG.warning(
-                "galvi is compiling a kernel for this kind of system: about %d s of processor "
-                "time, %s.",
-                SECONDS[name],
-                ONCE if kept else IN_EACH_PROCESS,
-            )
+            self._when = ONCE if kept else IN_EACH_PROCESS
+            if name in SECONDS and name not in self._said:
+                self._said.add(name)
+                self._say("a kernel for this kind of system", SECONDS[name])
         self._depth += 1
+
+    def _say(self, what: str, seconds: float) -> None:
+        LOG.warning(
+            "galvi is compiling %s: about %d s of processor time, %s.", what, seconds, self._when
+        )
 
     def on_end(self, event: Any) -> None:
         """Called after a function was compiled, or failed to compile."""
@@ -121,4 +131,6 @@ def watch_compilation() -> None:
     """Compile kernels in one process at a time, log each compilation, and lose no Ctrl-C in it."""
     use_locks(file_lock)
     event.register("numba:compiler_lock", DeferredInterrupts())  # type: ignore[no-untyped-call]
-    event.register("numba:compile", CompilationNotice())  # type: ignore[no-untyped-call]
+    notice = CompilationNotice()
+    for kind in ("numba:compile", GENERATED):
+        event.register(kind, notice)  # type: ignore[no-untyped-call]

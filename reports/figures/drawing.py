@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.store.atomic import write
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
-from reports.figures.picture import Picture, picture
+from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.study_plots.step_cost import step_cost
 from reports.figures.study_plots.work_precision import FEWER, shown, work_precision
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
@@ -35,11 +33,6 @@ class Gallery:
 
     pictures: dict[str, Picture]
     missing: dict[str, str]
-
-
-def slug(problem: str) -> str:
-    """A problem's name as a file name."""
-    return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
 UNITS = {
@@ -150,17 +143,6 @@ def save(gallery: Gallery, folder: Path) -> None:
     for name in gallery.missing:
         for end in (".svg", ".png", "-narrow.svg"):
             (folder / f"{name}{end}").unlink(missing_ok=True)
-
-
-def write_files(one: Picture, folder: Path) -> None:
-    """Write the files of a picture."""
-    write(folder / f"{one.name}.svg", one.svg)
-    write(folder / f"{one.name}.png", one.png)
-    narrow = folder / f"{one.name}-narrow.svg"
-    if one.narrow:
-        write(narrow, one.narrow)
-    else:
-        narrow.unlink(missing_ok=True)
 
 
 def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:

@@ -11,6 +11,7 @@ import matplotlib
 import matplotlib.style
 import pandas as pd
 
+from benchmarks.store.atomic import write
 from reports.figures.describe import describe
 from reports.figures.moving import animated, hide_all_but_last
 from reports.figures.style.layout import Canvas, finish
@@ -93,3 +94,19 @@ def saved(canvas: Canvas, form: str) -> bytes:
     into = io.BytesIO()
     canvas.savefig(into, format=form, metadata=METADATA[form])
     return into.getvalue()
+
+
+def slug(problem: str) -> str:
+    """A problem's name as a file name."""
+    return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
+
+
+def write_files(one: Picture, folder: Path) -> None:
+    """Write the files of a picture."""
+    write(folder / f"{one.name}.svg", one.svg)
+    write(folder / f"{one.name}.png", one.png)
+    narrow = folder / f"{one.name}-narrow.svg"
+    if one.narrow:
+        write(narrow, one.narrow)
+    else:
+        narrow.unlink(missing_ok=True)

@@ -13,9 +13,9 @@ from benchmarks.checks.claim import Claim
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from references.stored.provenance import HEADINGS, truths
-from reports.figures.drawing import COST_FIGURE, Gallery, slug
+from reports.figures.drawing import COST_FIGURE, Gallery
 from reports.figures.headlines import HEADLINES
-from reports.figures.picture import Picture
+from reports.figures.picture import Picture, slug
 from reports.page.absent import Absent, absent, is_of, peers
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section

@@ -14,8 +14,7 @@ import pandas as pd
 from benchmarks.statistics import change_points
 from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
-from reports.figures.drawing import slug, write_files
-from reports.figures.picture import Picture, picture
+from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid

@@ -17,9 +17,9 @@ from benchmarks.statistics.growth import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
 from galvi.fast import nystrom_stepper
-from galvi.fast.lanes import potentials
+from galvi.fast.lanes import laws as potentials
 from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_force import WIDEST, WIDEST_COUPLED
+from galvi.fast.symbolic.lane_law import WIDEST, WIDEST_COUPLED
 from galvi.run import engine_choice
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper

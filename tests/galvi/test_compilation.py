@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from galvi.run.compilation import LOG, SECONDS, CompilationNotice
+from galvi.run.compilation import LEAST, LOG, SECONDS, CompilationNotice
 
 
 def called(name):
@@ -40,6 +40,14 @@ def test_what_is_compiled_within_another_or_in_no_time_is_not_announced(caplog):
     assert len(caplog.records) == 1
     compiled(notice, second)
     assert len(caplog.records) == 2
+
+
+def test_a_law_that_takes_long_is_announced_with_its_time(caplog):
+    notice = CompilationNotice()
+    for seconds in (0.9 * LEAST, 17.0):
+        notice.on_start(SimpleNamespace(data={"seconds": seconds}))
+    (record,) = caplog.records
+    assert "the law of this system: about 17 s of processor time, once" in record.getMessage()
 
 
 def test_the_notice_goes_to_stderr_and_can_be_silenced(caplog, capsys, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.fast.lanes.law_pass import factored
+from galvi.fast.lanes.dense import factored
 from galvi.fast.lanes.laws import planar_chain
 from galvi.fast.law_stepper import has_law
 

@@ -13,7 +13,7 @@ from numba import njit
 
 import galvi
 from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_force import WIDEST, fits
+from galvi.fast.symbolic.lane_law import WIDEST, fits
 from tests.galvi.lagrangians import opaque
 from tests.galvi.test_canonical_lanes import EIGHT, agree, both
 

@@ -43,8 +43,7 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
     """
     line = "    pull = over_cube(c[0], square)\n"
     more = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
-    file, names = "fast/lanes/potentials.py", "import over_cube, sin\n"
-    return ((file, line, line + more), (file, names, "import over_cube, sin, sqrt\n"))
+    return (("fast/lanes/laws.py", line, line + more),)
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")

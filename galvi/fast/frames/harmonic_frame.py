@@ -17,7 +17,7 @@ from galvi.fast.lanes.frames import harmonic
 from galvi.fast.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.fast.laws import slopes_of
 from galvi.fast.symbolic import code
-from galvi.fast.symbolic.lane_force import WIDEST
+from galvi.fast.symbolic.lane_law import WIDEST
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical

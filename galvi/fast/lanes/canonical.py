@@ -17,7 +17,8 @@ from functools import cache
 
 from numba import types
 
-from galvi.fast.lanes.gravity import LANES, combine, drift, fused, move
+from galvi.fast.lanes.gravity import LANES, drift, fused, move
+from galvi.fast.lanes.law import FOUR, ONE, gather, terms_of
 from galvi.fast.lanes.nbody import GRAVITY_TABLES, RECONSIDER, copy_rows, end_of_step
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
@@ -39,23 +40,10 @@ from galvi.kernels.nystrom.step import (
     NystromTableau,
     copy_into,
     curve_coefficients,
-    terms_to_extrapolate,
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
-FOUR, ONE = (0, 0, 0, 0), (0,)  # rows that are done together
 TERMS = 3  # index in solver_state
-
-
-@jit_inline
-def combine_rows(matrix, start, stages, a, out):
-    """out <- a (d, s) times the rows of the matrix from ``start`` on."""
-    d, padded = out.shape
-    for chunk in range(padded // LANES):
-        for block in range(d // 4):
-            combine(FOUR, matrix, start, a, out, block, stages, padded, chunk)
-        for i in range(d - d % 4, d):
-            combine(ONE, matrix, start, a, out, i, stages, padded, chunk)
 
 
 @jit_inline
@@ -81,7 +69,7 @@ def place(ahead, s, c, h, terms, state, a, base, low, Q):
 
     a holds the last step's accelerations, or the guess itself if ``terms`` is 0.
     """
-    combine_rows(ahead, (2 * terms + 1) * s, s, a, low)
+    gather(ahead, (2 * terms + 1) * s, s, a, low)
     size = 0.0
     for i in range(Q.shape[0]):
         far = h * state[2, i]
@@ -119,18 +107,6 @@ def iterate(law, constants, moves, s, state, base, low, size, tolerance, counts,
 
 
 @jit_inline
-def terms_of(series, growth, a, out, sizes):
-    """How many Legendre terms of the last accelerations to extrapolate; ``out`` is scratch."""
-    s = series.shape[0]
-    combine_rows(series, 0, s, a, out)
-    for l in range(s):
-        sizes[l] = 0.0
-        for i in range(a.shape[0]):
-            sizes[l] = max(sizes[l], abs(out[i, l]))
-    return terms_to_extrapolate(sizes[:s], growth)
-
-
-@jit_inline
 def advance_canonical(
     law, constants, tableau, tables, plan, todo, progress, work, spare, kept
 ):  # fmt: skip
@@ -152,14 +128,14 @@ def advance_canonical(
         if solver_state[HOLDS] != LAST_STEP:
             solver_state[TERMS] = 0
         elif (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
-            solver_state[TERMS] = terms_of(series, growth, a, scratch, new[0])
+            solver_state[TERMS] = terms_of(series, growth, a, scratch, new[0, :s])
         size = place(ahead, s, c, h, solver_state[TERMS], state, a, base, low, Q)
         code = iterate(
             law, constants, ahead, s, state, base, low, size, plan.tolerance, counts, Q, new, t,
             history,
         )  # fmt: skip
         if code == SOLVED:
-            combine_rows(sums, 0, s, new, scratch)
+            gather(sums, 0, s, new, scratch)
             if not end_of_step(h, scratch, state):
                 code = NOT_FINITE
         if code != SOLVED:

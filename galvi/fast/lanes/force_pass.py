@@ -1,6 +1,6 @@
 """Accelerations -M^-1 dV/dq at the stages as vector instructions, for one potential.
 
-A potential is given by its slopes, a function as in galvi.fast.lanes.potentials.
+A potential is given by its slopes, a function as in galvi.fast.lanes.laws.
 
 Q, a       (d, P)  places at the stages, and the accelerations there
 t          (P,)    times
@@ -14,7 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.law_pass import Constants
-from galvi.fast.lanes.laws import From
+from galvi.fast.lanes.laws import From, times_inverse_mass
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import LANES, Lanes
 
@@ -22,15 +22,7 @@ from galvi.fast.lanes.vectors import LANES, Lanes
 def accelerations(slopes, d, coupled, q, t, c):
     """-M^-1 dV/dq, d values; M^-1 is diagonal unless ``coupled``."""
     found = slopes(q, t, From(c, d * d if coupled else d))
-    if not coupled:
-        return [-(c[i] * found[i]) for i in range(d)]
-    results = []
-    for i in range(d):
-        total = c[i * d] * found[0]
-        for j in range(1, d):
-            total = total + c[i * d + j] * found[j]
-        results.append(-total)
-    return results
+    return [-a for a in times_inverse_mass(found, d, coupled, c)]
 
 
 def force_pass(slopes, d, coupled):

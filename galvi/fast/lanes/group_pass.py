@@ -14,6 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.fast.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
 from galvi.fast.lanes.group_rows import (
     BEFORE,
     CHANGE,
@@ -37,16 +38,9 @@ from galvi.fast.lanes.group_rows import (
     N,
     total,
 )
-from galvi.fast.lanes.law_pass import (
-    Constants,
-    Generic,
-    factored,
-    inverse_of,
-    is_zero,
-    times_symmetric,
-)
+from galvi.fast.lanes.law_pass import Constants, Generic
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE
+from galvi.fast.lanes.vectors import DOUBLE, announce
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
 GROUP_PASS_TYPE = types.void(types.int64)
@@ -80,6 +74,7 @@ class GroupPass(GroupRows):
         inverse = inverse_of(rows)
         self.filled = {(i, j) for i in range(d) for j in range(i + 1) if inverse[i][j] != 0.0}
         self.constant_mass = states[0][1] == states[1][1]
+        self.written_out = self.constant_mass or is_written_out(self.below)
         self.linear = self.constant_mass and all(
             np.allclose(mu, times_symmetric(mass, v), rtol=1e-12, atol=0.0)
             for mu, mass, v in states
@@ -114,12 +109,18 @@ class GroupPass(GroupRows):
             self.stored(lanes, velocity, VELOCITY)
             self.stored(lanes, mu, MU)
         if not self.constant_mass:
-            self.keep_triangle(lanes, factored(mass), self.factors)
+            self.keep_factors(lanes, mass, self.factors)
+
+    def keep_factors(self, lanes, rows, first):
+        """Store the factors of a matrix in rows of work from ``first`` on."""
+        self.keep_triangle(lanes, factored(rows) if self.written_out else rows, first)
+        if not self.written_out:
+            self.triangle(lanes, first).factor()
 
     def velocity_change(self, lanes, x):
         """The change of velocities that changes momenta by x."""
         if not self.linear:
-            return self.solved(lanes, x, self.below)
+            return self.solved(lanes, x)
         found = []
         for i in range(self.d):
             value = 0.0
@@ -229,10 +230,10 @@ class GroupPass(GroupRows):
                 xi = self.loaded(lanes, XI)
                 pi = self.unit(column)
                 velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, pi))
-                self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
+                self.stored(lanes, self.chart.apply("rate", xi, velocity), PULLED)
 
             self.chunks(answer)
-            for i, x in enumerate(self.means([F * d + i for i in range(d)])):
+            for i, x in enumerate(self.means([PULLED * d + i for i in range(d)])):
                 builder.store(x.value, builder.gep(found[i], [column]))
 
         if d <= WRITTEN_OUT:
@@ -243,7 +244,7 @@ class GroupPass(GroupRows):
                 respond_to(loop.index)
         places = [[builder.gep(found[i], [self.row(j)]) for j in range(i + 1)] for i in range(d)]
         rows = [[Lane(builder, builder.load(place)) for place in row] for row in places]
-        self.keep_triangle(self.first_lanes(), factored(rows), self.response)
+        self.keep_factors(self.first_lanes(), rows, self.response)
 
     def keep_end(self):
         """xi at the step's end, where no lane has it."""
@@ -266,9 +267,12 @@ class GroupPass(GroupRows):
                     self.builder.store(value, place)
         return [Lane(self.builder, self.builder.load(place)) for place in places]
 
-    def whole_pass(self):
-        """All parts of a pass; the largest change is noted."""
+    def whole_pass(self, first):
+        """All parts of a pass, ``first`` of a step or not; the largest change is noted."""
         self.chunks(self.fall)
+        if not self.constant_mass:
+            with self.builder.if_then(self.builder.and_(first, self.projects)):
+                self.respond()
         lanes = self.first_lanes()
         ended = self.at_end(lanes)
         self.chunks(lambda lanes: self.turn(lanes, ended))
@@ -279,7 +283,7 @@ class GroupPass(GroupRows):
         self.keep_end()
 
     def one_pass(self):
-        self.whole_pass()
+        self.whole_pass(self.first_pass())
         self.builder.store(self.change(), self.place_of(CHANGE))
 
     def prepare_run(self):
@@ -328,12 +332,11 @@ class GroupPass(GroupRows):
         self.chunks(self.drift)
 
     def begin_iteration(self):
-        """The end of the step, and the response to the multipliers."""
+        """The end of the step, and the response to the multipliers where the mass is constant."""
         self.keep_end()
-        with self.builder.if_then(self.projects):
-            if not self.constant_mass:
-                self.chunks(self.fall)
-            self.respond()
+        if self.constant_mass:
+            with self.builder.if_then(self.projects):
+                self.respond()
 
     def add_low_parts(self):
         """The low parts of sums."""
@@ -385,6 +388,7 @@ def group_pass(law, layout, chart, width, one):
                 with builder.if_then(asked):
                     made.forget()
                     do()
+            announce(builder)
             return context.get_dummy_value()
 
         return signature, generate

@@ -30,7 +30,8 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.fast.lanes.law_pass import Pass, is_zero
+from galvi.fast.lanes.dense import is_zero
+from galvi.fast.lanes.law_pass import Pass
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, everywhere
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
@@ -122,13 +123,6 @@ class GroupRows(Pass):
     def note(self, lanes, new, old, size):
         """Note the largest change, relative to 1 over the size that is the number ``size``."""
         self.note_bits(abs((new - old) * self.number(lanes, size)).bits)
-
-    def note_bits(self, far):
-        """Note the largest of nonnegative numbers, from their bits."""
-        largest = self.builder.load(self.largest)
-        # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
-        more = self.builder.icmp_signed(">", far, largest)
-        self.builder.store(self.builder.select(more, far, largest), self.largest)
 
     def note_turns(self, xi):
         """Note |xi|^2 of each rotation."""

@@ -67,7 +67,7 @@ from galvi.kernels.nystrom.step import (
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
-AXES = (0,)  # components are gathered one by one
+FOUR, ONE = (0, 0, 0, 0), (0,)  # components that are gathered together
 TERMS = 3  # index in solver_state
 TABLES = types.Tuple(
     (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR)
@@ -89,7 +89,12 @@ def inverse_size(places, h, rates):
 @jit_inline
 def gather(matrix, start, stages, values, out):
     """out <- values (d, s) times the rows of the matrix from ``start`` on."""
-    for i in range(values.shape[0]):
+    d, padded = out.shape
+    together = d - d % len(FOUR) if padded % LANES == 0 else 0
+    for chunk in range(padded // LANES):
+        for block in range(together // len(FOUR)):
+            combine(FOUR, matrix, start, values, out, block, stages, padded, chunk)
+    for i in range(together, d):
         gather_row(matrix, start, stages, values, out, i)
 
 
@@ -99,10 +104,10 @@ def gather_row(matrix, start, stages, values, out, i):
     padded = out.shape[1]
     if padded % LANES == 0:
         for chunk in range(padded // LANES):
-            combine(AXES, matrix, start, values, out, i, stages, padded, chunk)
+            combine(ONE, matrix, start, values, out, i, stages, padded, chunk)
     else:
         for chunk in range(padded // NARROW):
-            combine_narrow(AXES, matrix, start, values, out, i, stages, padded, chunk)
+            combine_narrow(ONE, matrix, start, values, out, i, stages, padded, chunk)
 
 
 @jit_inline

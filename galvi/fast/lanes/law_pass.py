@@ -19,17 +19,15 @@ numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds 
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.fast.lanes.dense import Triangle, factored, is_written_out
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, Lanes, everywhere
+from galvi.fast.lanes.vectors import DOUBLE, Lanes, announce, everywhere
 
 Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
 
@@ -37,64 +35,6 @@ Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has 
 def rows_of_work(d):
     """Rows of work for d coordinates."""
     return T * d + 1 + d + d * (d + 1) // 2 + d
-
-
-def is_zero(x):
-    """Whether x is 0 for every state."""
-    return not isinstance(x, Lane) and x == 0.0
-
-
-def product(x, y):
-    """x y, the number 0 where a factor is."""
-    return 0.0 if is_zero(x) or is_zero(y) else x * y
-
-
-def difference(x, y):
-    """x - y, and x itself where y is the number 0."""
-    return x if is_zero(y) else x - y
-
-
-def factored(mass):
-    """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal.
-
-    A pivot that is always 0 gives NaN, so that every step is left to the general kernel.
-    """
-    rows: list[list[Any]] = []
-    for i, given in enumerate(mass):
-        scaled: list[Any] = []  # row i of L D
-        for j in range(i):
-            value = given[j]
-            for k in range(j):
-                value = difference(value, product(scaled[k], rows[j][k]))
-            scaled.append(value)
-        row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], given[i]
-        for j in range(i):
-            pivot = difference(pivot, product(scaled[j], row[j]))
-        rows.append([*row, math.nan if is_zero(pivot) else 1.0 / pivot])
-    return rows
-
-
-def times_symmetric(rows, v):
-    """M v from the rows of M up to its diagonal."""
-    return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
-
-
-def inverse_of(rows):
-    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
-    d = len(rows)
-    found = [[0.0] * (i + 1) for i in range(d)]
-    for column in range(d):
-        x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
-        for i in range(column + 1, d):
-            for j in range(column, i):
-                x[i] = difference(x[i], product(rows[i][j], x[j]))
-        x = [product(x[i], rows[i][i]) for i in range(d)]
-        for i in range(d - 1, -1, -1):
-            for j in range(i):
-                x[j] = difference(x[j], product(rows[i][j], x[i]))
-        for i in range(column, d):
-            found[i][column] = x[i]
-    return found
 
 
 def filled(law, d):
@@ -133,7 +73,7 @@ class Constants:
 class Pass:
     """The three parts of a pass, each for one vector of stages."""
 
-    def __init__(self, context, builder, signature, values, law, d, width):
+    def __init__(self, context, builder, signature, values, law, below, d, width):
         self.context, self.builder, self.law, self.d = context, builder, law, d
         self.width = width
         arrays = [context.make_array(signature.args[k])(context, builder, values[k])
@@ -146,6 +86,8 @@ class Pass:
         self.row = self.padded.type
         self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
         self.factors, self.fixed = self.found + d, {}
+        self.written_out = is_written_out(below)
+        self.below = below
         self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
@@ -198,13 +140,21 @@ class Pass:
         q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
         constants = Constants(self.builder, lanes, self.constants, self.row, self)
         forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
-        factors = [factor for row in factored(mass) for factor in row]
-        self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}
+        rows = factored(mass) if self.written_out else mass
+        factors = [factor for row in rows for factor in row]
+        if self.written_out:
+            self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}
         for i in range(d):
             self.store(lanes, q[0].same(forces[i]), F, i)
         for k, value in enumerate([*momenta, *factors]):
             if k - d not in self.fixed:
                 self.store(lanes, q[0].same(value), T, 1 + k)
+        if not self.written_out:
+            self.triangle(lanes, self.factors).factor()
+
+    def triangle(self, lanes, first):
+        """The matrix that lies in work from a row on."""
+        return Triangle(self.builder, lanes, self.work, first, self.d)
 
     def sums(self, lanes, start, matrix, first_row, row, apart=None):
         """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
@@ -252,14 +202,17 @@ class Pass:
         size = self.number(lanes, 2 * self.d + scale)
         for i, total in enumerate(totals):
             place = self.number(lanes, origin + i) + total
-            far = ((place - self.load(lanes, block, i)) * size).call("fabs").bits
-            largest = self.builder.load(self.largest)
-            # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
-            more = self.builder.icmp_signed(">", far, largest)
-            self.builder.store(self.builder.select(more, far, largest), self.largest)
+            self.note_bits(((place - self.load(lanes, block, i)) * size).call("fabs").bits)
             self.store(lanes, place, block, i)
             new.append(place.fused)
         return new
+
+    def note_bits(self, far):
+        """Note the largest of nonnegative numbers, from their bits."""
+        largest = self.builder.load(self.largest)
+        # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+        more = self.builder.icmp_signed(">", far, largest)
+        self.builder.store(self.builder.select(more, far, largest), self.largest)
 
     def kick(self, lanes):
         """p from f."""
@@ -271,12 +224,15 @@ class Pass:
         """p - dL/dv."""
         return [p[i] - self.load_row(lanes, self.found + i) for i in range(self.d)]
 
-    def solved(self, lanes, x, below, first=None):
+    def solved(self, lanes, x, below=None, first=None):
         """The changes of v that change dL/dv by x.
 
+        below  places of L that are not 0; None: those of the mass
         first  row of work where the factors begin; None: those of the mass
         """
-        d = self.d
+        d, below = self.d, self.below if below is None else below
+        if not self.written_out:
+            return self.triangle(lanes, self.factors if first is None else first).solve(x)
         start = self.factors if first is None else first
 
         def factor(i, j):
@@ -302,12 +258,12 @@ class Pass:
         outside = self.sums(lanes, None, self.complement, self.row(0), row, self.apart)
         return [self.load_row(lanes, row + i) - outside[i] for i in range(self.d)]
 
-    def rates(self, below):
+    def rates(self):
         """p from f, and one Newton step for v with dL/dv = p."""
         d, builder = self.d, self.builder
 
         def newton(lanes):
-            steps = self.solved(lanes, self.missing(lanes, self.kick(lanes)), below)
+            steps = self.solved(lanes, self.missing(lanes, self.kick(lanes)))
             self.store_rows(lanes, [self.load(lanes, V, i) + steps[i] for i in range(d)], V * d)
 
         def missing(lanes):
@@ -315,7 +271,7 @@ class Pass:
 
         def steps(lanes):
             inside = self.projected(lanes, self.found)
-            self.store_rows(lanes, self.solved(lanes, inside, below), self.steps)
+            self.store_rows(lanes, self.solved(lanes, inside), self.steps)
 
         def landed(lanes):
             inside = self.projected(lanes, self.steps)
@@ -351,12 +307,13 @@ def one_pass(law, d, width):
         signature = types.void(work, tables, complement, constants, numbers)
 
         def generate(context, builder, signature, values):
-            made = Pass(context, builder, signature, values, law, d, width)
+            made = Pass(context, builder, signature, values, law, below, d, width)
             made.chunks(made.evaluate)
-            made.rates(below)
+            made.rates()
             made.chunks(made.drift)
             place = builder.gep(made.numbers, [made.row(2 * d + 2)])
             builder.store(made.change(), place)
+            announce(builder)
             return context.get_dummy_value()
 
         return signature, generate

@@ -1,6 +1,7 @@
-"""Built-in laws of motion and forces.
+"""Built-in laws of motion, forces, and slopes dV/dq of potentials, (q, t, constants) -> d values.
 
-See galvi.fast.lanes.elementary, and for those on groups galvi.fast.lanes.group_pass.
+See galvi.fast.lanes.elementary, and for laws on groups galvi.fast.lanes.group_pass; constants are
+those of galvi.kernels.forces.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from galvi.fast.lanes.elementary import (
     inverse_quarters,
     log,
     over_cube,
+    sin,
     sine_cosine,
     sqrt,
 )
@@ -27,6 +29,37 @@ from galvi.kernels.forces.rotor_wind import (
 from galvi.kernels.lie.arithmetic import cross, dot
 
 SMALLEST = 1e-300  # added to a square whose logarithm is taken
+
+
+def central_force(q, t, c):
+    """mu q / |q|^3."""
+    square = q[0] * q[0]
+    for x in q[1:]:
+        square = square + x * x
+    pull = over_cube(c[0], square)
+    return [pull * x for x in q]
+
+
+def linear_spring(q, t, c):
+    """stiffness q."""
+    return [c[0] * x for x in q]
+
+
+def pendulum(q, t, c):
+    """weight sin(q)."""
+    return [c[0] * sin(x) for x in q]
+
+
+def spring_chain(q, t, c):
+    """Differences of the springs' forces r (1 + r (alpha + r beta))."""
+    springs = [q[0], *(q[i] - q[i - 1] for i in range(1, len(q))), -q[-1]]
+    forces = [r * (1.0 + r * (c[0] + r * c[1])) for r in springs]
+    return [forces[i] - forces[i + 1] for i in range(len(q))]
+
+
+def uniform_field(q, t, c):
+    """The opposite of the force."""
+    return [-c[i] for i in range(len(q))]
 
 
 def planar_chain(n):
@@ -62,7 +95,7 @@ def planar_chain(n):
 def canonical(slopes, d, diagonal):
     """The law of L = v.Mv/2 - V. Constants: M by rows, then those of V.
 
-    slopes    dV/dq, as in galvi.fast.lanes.potentials
+    slopes    dV/dq, as above
     diagonal  whether M is diagonal
     """
 
@@ -87,7 +120,7 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
 
     Constants: M^-1, diagonal unless ``coupled``, then those of V and those of the force.
 
-    slopes       dV/dq, as in galvi.fast.lanes.potentials
+    slopes       dV/dq, as above
     force        (q, v, t, constants) -> d values; None without one
     forced_from  number of the first constant of the force
     """

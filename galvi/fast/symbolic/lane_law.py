@@ -1,4 +1,4 @@
-"""Compiles laws of motion for lanes, from generated source that is cached on disk."""
+"""Compiles laws and forces for lanes, from generated source that is cached on disk."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from galvi.fast.symbolic.code import POWER
 FUNCTIONS = {
     "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
 }  # fmt: skip
+WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is written out
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 PASS = """
 
@@ -49,6 +50,16 @@ steps_of_law = group_steps(law, {layout}, {chart})
 
 def members_DIGEST(words):
     steps_of_law(words)
+"""
+
+FORCE_PASS = """from galvi.fast.lanes.force_pass import force_pass
+{slopes}
+
+pass_of_force = force_pass(slopes, {d}, {coupled})
+
+
+def force_pass_DIGEST(Q, t, constants, a):
+    pass_of_force(Q, t, constants, a)
 """
 
 
@@ -192,3 +203,22 @@ def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> s
     imports = [f"from galvi.fast.lanes.elementary import {', '.join(used)}"] * bool(used)
     body = (f"    {line}" for line in [*lines, f"return [{', '.join(results)}]"])
     return "\n".join([*imports, "", "", f"def {head}:", *body])
+
+
+def fits(d: int, coupled: bool) -> bool:
+    """Whether the accelerations on R^d are written out; ``coupled`` as for `force_source`."""
+    return d <= (WIDEST_COUPLED if coupled else WIDEST)
+
+
+def force_source(slopes: str, d: int, coupled: bool) -> str:
+    """The source of the accelerations on R^d from the lines that define ``slopes``.
+
+    slopes   a function (q, t, constants) -> dV/dq, as in galvi.fast.lanes.laws
+    coupled  whether the inverse mass is a full matrix
+    """
+    return symbolic_code.with_digest(FORCE_PASS.format(slopes=slopes, d=d, coupled=coupled))
+
+
+def compiled_force(source: str) -> Callable[..., Any]:
+    """The potential's galvi.fast.lanes.force_pass, compiled at the first call."""
+    return cast(Callable[..., Any], symbolic_code.functions(source)["force_pass"])

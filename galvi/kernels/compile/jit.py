@@ -15,6 +15,7 @@ import numba
 from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.parts import call_as_part
 
+GENERATED = "galvi:generated"  # event of numba's kind: ``seconds`` to compile what is generated
 _ONE_AT_A_TIME = threading.RLock()
 
 

@@ -30,8 +30,7 @@ from galvi.fast.lanes.frames.kepler_motion import (
     encke,
     rates_of_orbits,
 )
-from galvi.fast.lanes.frames.several import Several
-from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.values import Lane, Several
 from galvi.fast.lanes.vectors import NOTHING
 
 STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers

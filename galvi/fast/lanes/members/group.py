@@ -27,9 +27,9 @@ from galvi.fast.lanes.group_rows import (
     F,
     N,
 )
-from galvi.fast.lanes.members.countdown import Countdown
 from galvi.fast.lanes.members.rows import Variable
 from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.members.stopping import Countdown
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
 from galvi.kernels.lie.arithmetic import larger_size
@@ -54,7 +54,7 @@ class MemberGroup(MemberSteps, GroupPass):
     """Steps of eight members."""
 
     def __init__(self, context, builder, words, law, chart):
-        self.open(context, builder, words, group_fields(chart.dimension, chart.entries))
+        self.open(context, builder, words, group_fields(chart.dimension, chart.entries), Countdown)
         self.one, d = False, self.d
         self.examine(law, chart)
         self.lay_out()
@@ -64,10 +64,6 @@ class MemberGroup(MemberSteps, GroupPass):
         self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
         self.velocity_row, self.time_row = VELOCITY * d, TIMES * d
         self.guarded = {block * d + i for block in ITERATED for i in range(d)}
-
-    def judging(self, builder):
-        """As that of one member."""
-        return Countdown(builder, self.row)
 
     def spread_sums(self, rows, *weights, matrix=None):
         """As those of one member; with the tables, for a step of 1."""
@@ -82,7 +78,7 @@ class MemberGroup(MemberSteps, GroupPass):
 
     def one_pass(self):
         """As that of galvi.fast.lanes.group_pass."""
-        self.whole_pass()
+        self.whole_pass(self.first)
 
     def prepare_block(self):
         """The inverse of a mass that does not depend on the state."""

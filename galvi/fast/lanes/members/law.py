@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 
+from galvi.fast.lanes.dense import is_written_out
 from galvi.fast.lanes.functions import two_sum
-from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
-from galvi.fast.lanes.law_pass import rows_of_work as rows_of_member_work
+from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, rows_of_work
 from galvi.fast.lanes.members.rows import Variable, larger
 from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.members.stopping import Judgement
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
-
-__all__ = ["law_fields", "law_steps", "rows_of_member_work"]
 
 
 def law_fields(d):
@@ -29,10 +28,11 @@ class MemberLaw(MemberSteps):
     """Steps of eight members."""
 
     def __init__(self, context, builder, words, law, d, below, stages):
-        self.open(context, builder, words, law_fields(d), stages)
+        self.open(context, builder, words, law_fields(d), Judgement, stages)
         self.law, self.below = law, below
-        self.found, self.steps = T * d + 1, rows_of_member_work(d) - d
+        self.found, self.steps = T * d + 1, rows_of_work(d) - d
         self.factors, self.fixed = self.found + d, {}
+        self.written_out = is_written_out(below)
         self.velocity_row, self.time_row = V * d, T * d
         self.guarded = range(0, 3 * d)  # q, v and f
         several = builder.icmp_unsigned(">", self.extra, self.stages)
@@ -42,7 +42,7 @@ class MemberLaw(MemberSteps):
     def one_pass(self):
         """As that of galvi.fast.lanes.law_pass."""
         self.chunks(self.evaluate)
-        self.rates(self.below)
+        self.rates()
         self.chunks(self.drift)
 
     def project_velocities(self):

@@ -20,7 +20,6 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.law_pass import Pass
-from galvi.fast.lanes.members.judgement import Judgement, terms_kept
 from galvi.fast.lanes.members.rows import (
     MemberLanes,
     Variable,
@@ -28,9 +27,10 @@ from galvi.fast.lanes.members.rows import (
     splat,
     whole_number,
 )
+from galvi.fast.lanes.members.stopping import terms_kept
 from galvi.fast.lanes.reciprocals import Reciprocals
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING
+from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, announce
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
 WORDS = 14
@@ -102,11 +102,13 @@ class MemberSteps(Pass):
     one_pass: Any
     after_first_pass: Any
     step: Any
+    first: Any  # whether a pass is the first of its step
 
-    def open(self, context, builder, words, fields, stages=0):
+    def open(self, context, builder, words, fields, judgement, stages=0):
         """What all members share; ``words`` is the address of these.
 
-        stages  s, for which loops are written out; 0 for any
+        judgement  what ends the iteration of a member
+        stages     s, for which loops are written out; 0 for any
         """
         self.context, self.builder, self.fields = context, builder, fields
         self.d, self.row, self.width = fields.d, words.type.pointee, LANES
@@ -124,12 +126,8 @@ class MemberSteps(Pass):
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
         ))  # fmt: skip
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
-        self.judgement = self.judging(builder)
+        self.judgement = judgement(builder, self.row)
         self.tolerance = self.real(self.kept_terms)
-
-    def judging(self, builder):
-        """What ends the iteration of a member."""
-        return Judgement(builder)
 
     def at(self, chunk):
         """The lanes at a stage."""
@@ -284,9 +282,9 @@ class MemberSteps(Pass):
             counted = passes.lane
             passes.set((counted + 1.0).where(judgement.active.value, counted))
             self.forget()
+            self.first = builder.icmp_unsigned("==", loop.index, self.row(0))
             self.one_pass()
-            first = builder.icmp_unsigned("==", loop.index, self.row(0))
-            with builder.if_else(first) as (at_first, later):
+            with builder.if_else(self.first) as (at_first, later):
                 with at_first:
                     self.after_first_pass()
                 with later:
@@ -325,6 +323,7 @@ def member_steps(made):
         def generate(context, builder, signature, values):
             words = builder.inttoptr(values[0], values[0].type.as_pointer())
             made(context, builder, words).advance()
+            announce(builder)
             return context.get_dummy_value()
 
         return signature, generate

@@ -1,7 +1,7 @@
 """The decisions of an iteration for eight members at once.
 
-As galvi.kernels.nystrom.solve.verdict and galvi.kernels.nystrom.step.terms_to_extrapolate decide
-for one.
+As galvi.kernels.nystrom.solve.verdict, galvi.fast.lanes.countdown and
+galvi.kernels.nystrom.step.terms_to_extrapolate decide for one.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ import math
 from llvmlite import ir
 from numba.core import cgutils
 
+from galvi.fast.lanes.countdown import CLEAR, FAR, MANY, NOISE, OVER, PATIENCE, SOON
 from galvi.fast.lanes.members.rows import CONDITION, Mask, Variable, larger, whole_number
 from galvi.fast.lanes.vectors import LANES
-from galvi.kernels.nystrom.solve import DIVERGED, FLOOR, IDLE, NOT_FINITE
+from galvi.kernels.nystrom.solve import DIVERGED, FIXED_POINT_PASSES, FLOOR, IDLE, NOT_FINITE
 from galvi.kernels.nystrom.step import EPSILON
 
 
@@ -25,8 +26,8 @@ class Judgement:
     code     why a member failed, 0 if it did not
     """
 
-    def __init__(self, builder):
-        self.builder = builder
+    def __init__(self, builder, row):
+        self.builder, self.row = builder, row
         none = ir.Constant(CONDITION, [0] * LANES)
         self.active, self.solved = Mask(builder, none), Mask(builder, none)
         self.code = Variable(builder)
@@ -90,6 +91,68 @@ class Judgement:
         code = code.same(float(DIVERGED)).where(self.active.value, code)
         self.code.set(code.same(float(NOT_FINITE)).where(lost, code))
         return done, self.code.lane > 0.0
+
+
+class Countdown(Judgement):
+    """As `Judgement`, where the passes left are counted once a change is near round-off.
+
+    left     passes left
+    changes  the last ones, the newest first
+    """
+
+    def __init__(self, builder, row):
+        super().__init__(builder, row)
+        self.left = Variable(builder)
+        self.changes = [Variable(builder) for _ in range(OVER)]
+
+    def begin(self, alive):
+        super().begin(alive)
+        self.left.set(float(FIXED_POINT_PASSES))
+        for change in self.changes:
+            change.set(math.inf)
+
+    def judge(self, change, tolerance):
+        """As ``judged`` of galvi.fast.lanes.countdown."""
+        builder = self.builder
+        both, either, negated = builder.and_, builder.or_, builder.not_
+        last, second, third, first = (known.lane for known in self.changes)
+        for known, value in zip(self.changes, (change, last, second, third), strict=True):
+            known.set(value)
+        far = larger(change.same(SOON), tolerance * FAR)
+        quick = both(both(change > far, change < 0.5 * last), last < math.inf)
+        slow = negated(quick)
+        self.left.set((self.left.lane - 1.0).where(slow, self.left.lane))
+        solved, finite = self.verdict(change, tolerance, slow)
+        self.last.set(change)
+        solved, idle, least = both(solved, slow), self.idle.lane, self.least.lane
+        once_more = both(both(solved, idle < IDLE), both(tolerance < CLEAR, self.left.lane > 0.0))
+        self.left.set(change.same(1.0).where(once_more, self.left.lane))
+        patient = both(both(solved, least > NOISE), both(idle >= IDLE, idle < PATIENCE))
+        solved = both(solved, negated(either(once_more, patient)))
+        counted = both(slow, both(change > CLEAR, change < SOON))
+        self.count(counted, change, last, second, first, tolerance)
+        over = both(slow, self.left.lane <= 0.0)
+        diverged = both(both(slow, idle >= 2.0 * IDLE), negated(patient))
+        self.conclude(either(solved, over), finite, diverged)
+
+    def count(self, members, change, last, second, first, tolerance):
+        """The passes left of some members, by the rate of their changes."""
+        builder = self.builder
+        rate = (change / last).call("sqrt")
+        two = larger(change / last, last / second)
+        rate = two.where(second < math.inf, rate)
+        mean = (change / first).call("sqrt").call("sqrt")
+        rate = mean.where(first < math.inf, rate)
+        members = builder.and_(members, builder.and_(rate > 0.0, rate < 1.0))
+        going, count, rest = Mask(builder, members), Variable(builder), Variable(builder, change)
+        with cgutils.for_range(builder, self.row(MANY), intp=self.row) as loop:
+            more = rest.lane * rate > tolerance * (1.0 - rate)
+            going.set(builder.and_(going.value, more))
+            with builder.if_then(builder.not_(going.any)):
+                loop.do_break()
+            count.set((count.lane + 1.0).where(going.value, count.lane))
+            rest.set(rest.lane * rate)
+        self.left.set(count.lane.where(members, self.left.lane))
 
 
 def terms_kept(builder, row, count, size, growth):
