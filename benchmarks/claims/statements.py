@@ -1,7 +1,8 @@
 """The ledger: every printed statement of both papers, and what became of it.
 
 `statements.csv` has a line for each theorem, lemma, figure, table and quantitative or checkable
-sentence, in the papers' order. Its status follows from the verdicts of the rows of its claims:
+sentence, in the papers' order. Its status follows from the verdicts of its claims' rows that speak
+of it, by their `source`:
 
 reproduced            at least one is attained, holds or exceeds
 not reproduced        at least one is not reproduced
@@ -32,6 +33,7 @@ from benchmarks.checks.bounds import (
 from benchmarks.checks.claim import Row
 
 FILE = Path(__file__).with_name("statements.csv")
+PAPERS = ("H", "M")
 REPRODUCED, FALSE = "reproduced", "false as printed"
 STATUSES = {  # status: the verdicts of which one is needed
     REPRODUCED: {ATTAINED, HOLDS, EXCEEDS},
@@ -60,6 +62,8 @@ class Statement:
     status     one of STATUSES
     effect     of one that is false as printed, one of EFFECTS; else ""
     claims     ids of the claims that check it
+    rows       of these, which rows: places in their `source`, each perhaps with words of the
+               quantity, "place: words", separated by "; "; "" for the place `where`
     why        of what is not reproduced: what follows instead, or what is missing; else a remark
     """
 
@@ -69,7 +73,33 @@ class Statement:
     status: str
     effect: str
     claims: tuple[str, ...]
+    rows: str
     why: str
+
+    def speaks_of(self, row: Row) -> bool:
+        """Whether a row checks this statement."""
+        if row.id not in self.claims:
+            return False
+        told = {row.source, *places(row.source)}
+        wanted = [one.partition(": ") for one in (self.rows or self.where).split("; ")]
+        return any(place in told and words in row.quantity for place, _, words in wanted)
+
+
+def places(source: str) -> list[str]:
+    """The places of a row's source: "H thm. 2.1.1, 3.1.1" are H thm. 2.1.1 and H thm. 3.1.1; a
+    section beside a theorem, figure or formula only says where that is."""
+    found, paper, kind = [], "", ""
+    for part in source.split(", "):
+        words = part.split(" ")
+        if words[0] in PAPERS:
+            paper, kind, words = words[0], "", words[1:]
+        if words[0][:1].islower():
+            kind, words = words[0], words[1:]
+        elif words[0][:1] == "(":
+            kind = ""
+        found.append((kind, " ".join(filter(None, (paper, kind, *words)))))
+    exact = [name for kind, name in found if kind not in ("", "sec.", "section") or "(" in name]
+    return exact or [name for _, name in found]
 
 
 @cache
@@ -83,29 +113,28 @@ def statements() -> tuple[Statement, ...]:
 
 
 def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
-    """A sentence for each status that the rows do not support, for each claim with a row that is
+    """A sentence for each status that the statement's own rows do not support, for each row that is
     not reproduced or contradicted and no statement that says so, and for praise of a number that
     the source measured."""
-    verdicts: dict[str, set[str]] = {}
-    for row in rows:
-        verdicts.setdefault(row.id, set()).add(row.verdict)
-    said = []
-    for one in found:
-        needed = STATUSES[one.status]
-        seen = set().union(*(verdicts.get(name, set()) for name in one.claims))
-        derived = one.status == FALSE and one.effect
+    rows, said = list(rows), []
+    of = {one: [row for row in rows if one.speaks_of(row)] for one in found}
+    for one, own in of.items():
+        needed, seen = STATUSES[one.status], {row.verdict for row in own}
+        derived = one.status == FALSE and not one.claims
         if needed and not derived and not needed & seen:
             said.append(f"{one.where} ({one.statement}) is called {one.status}; no row says so.")
-    figures = {name for one in found if one.status == NOT_REPRODUCED for name in one.claims}
-    for name in sorted(figures):
-        if EXCEEDS in verdicts.get(name, ()):
-            said.append(f"{name} exceeds what was measured: only proved bounds are exceeded.")
+        if one.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & seen:
+            said.append(f"{one.where} ({one.statement}) is called reproduced; a row says not.")
+        if one.status == NOT_REPRODUCED and EXCEEDS in seen:
+            said.append(f"{one.where} exceeds what was measured: only proved bounds are exceeded.")
     for status in (NOT_REPRODUCED, FALSE):
-        for name, seen in verdicts.items():
-            told = any(name in one.claims for one in found if one.status == status)
-            if STATUSES[status] & seen and not told:
-                said.append(f"{name} has a row that is {status}; no statement of it is called so.")
-    return said
+        told = {id(row) for one, own in of.items() if one.status == status for row in own}
+        for row in rows:
+            if row.verdict in STATUSES[status] and id(row) not in told:
+                said.append(
+                    f"{row.id} has a row that is {status}; no statement of it is called so."
+                )
+    return list(dict.fromkeys(said))
 
 
 def counted(found: Sequence[Statement]) -> str:

@@ -55,12 +55,14 @@ def render(
     pages: Sequence[Part] = PARTS,
     contents: Sequence[tuple[str, str, int]] = (),
     single: bool = False,
+    documentation: str = "",
 ) -> str:
     """A page of these parts; raises jinja2.UndefinedError for a missing variable.
 
     pages     all parts to which the page links
     contents  (anchor, title, level) of the page's contents
     single    self-contained: figures, style and script are embedded
+    documentation  where that is; "" for none
     """
     heading = "galvi: high-order variational integrators, checked and timed"
     if not single and parts[0].name != PARTS[0].name:
@@ -68,7 +70,8 @@ def render(
     environment = page_environment(single=single)
     return environment.get_template("frame.html.j2").render(
         parts=parts, pages=pages, contents=contents, heading=heading, single=single,
-        css=style() if single else "", script=script() if single else "", assets=ASSETS, **content,
+        css=style() if single else "", script=script() if single else "", assets=ASSETS,
+        documentation=documentation, **content,
     )  # fmt: skip
 
 

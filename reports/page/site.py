@@ -10,6 +10,7 @@ from benchmarks.store.atomic import write
 from reports.page.render import ASSETS, PARTS, Part, render, script, style
 
 SINGLE = "report.html"
+DOCUMENTATION = "docs/index.html"  # of `make docs`, in the folder of the report
 Entry = tuple[str, str, int]  # anchor, title, level
 
 
@@ -17,9 +18,16 @@ def write_site(content: dict[str, Any], out: Path) -> Path:
     """Write every page, and the files they share; returns the path of the first."""
     write_assets(out)
     for part in PARTS:
-        page = render(content, (part,), contents=list(contents(part, content)))
+        page = render(
+            content, (part,), contents=list(contents(part, content)), documentation=documented(out)
+        )
         write(out / f"{part.name}.html", page)
     return out / f"{PARTS[0].name}.html"
+
+
+def documented(out: Path) -> str:
+    """Where the documentation is beside these pages; "" where there is none."""
+    return DOCUMENTATION if (out / DOCUMENTATION).is_file() else ""
 
 
 def write_single(content: dict[str, Any], out: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What Sphinx does besides: writes the generated pages before it reads any, and brings MathJax."""
+"""What Sphinx does besides: writes the generated pages, brings MathJax, and checks the links."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from reports.site import commands, peers, reference
+from reports.site import commands, links, peers, reference
 
 FOLDER = "generated"
 MATHJAX = "mathjax/tex-svg.js"  # under _static
@@ -52,9 +52,19 @@ def begin(app: Any) -> None:
     copy_mathjax(Path(app.outdir) / "_static")
 
 
+def finish(app: Any, error: Exception | None) -> None:
+    """Sphinx's `build-finished`."""
+    from sphinx.util import logging
+
+    if error is None and app.builder.name == "html":
+        for sentence in links.broken(Path(app.outdir), links.anchors_of_report()):
+            logging.getLogger(__name__).warning(sentence)
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("builder-inited", begin)
+    app.connect("build-finished", finish)
     app.connect("autodoc-process-docstring", reference.docstring)
     app.connect("autodoc-process-signature", reference.signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

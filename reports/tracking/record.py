@@ -19,7 +19,7 @@ from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
 from reports.page.render import PARTS, render
-from reports.page.site import contents, write_assets
+from reports.page.site import contents, documented, write_assets
 from reports.results.figure import Figure
 from reports.tables.number_format import known, plain, readable
 from reports.tables.writing import as_csv
@@ -110,7 +110,8 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
     }
     listed = list(contents(part, content))
     write_assets(out)
-    page = write(out / "history.html", render(content, (part,), beside, listed))
+    text = render(content, (part,), beside, listed, documentation=documented(out))
+    page = write(out / "history.html", text)
     said += [*found.said, *(f"{change}." for place in found.places for change in place.changes)]
     for sentence in said:
         tell(sentence)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.checks.bounds import EXCEEDS, NOT_REPRODUCED
+from benchmarks.checks.bounds import EXCEEDS, HOLDS, NOT_REPRODUCED
 from benchmarks.checks.claim import Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.claims import CLAIMS
@@ -19,6 +19,7 @@ from benchmarks.claims.statements import (
     STATUSES,
     Statement,
     counted,
+    places,
     statements,
     unfounded,
 )
@@ -83,11 +84,51 @@ def test_a_status_that_no_row_supports_and_a_verdict_that_praises_are_told(
     ]
     said = unfounded(found, praised)
     assert any(one.startswith("H fig. 2.9 ") for one in said)
-    assert any("V6 exceeds what was measured" in one for one in said)
+    assert any("H fig. 2.9 exceeds what was measured" in one for one in said)
+
+
+def test_a_row_founds_only_the_statements_of_its_place() -> None:
+    """Planted: one row that holds, and statements of other places that name its claim."""
+    row = Row("V1", "one-step error", "H fig. 2.3, thm. 2.3.4", verdict=HOLDS)
+    wheres = ("H fig. 2.3", "H thm. 2.3.4", "H fig. 2.4", "H fig. 2.30", "H 2.3", "M fig. 2.3")
+    first, second, *others = (
+        Statement(where, "figure", "It is so.", "reproduced", "", ("V1",), "", "")
+        for where in wheres
+    )
+    said = unfounded([first, second, *others], [row])
+    assert len(said) == len(others)
+    assert not any(one.startswith(("H fig. 2.3 ", "H thm. 2.3.4 ")) for one in said)
+    here = replace(others[0], rows="H fig. 2.3: one-step")
+    elsewhere = replace(here, rows="H fig. 2.3: curve")
+    other_claim = replace(here, claims=("V2",))
+    assert unfounded([here], [row]) == []
+    assert all(len(unfounded([one], [row])) == 1 for one in (elsewhere, other_claim))
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("H thm. 2.1.1, 3.1.1, M thm. 4", ["H thm. 2.1.1", "H thm. 3.1.1", "M thm. 4"]),
+        ("H fig. 2.11, sec. 2.4", ["H fig. 2.11"]),
+        ("M (12), section 5", ["M (12)"]),
+        ("M sec. 5, thm. 3", ["M thm. 3"]),
+        ("H (3.9), H 3.4.3", ["H (3.9)"]),
+        ("H 3.2.2, 3.4.3", ["H 3.2.2", "H 3.4.3"]),
+        ("M sec. 5", ["M sec. 5"]),
+    ],
+)
+def test_the_places_of_a_source_are_read(source: str, found: list[str]) -> None:
+    assert places(source) == found
+
+
+def test_every_statement_names_rows_that_there_are(rows: list[Row]) -> None:
+    for one in statements():
+        for name in one.rows.split("; ") if one.rows else ():
+            assert any(replace(one, rows=name).speaks_of(row) for row in rows), (one.where, name)
 
 
 def test_statements_are_counted_in_words() -> None:
-    one = Statement("H fig. 1", "figure", "It is so.", "reproduced", "", (), "")
+    one = Statement("H fig. 1", "figure", "It is so.", "reproduced", "", (), "", "")
     slip = replace(one, status=FALSE, effect="harmless")
     said = counted([one, one, slip])
     assert said.startswith("Of 3 printed statements of the two papers, 2 are reproduced, ")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.special import eval_legendre
 
 import galvi
-from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Base, Order
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, NOT_REPRODUCED, Base, Order
 from benchmarks.claims.vector_spaces import step_actions as measured
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
@@ -160,8 +160,8 @@ def test_leading_errors_of_invariants_are_odd_in_time_for_even_n() -> None:
 def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
     found = {row.quantity: row.measured for row in rows(V7)}
     at, off = (
-        found[f"order of the {v07.ANGULAR}, {of}"]
-        for of in ("number of points n = 4, 100 steps", "n = 4, 100 steps from another point")
+        found[f"order of the {v07.ANGULAR}{of}"]
+        for of in (" as h tends to 0, n = 4, 100 steps", ", n = 4, 100 steps from another point")
     )
     assert at is not None and off is not None and at - off > 0.8
 
@@ -172,10 +172,23 @@ def test_the_law_would_be_contradicted_if_the_orders_were_lower() -> None:
     lower = (table["quantity"] == v07.ANGULAR) & table["study"].str.endswith("100 steps")
     table.loc[lower, "value"] /= table.loc[lower, "step"]
     verdicts = {row.quantity: row.verdict for row in V7.judge(table)}
-    for n in (3, 4, 5):
-        name = f"order of the {v07.ANGULAR}, number of points n = {n}, 100 steps"
+    for reading, n in ((v07.POINTS, 3), (v07.POINTS, 5), (v07.POINTS, 6), (v07.DEGREE, 4)):
+        name = f"order of the {v07.ANGULAR}, {reading} n = {n}, 100 steps"
         assert verdicts[name] == CONTRADICTED
-    assert verdicts[f"order of the {v07.ANGULAR}, degree n = 4, 100 steps"] == CONTRADICTED
+
+
+@pytest.mark.parametrize(
+    ("gain", "verdict"), [(0.5, ATTAINED), (1.0, NOT_REPRODUCED), (0.75, CONTRADICTED)]
+)
+def test_what_an_order_gains_with_n_is_measured(gain: float, verdict: str) -> None:
+    """Planted: errors h^(n/2 + 2), as H reads them off, and others."""
+    table = quick(V7)
+    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == v07.fixed_number(100))
+    h, n = (table.loc[own, name].to_numpy(float) for name in ("step", "n"))
+    table.loc[own, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
+    found = {row.quantity: row.verdict for row in V7.judge(table)}
+    name = f"what the order of the {v07.ANGULAR} gains with n, 100 steps"
+    assert found[name] == verdict
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,12 @@ import pytest
 
 from benchmarks.claims import CLAIMS
 from reports.tables.readme import (
+    ASKED,
     BODIES,
+    CHOICES,
+    EVIDENCE,
     HEADLINES,
+    PROBLEMS,
     RESULTS,
     SPEED,
     bodies,
@@ -22,7 +26,7 @@ from reports.tables.readme import (
 )
 
 ROOT = Path(__file__).parents[2]
-README, TRUST = ROOT / "README.md", ROOT / "docs/trust.md"
+README, TRUST, WHICH = (ROOT / name for name in ("README.md", "docs/trust.md", "docs/which.md"))
 
 
 def expected_rows():
@@ -111,6 +115,8 @@ def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
     assert cells[0] == "Kepler, e = 0.6" and cells[1].startswith("**galvi degree 8, step=0.2")
     assert cells[2].startswith("heyoka, tolerance=1e-9") and "; galvi: galvi degree 8" in cells[2]
     assert cells[3].startswith("heyoka") and "galvi:" not in cells[3]
+    page = table_of(WHICH.read_text(), CHOICES).splitlines()
+    assert len(page) == 2 + len(PROBLEMS) and page[0].count("error") == len(ASKED)
 
 
 def test_the_evidence_is_counted(tmp_path):
@@ -124,3 +130,4 @@ def test_the_evidence_is_counted(tmp_path):
     )
     said = evidence(ROOT, tmp_path)
     assert "15; 1 neither answered nor refused in a sentence" in said
+    assert len(said.splitlines()) == len(table_of(TRUST.read_text(), EVIDENCE).splitlines())

@@ -13,7 +13,9 @@ from benchmarks.work_precision.problems import work_precision_problems
 from reports.cli.commands import application
 from reports.contents import SECTIONS, load
 from reports.figures.style.identities import OURS, TABLE, identity
-from reports.site import build, commands, peers, reference
+from reports.page.render import PARTS, render
+from reports.page.site import DOCUMENTATION, documented
+from reports.site import build, commands, links, peers, reference
 from reports.site.build import write_pages
 
 ROOT = Path(__file__).parents[2]
@@ -88,3 +90,33 @@ def test_pages_are_written_when_they_change_and_removed_when_they_end(
     before = page.stat().st_mtime_ns
     write_pages(tmp_path)
     assert page.stat().st_mtime_ns == before
+
+
+def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_path: Path) -> None:
+    (tmp_path / "docs" / "deep").mkdir(parents=True)
+    (tmp_path / "docs" / "index.html").write_text(
+        '<h1 id="top">A</h1><a href="deep/one.html#here">1</a><a href="#top">2</a>'
+        '<a href="../claims.html#V1">3</a><a href="https://example.org/x">4</a>'
+    )
+    (tmp_path / "docs" / "deep" / "one.html").write_text(
+        '<p id="here"><a href="../index.html#gone">1</a><a href="none.html">2</a>'
+        '<img src="picture.png"><a href="../../claims.html#V9">3</a><a href="../../odd.html">4</a>'
+    )
+    found = list(links.broken(tmp_path / "docs", {"claims.html": {"V1"}}))
+    where = ("../../claims.html#V9", "../../odd.html", "../index.html#gone", "none.html",
+             "picture.png")  # fmt: skip
+    assert found == [f"deep/one.html: the link to {one} leads nowhere." for one in where]
+    listed = (tmp_path / "docs" / links.OUTSIDE).read_text()
+    assert listed == "https://example.org/x\n"
+
+
+def test_the_report_links_the_documentation_where_there_is_one(tmp_path: Path) -> None:
+    assert documented(tmp_path) == ""
+    (tmp_path / "docs").mkdir()
+    (tmp_path / DOCUMENTATION).write_text("<p>")
+    assert documented(tmp_path) == DOCUMENTATION
+    content = {"history": None, "quick": False, "date": "", "commit": ""}
+    (part,) = (one for one in PARTS if one.name == "history")
+    for place in ("", DOCUMENTATION):
+        page = render(content, (part,), (part,), documentation=place)
+        assert (">Documentation</a>" in page) == bool(place)

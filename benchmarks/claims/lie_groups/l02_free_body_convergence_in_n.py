@@ -123,7 +123,7 @@ def _convergence(table: pd.DataFrame, chart: str) -> list[Row]:
         ),
         L2.row(
             f"{ENDS}, n = {REACHED_AT}, {chart} chart",
-            AtMost(REACHED) if chart == CAYLEY else Finding(AtMost(REACHED)),
+            Finding(AtMost(REACHED)),
             error,
             reason=REASONS[ENDS],
             claimed="attains high accuracy" if chart == CAYLEY else OTHER,

@@ -286,7 +286,7 @@ L3 = Claim(
     study,
     judge,
     ("H fig. 3.2",),
-    source="H fig. 3.2, thm. 3.3.1",
+    source="H fig. 3.2",
     reference=BODY_TRUTHS,
     statement="H fig. 3.2 reports order n for even n and n - 1 for odd n. Measured: 2 (n - 1) with "
     "every number of Gauss points, so that the figure is not reproduced. H's parity is that of "

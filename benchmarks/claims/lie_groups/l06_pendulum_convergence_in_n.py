@@ -71,7 +71,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
             ),
             L6.row(
                 f"smallest {quantity}",
-                AtMost(REACHED),
+                Finding(AtMost(REACHED)),
                 decay.smallest,
                 claimed="very high accuracy",
             ),

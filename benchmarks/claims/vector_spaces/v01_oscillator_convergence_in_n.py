@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import AtMost
+from benchmarks.checks.bounds import AtMost, Finding
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import Geometric
 from benchmarks.measures.refinement import Case, refine
@@ -41,7 +41,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
             V1.row(f"base of the {quantity}", Geometric(), decay, claimed="geometric convergence"),
             V1.row(
                 f"smallest {quantity}",
-                AtMost(REACHED),
+                Finding(AtMost(REACHED)),
                 decay.smallest,
                 claimed="attains very high accuracy",
             ),

@@ -138,11 +138,11 @@ def _curve(table: pd.DataFrame, n: int) -> Row:
 
 V6 = Claim(
     "V6",
-    "Kepler: one-step error of order 2 ceil(n / 2) in h, as H measured",
+    "Kepler: one-step error of order 2 ceil(n / 2) in h",
     study,
     judge,
     ("H fig. 2.9",),
-    source="H fig. 2.9, thm. 2.3.3",
+    source="H fig. 2.9",
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
     statement="H fig. 2.9: the one-step error is seen to have order 2 ceil(n / 2) in h. Measured: "
     "2 (n - 1) at a fixed end, and more over a fixed number of steps, so that the figure is "

@@ -252,14 +252,15 @@ def _saturation(table: pd.DataFrame) -> list[Row]:
         power = Estimate(float(line[0]), float(np.sqrt(spread[0, 0])))
     shared = {
         "setup": _setup(AWAY),
-        "claimed": "saturation is due to the tolerance of the Newton method",
+        "claimed": "saturation is due to the tolerance of the Newton method; M prints neither a "
+        "tolerance nor a level",
     }
     return [
         *(
             V23.row(
                 f"error at the {LAST} smallest steps, solve stopped at {tolerance:.0e}, over that "
                 f"with a solve to round-off, N = {SATURATING}",
-                AtLeast(SATURATED),
+                Finding(AtLeast(SATURATED)),
                 _at_small_steps(table, stopped_at(tolerance)) / solved,
                 reason="Where the solve stops early, what is left is a part of its last change, at "
                 "most the tolerance; galvi's first guess, better at small steps, leaves less, so "
@@ -271,7 +272,7 @@ def _saturation(table: pd.DataFrame) -> list[Row]:
         ),
         V23.row(
             f"power of the tolerance that this error falls with, N = {SATURATING}",
-            Within(0.5, 1.5),
+            Finding(Within(0.5, 1.5)),
             power,
             reason="What is left of the last change is a part of it.",
             **shared,

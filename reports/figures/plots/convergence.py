@@ -32,6 +32,7 @@ class Rate:
     n                the n whose h-refinement this is; None for an n-refinement
     start            first n of the fit, where the claim concerns large n only
     until            largest h of the fit, where the claim concerns small h only
+    since            h above which it is fitted, where one range serves all n
     algebraic        of an n-refinement: errors fall like a power of the degree N = n - 1
     power            exponent of a known factor n^-power, and its error
     """
@@ -44,6 +45,7 @@ class Rate:
     n: int | None = None
     start: int = 0
     until: float = np.inf
+    since: float = 0.0
     algebraic: bool = False
     power: tuple[float, float] = (0.0, 0.0)
 
@@ -65,7 +67,7 @@ class Rate:
             return convergence_fits.geometric(
                 x[late], error[late], floor=self.floor, power=self.power
             )
-        used = x <= self.until
+        used = (self.since < x) & (x <= self.until)
         return convergence_fits.algebraic(x[used], error[used], floor=self.floor)
 
 
