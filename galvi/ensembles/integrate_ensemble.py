@@ -78,9 +78,10 @@ def integrate_ensemble(
     Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
     the same bits in every ensemble, order, thread and process on one kind of processor. One whose
     step the vector code cannot do is run again by itself, as are all where the system has none (its
-    equations as generated code) or the method works in a frame; their status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
-    its status says why, and the others go on. Energies are not judged, whoever runs the member.
-    Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
+    equations as generated code) or the method works in a frame; their status says so. A member that
+    fails, or that `galvi.Problem` then refuses, is NaN from there on, its status says why, and the
+    others go on. Energies are not judged, whoever runs the member. Ctrl-C raises KeyboardInterrupt;
+    what is in the folder stays there, and the next call goes on.
 
     Raises ValueError or TypeError for bad input before the first step.
     """

@@ -20,7 +20,7 @@ from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
 from benchmarks.work_precision.problems import work_precision_problems
-from reports.figures.drawing import slug
+from reports.figures.picture import slug
 from reports.figures.style.identities import identity
 
 FACTS = Path(__file__).with_name("peers.csv")
@@ -30,7 +30,7 @@ FILE = re.compile(r"\b((?:references|reports|docs)/[\w/]+\.\w+)")
 NOT_SHOWN = ("save_every", "samples")
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Peer:
     """What the comparisons hold of one family of contenders.
 
@@ -89,7 +89,7 @@ def peers() -> tuple[Peer, ...]:
             peer = found[identity(one.label).family]
             peer.runs.setdefault(case.problem.name, []).append(one)
             order = getattr(getattr(one.contender, "method", one.contender), "order", None)
-            peer.orders |= set() if order is None else {order}
+            peer.orders.update(() if order is None else (order,))
     return tuple(found.values())
 
 
