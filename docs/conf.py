@@ -55,7 +55,7 @@ html_theme_options = {
     "navigation_with_keys": False,
     "navbar_persistent": [],
 }
-html_sidebars = {"**": ["navbar-logo.html", "report.html", "search-button-field.html",
-                        "sbt-sidebar-nav.html"]}  # fmt: skip
+html_sidebars = {"**": ["home_and_report.html", "search-button-field.html", "sbt-sidebar-nav.html"]}
+html_context = {"default_mode": "auto"}
 
 mathjax_path = MATHJAX

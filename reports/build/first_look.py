@@ -16,7 +16,7 @@ from reports.results.comparison import Comparison
 from reports.results.suite import Suite
 
 CLAIMS, COMPARISONS, STUDIES = "the claims in full", "all comparisons", "the studies"  # in order
-PATIENCE = 90.0  # seconds for claims
+PATIENCE = 75.0  # seconds for claims
 
 
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:

@@ -61,9 +61,19 @@ def finish(app: Any, error: Exception | None) -> None:
             logging.getLogger(__name__).warning(sentence)
 
 
+def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
+    """Sphinx's `html-page-context`: names what opens the pages below one in the navigation."""
+    made = context.get("generate_toctree_html")
+    if made is not None:
+        context["generate_toctree_html"] = lambda *arguments, **options: str(
+            made(*arguments, **options)
+        ).replace("<summary>", '<summary aria-label="Pages below">')
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("builder-inited", begin)
+    app.connect("html-page-context", label_toggles, priority=900)  # after the theme's own
     app.connect("build-finished", finish)
     app.connect("autodoc-process-docstring", reference.docstring)
     app.connect("autodoc-process-signature", reference.signature)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,13 +16,11 @@ import pytest
 
 from reports.cli.commands import run
 from reports.page.render import PARTS
+from tests.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
 
-PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
-CHROMIUM = next(filter(None, map(shutil.which, PROGRAMS)), "")
 OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
 SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
 SHOWN = "[...document.querySelectorAll('{}')].filter(one => !one.hidden)"
-WIDTHS = (400, 800, 1400)
 A4 = 1047  # pixels of CSS across a landscape page of A4 within its margins
 FIRST_VIEW = 1_000_000  # bytes of the start with what it shows before scrolling
 NAMES = tuple(part.name for part in PARTS)
@@ -36,11 +33,7 @@ SIDEWAYS = """() => [...document.querySelectorAll('.wide')]
     .filter(one => one.scrollWidth > one.clientWidth + 1)
     .map(one => one.innerText.slice(0, 40))"""
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(bool(os.environ.get("CI")), reason="a CI has no browser to look with"),
-    pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed"),
-]
+pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
@@ -60,35 +53,15 @@ def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with sync.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with browsing() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture
 def opened(browser, out) -> Iterator[Any]:
-    """(name, width, dark, javascript) -> the page; what its console said is in `page.said`."""
-    contexts = []
-
-    def look(name: str, width: int = 1400, dark: bool = False, scripts: bool = True, **more: Any):
-        context = browser.new_context(
-            viewport={"width": width, "height": 900}, java_script_enabled=scripts,
-            color_scheme="dark" if dark else "light", reduced_motion="reduce", **more,
-        )  # fmt: skip
-        contexts.append(context)
-        page = context.new_page()
-        page.said = []
-        page.on("console", lambda one: page.said.append(one.text))
-        page.on("pageerror", lambda one: page.said.append(str(one)))
-        page.on("requestfailed", lambda one: page.said.append(f"not found: {one.url}"))
-        page.goto((out / f"{name}.html").as_uri())
-        return page
-
-    yield look
-    for context in contexts:
-        context.close()
+    """See `looking`."""
+    with looking(browser, out) as look:
+        yield look
 
 
 @pytest.mark.parametrize("name", (*NAMES, "report"))
@@ -144,21 +117,17 @@ def test_a_table_that_is_too_wide_would_be_found(opened):
 @pytest.mark.parametrize("dark", (False, True))
 @pytest.mark.parametrize("name", NAMES)
 def test_contrast_names_and_alternative_texts_satisfy_axe(opened, name, dark):
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     page = opened(name, 1400, dark)
     page.evaluate(OPEN)
     page.evaluate(SHOW)
-    found = axe.Axe().run(page).response["violations"]
-    assert [(one["id"], one["nodes"][0]["html"][:200]) for one in found] == []
+    assert violations(page) == []
 
 
 def test_axe_finds_a_picture_without_a_text_and_pale_words(opened):
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     page = opened("provenance")
     page.evaluate("document.querySelector('main').innerHTML += '<img src=\"data:,\">"
                   "<p style=\"color: #ddd; background: #fff\">pale</p>'")  # fmt: skip
-    found = {one["id"] for one in axe.Axe().run(page).response["violations"]}
-    assert {"image-alt", "color-contrast"} <= found
+    assert {"image-alt", "color-contrast"} <= {rule for rule, _ in violations(page)}
 
 
 def test_every_picture_loads(opened):

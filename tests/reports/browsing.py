@@ -1,0 +1,65 @@
+"""Pages in a real browser: what tests with the mark `browser` share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = next(filter(None, map(shutil.which, PROGRAMS)), "")
+WIDTHS = (400, 800, 1400)
+MARKS = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(os.environ.get("CI")), reason="a CI has no browser to look with"),
+    pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed"),
+]
+
+
+@contextmanager
+def browsing() -> Iterator[Any]:
+    """A chromium of the system."""
+    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with sync.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@contextmanager
+def looking(browser: Any, out: Path, notice: str = "\0") -> Iterator[Callable[..., Any]]:
+    """(name, width, dark, javascript) -> the page; what its console said is in `page.said`.
+
+    notice  what is in lines of the console that say nothing
+    """
+    contexts = []
+
+    def look(name: str, width: int = 1400, dark: bool = False, scripts: bool = True, **more: Any):
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, java_script_enabled=scripts,
+            color_scheme="dark" if dark else "light", reduced_motion="reduce", **more,
+        )  # fmt: skip
+        contexts.append(context)
+        page = context.new_page()
+        page.said = []
+        page.on("console", lambda one: notice in one.text or page.said.append(one.text))
+        page.on("pageerror", lambda one: page.said.append(str(one)))
+        page.on("requestfailed", lambda one: page.said.append(f"not found: {one.url}"))
+        page.goto((out / f"{name}.html").as_uri())
+        return page
+
+    yield look
+    for context in contexts:
+        context.close()
+
+
+def violations(page: Any) -> list[tuple[str, str]]:
+    """(rule, element) of what axe finds."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
+    found = axe.Axe().run(page).response["violations"]
+    return [(one["id"], one["nodes"][0]["html"][:200]) for one in found]
