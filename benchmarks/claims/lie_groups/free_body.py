@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
-
-import galvi
-from benchmarks.measures.refinement import MethodOf, method_on_group
-from galvi import Problem
+from benchmarks.claims.kit import *
+from benchmarks.measures.refinement import MethodOf
 from galvi.charts import CHARTS
 
 STEP, DURATION = 0.5, 5.0

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import Geometric
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.curves_and_ends import (
     DURATIONS,
     ORACLES,
@@ -29,9 +24,6 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     problem,
     refinement,
 )
-from benchmarks.measures.refinement import Case
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
@@ -45,7 +37,7 @@ LEAST = 1e-9  # a tenth of the one-step error at n = 6, T = 500
 SETUP = f"{MOTION}; {METHOD}; h = {STEP:g}, T = {DURATION:g}; entries of R"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step and the curve error."""
     cases = [Case(n, STEP, round(DURATION / STEP)) for n in range(2, 15 if quick else 19)]
     rows = refinement("n-refinement", cases, make_method, report)
@@ -56,7 +48,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     return frame([*rows, row(study=ORACLES, quantity=ORACLES, value=away)])
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
     for quantity in QUANTITIES:
@@ -79,7 +71,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [*rows, *_curves_and_ends(table)]
 
 
-def _curves_and_ends(table: pd.DataFrame) -> list[Row]:
+def _curves_and_ends(table: DataFrame) -> list[Row]:
     """H: once again, the curves have the same error as the steps."""
     return [
         *(

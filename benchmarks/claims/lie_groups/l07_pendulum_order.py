@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
-from benchmarks.checks.bounds import Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import (
     DURATION,
     METHOD,
@@ -14,9 +11,6 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     TRUTH,
     refinement,
 )
-from benchmarks.measures.refinement import at_fixed_time
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame
 
 NS = (3, 4, 5, 6)
 FLOOR = 2e-14  # entries of R; 1.2e-14 was measured after 256 steps
@@ -30,18 +24,18 @@ def step_counts(quick: bool) -> list[int]:
     return [round(2.0 ** (j / 4)) for j in range(10, 28 if quick else 31)]
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'h-refinement, T = 5' of the one-step and the curve error for n = 3 to 6."""
     cases = at_fixed_time(NS, DURATION, step_counts(quick))
     return frame(refinement(FIXED_TIME, cases, make_method, report))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """For each n: the orders of step ends and of the curve."""
     return [row for n in NS for row in _orders(table, n)]
 
 
-def _orders(table: pd.DataFrame, n: int) -> list[Row]:
+def _orders(table: DataFrame, n: int) -> list[Row]:
     ends, curve = (
         readings.order(table, FLOOR, study=FIXED_TIME, quantity=quantity, n=n)
         for quantity in QUANTITIES

@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from itertools import permutations
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Bound, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion, printed_formulas
 from benchmarks.claims.lie_groups.cayley_curve import cayley_rate
 from benchmarks.claims.lie_groups.held_base import BodySteps, ScaledRotations
 from benchmarks.claims.lie_groups.printed_formulas import AS_PRINTED, IN_ORDER
 from benchmarks.measures.independent_space import gauss_points
-from benchmarks.measures.refinement import method_on_group
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, row, rows
-from galvi import Problem
-from galvi.arrays import Array
 from references.textbook import galerkin
 from references.textbook.galerkin import Rotations, cayley
 
@@ -77,7 +65,7 @@ def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
     return value
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Steps by scaled charts and by galvi; each formula beside its truth, at random states; the
     momentum of steps with the base of the chart held and moved."""
     found: list[dict[str, Any]] = []
@@ -184,12 +172,12 @@ def _stages(make_method: MakeMethod) -> list[dict[str, Any]]:
     return [row(study="stages", quantity=STAGES, value=largest, status=failure(run))]
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The charts, the change of chart, the Lagrangian, its slopes, and the momentum."""
     return [*_charts(table), *_changes_of_chart(table), *_lagrangians(table), *_momentum(table)]
 
 
-def _charts(table: pd.DataFrame) -> list[Row]:
+def _charts(table: DataFrame) -> list[Row]:
     bodies = {"free": free_body.BODY, "pendulum": pendulum_motion.MOTION}
     method = f"Polynomials({N - 1}), gauss({N}); {STEPS} steps of h = {STEP:g}"
     scales = ", ".join(f"{s:g}" for s in SCALES)
@@ -215,7 +203,7 @@ def _charts(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _changes_of_chart(table: pd.DataFrame) -> list[Row]:
+def _changes_of_chart(table: DataFrame) -> list[Row]:
     slip = (
         "The last line has dL_d / dxi_c d xi_b / d lambda_c for dL_d / dxi_b d xi_b / d lambda_c, "
         "and the line above all three dL_d / d lambda_a"
@@ -248,7 +236,7 @@ def _changes_of_chart(table: pd.DataFrame) -> list[Row]:
     ]  # fmt: skip
 
 
-def _lagrangians(table: pd.DataFrame) -> list[Row]:
+def _lagrangians(table: DataFrame) -> list[Row]:
     least = readings.least(np.array([_largest(table, name) for name in READINGS]))
     pairing = (
         f"{PROOF}, of which phi(a, b, c) is the a-component: I_1 belongs to it, and I_3 to phi(c, "
@@ -308,7 +296,7 @@ def _lagrangians(table: pd.DataFrame) -> list[Row]:
     ]  # fmt: skip
 
 
-def _momentum(table: pd.DataFrame) -> list[Row]:
+def _momentum(table: DataFrame) -> list[Row]:
     size, whole = CHANGES
     setup = (
         f"{free_body.BODY}; n = {{}}; Gauss's rule of n, n + 1 and 2 n points; {BODY_STEPS} steps "
@@ -363,7 +351,7 @@ def _momentum(table: pd.DataFrame) -> list[Row]:
 
 
 def _formula(
-    table: pd.DataFrame,
+    table: DataFrame,
     quantity: str,
     bound: Bound,
     source: str,
@@ -377,7 +365,7 @@ def _formula(
     return L18.row(f"{quantity}, departure", bound, _largest(table, quantity), **texts)
 
 
-def _largest(table: pd.DataFrame, quantity: str, **where: Any) -> float:
+def _largest(table: DataFrame, quantity: str, **where: Any) -> float:
     return readings.largest(readings.values(table, quantity=quantity, **where))
 
 

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
-import galvi
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.refinement import Case, method_on_group, refine
+from benchmarks.claims.kit import *
 from benchmarks.work_precision.with_settings import WithSettings
-from galvi import Problem
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
 
 WEIGHT = 9.81  # m g; H gives none

@@ -7,12 +7,7 @@ moments   I_1, I_2, I_3 of J = tr(J_d) I - J_d, (3,)
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 from references.textbook.galerkin import cayley, hat, vector
 
 AS_PRINTED, IN_ORDER = (2, 1, 0), (0, 1, 2)  # the phi that I_1, I_2, I_3 multiply

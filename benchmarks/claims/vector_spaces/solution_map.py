@@ -6,20 +6,12 @@ eta = 3 K h^2 / (m z0^2).
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 from numpy.polynomial import legendre, polynomial
 from scipy.integrate import solve_ivp
 
-import galvi
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import gauss_points, grams, lobatto_points, values, z0
 from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
-from galvi import Problem
-from galvi.arrays import Array
 from references.scipy.ivp import TIGHT
 
 POINTS = 40  # of exact integrals

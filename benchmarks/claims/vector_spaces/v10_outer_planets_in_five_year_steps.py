@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.studies.long_steps import (
     CHANGE,
     DIFFERENCE,
@@ -33,13 +29,13 @@ SETUP = (
 IN_FRAME = SETUP.replace("gauss(2 n)", "gauss(n - 1), KeplerFrame()")
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series of `LongSteps` for n = 25, the outer planets watched."""
     problem = galvi.problems.outer_solar_system()
     return LongSteps(problem, STEP, STEPS, (N,), OUTER, SAMPLES).study(make_method, report)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Distance to IAS15, energy, and shape of the orbits."""
     closed = (
         "Distances change from one revolution to the next by what the planets do to each other, "

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import astuple
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, Above, AtLeast, AtMost, Below, Bound, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.solution_map import (
     Motions,
     Stability,
@@ -35,11 +27,7 @@ from benchmarks.measures.independent_space import (
     inf_sup,
     z0,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row, rows
 from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
-from galvi import Problem
-from galvi.arrays import Array
 from references.closed_forms.pendulum import PENDULUM as EXACT_PENDULUM
 
 MOTIONS: Mapping[str, Motions] = {"oscillator": oscillations, "pendulum": swings}
@@ -66,7 +54,7 @@ ROUND_OFF = 1e-11
 APART = "distance between the two references"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Differences of two solutions over their bounds, by problem in `label` (exact ones) or by rule
     in `study` (of methods); the constants of {1, (1 - t)^k}; theorem 3, by rule and problem."""
     found: list[dict[str, Any]] = []
@@ -151,7 +139,7 @@ def _opposed(power: int) -> dict[str, float]:
     }
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for theorem 1, for theorem 2 and where it fails, then for theorem 3."""
     return [*_first(table), *_second(table), *_where_it_fails(table), *_third_rows(table)]
 
@@ -177,7 +165,7 @@ EXPLICIT = {
 }
 
 
-def _first(table: pd.DataFrame) -> list[Row]:
+def _first(table: DataFrame) -> list[Row]:
     where = f"h = {', '.join(f'{h:g}' for h in STEPS)}, eta up to 0.97; random data and differences"
     setups = {"oscillator": "V = u^2 / 2", "pendulum": "V = -cos u, K = 1 on the whole line"}
     apart = number(table, quantity=APART)
@@ -220,7 +208,7 @@ def _first(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _second(table: pd.DataFrame) -> list[Row]:
+def _second(table: DataFrame) -> list[Row]:
     return [
         V30.row(
             f"largest of {quantity} over its bound, {name}",
@@ -241,7 +229,7 @@ def _second(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _where_it_fails(table: pd.DataFrame) -> list[Row]:
+def _where_it_fails(table: DataFrame) -> list[Row]:
     def of(quantity: str, **where: Any) -> Array:
         return readings.values(table, "n", study=OPPOSED, quantity=quantity, **where)
 
@@ -305,7 +293,7 @@ def _where_it_fails(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _third_rows(table: pd.DataFrame) -> list[Row]:
+def _third_rows(table: DataFrame) -> list[Row]:
     cases = "; ".join(case.where for case in COMPARISONS)
     constant = "here 1 + sqrt(2) + 3 M / (m lambda_N^2)"
     start = (

@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import (
     all_of_degree,
     gauss_points,
     lobatto_points,
     values,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, rows
-from galvi import Problem
-from galvi.arrays import Array
 
 DEGREES = (1, 2, 3, 4)
 GAUSS, LOBATTO = "Gauss N", "Lobatto N + 1"
@@ -106,7 +93,7 @@ def newmark(
     return q, case.mass * (v0 + h * ((1.0 - gamma) * before + gamma * after))
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Distances of one step from the Runge-Kutta method's, by rule, in `study`, degree, n = N + 1,
     and problem, in `label`; of Lobatto 2 from two formulas; of a tableau from its partner."""
     found: list[dict[str, Any]] = []
@@ -140,7 +127,7 @@ def _apart(run: galvi.Trajectory, q: Array, p: Array) -> float:
     return float(max(np.max(abs(run.q[-1] - q)), np.max(abs(run.p[-1] - p))))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows by rule and degree, then for the two formulas, then for the tableaux."""
 
     def largest(quantity: str, **where: Any) -> float:
