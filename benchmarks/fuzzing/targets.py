@@ -216,7 +216,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "from_rebound": (galvi.from_rebound, {"source": None, "snapshot": st.just(-1)}),
     "from_mujoco": (
         galvi.from_mujoco,
-        {"model_or_xml": st.just("<mujoco/>"), "ignore": st.just(())},
+        {"model": st.just("<mujoco/>"), "ignore": st.just(())},
     ),
     "kepler": (galvi.problems.kepler, {"eccentricity": st.floats(0, 0.9)}),
     "planar_chain": (galvi.problems.planar_chain, {}),

@@ -171,13 +171,13 @@ def read(path: str, snapshot: int) -> Contents | str:
             count = len(archive)
             sim = archive[snapshot] if -count <= snapshot < count else None
     except Exception as error:  # of what kind depends on which bytes are wrong
-        return _another_version(path) or f"{path} must be a file of REBOUND's; it says: {error}"
+        return _another_version(path) or _no_file_of_rebounds(path, str(error))
     said = {str(warning.message) for warning in caught}
     known = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
     wrong = [one for one in said if not any(part in one for part in known)]
     older = any(OTHER_VERSION in one for one in said)
     if wrong or (older and _another_version(path)):
-        return _another_version(path) or f"{path} must be a file of REBOUND's; it says: {wrong[0]}"
+        return _another_version(path) or _no_file_of_rebounds(path, wrong[0])
     if sim is None:
         return (
             f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
@@ -198,6 +198,11 @@ def _version_of(path: str) -> str:
     with open(path, "rb") as file:
         head, _, rest = file.read(64).partition(b"Version: ")
     return rest.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
+
+
+def _no_file_of_rebounds(path: str, said: str) -> str:
+    said = " ".join(said.split()).rstrip(".")
+    return f"{path} must be a file of REBOUND's; it says: {said}."
 
 
 def _another_version(path: str) -> str:

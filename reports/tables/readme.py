@@ -24,7 +24,7 @@ from reports.tables.comparison_tables import (
     heading,
     is_ours,
 )
-from reports.tables.number_format import plain, seconds
+from reports.tables.number_format import plain, seconds, with_uncertainty
 
 SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
 RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
@@ -76,7 +76,7 @@ def results(claims: pd.DataFrame) -> str:
         if found.empty:
             raise KeyError(f"claims.csv has no row {name}, {quantity}.")
         row = found.iloc[0]
-        measured = plain(row["measured"])
+        measured = with_uncertainty(row["measured"], row["uncertainty"])
         slack = f", slack x{float(plain(row['slack'], 2)):g}" if row["slack"] > 1.0 else ""
         lines.append(
             f"| {name}, {row['source']} | {quantity} | {row['claimed']} | {measured} "
@@ -181,7 +181,7 @@ def evidence(root: Path, out: Path) -> str:
         ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
         ("calls with odd arguments", _calls(out / "fuzz.csv"), "`make fuzz`"),
     ]
-    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines if line[1])
     return f"| evidence | number | from |\n|---|---|---|\n{rows}"
 
 
@@ -192,7 +192,7 @@ def _tests(file: Path) -> int:
 
 def _mutants(file: Path) -> str:
     if not file.exists():
-        return "not kept here"
+        return ""
     rows, same = pd.read_csv(file), equivalents()
     changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
     rows = rows[[change not in same for change in changes]]
@@ -202,10 +202,11 @@ def _mutants(file: Path) -> str:
 
 def _calls(file: Path) -> str:
     if not file.exists():
-        return "not kept here"
+        return ""
     rows = pd.read_csv(file, keep_default_na=False)
     found = rows.loc[rows["finding"] != "", ["target", "finding"]].drop_duplicates()
-    return f"{rows['calls'].sum()}; {len(found)} neither answered nor refused in a sentence"
+    calls = int(pd.to_numeric(rows["calls"]).sum())
+    return f"{calls}; {len(found)} neither answered nor refused in a sentence"
 
 
 def marks(name: str) -> tuple[str, str]:

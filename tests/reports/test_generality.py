@@ -104,4 +104,4 @@ def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
     two = pd.concat([runs(), other], ignore_index=True)
     assert "exponential" in comparison_figure("body", two).caption
     assert picture(figure, runs()).png.startswith(b"\x89PNG")
-    assert "unit of length" in comparison_figure("kepler", runs(quantity=POSITION)).caption
+    assert "true position" in comparison_figure("kepler", runs(quantity=POSITION)).caption
