@@ -18,6 +18,7 @@ from benchmarks.checks.bounds import (
     Order,
     Reported,
 )
+from benchmarks.checks.faults import Fault
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Measurement, estimate
 from benchmarks.store.frames import frame, rows
@@ -135,6 +136,7 @@ class Claim:
     source, setup, claimed, reason, reference
              defaults of the claim's rows, see `Row`; the default source is the figures
     statement  what the paper says, and what was measured where that differs, for the page
+    caught   mistakes that it must see, at least one
     """
 
     id: str
@@ -149,6 +151,7 @@ class Claim:
     reason: str = ""
     reference: str = ""
     statement: str = ""
+    caught: tuple[Fault, ...] = ()
 
     def row(self, quantity: str, bound: Bound, measured: Measurement, **own: str) -> Row:
         """A row of this claim.

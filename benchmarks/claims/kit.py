@@ -46,6 +46,20 @@ from benchmarks.checks.claim import (
     judged,
     scalars,
 )
+from benchmarks.checks.faults import (
+    OTHER_TRUTH,
+    Fault,
+    always,
+    fewer,
+    given,
+    heavier,
+    of_motion,
+    of_table,
+    reversed_clock,
+    scaled,
+    some,
+    times,
+)
 from benchmarks.checks.series_bounds import Geometric, NoGrowth
 from benchmarks.measures.refinement import (
     CAYLEY,

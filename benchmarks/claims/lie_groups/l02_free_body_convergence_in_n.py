@@ -19,6 +19,7 @@ from benchmarks.claims.lie_groups.free_body import (
     FLOOR,
     METHOD,
     METHODS,
+    OTHER_MOTIONS,
     STEP,
     problem,
 )
@@ -166,4 +167,13 @@ L2 = Claim(
     statement="H fig. 3.1: errors fall geometrically with n, and the curve is as accurate as the "
     "steps. Measured: so up to an n*(T) that grows with the logarithm of T, which H does not "
     "print; beyond it the curve is behind.",
+    caught=(
+        of_table("one-step error, n = 12, Cayley chart", b=1.0 + 1e-9),
+        of_table(
+            "base of the one-step error, exponential chart",
+            "base of the curve error, Cayley chart",
+            integral=1.0 + 1e-4,
+        ),
+        *OTHER_MOTIONS,
+    ),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from benchmarks.claims.lie_groups.free_body import BODY, DURATION, problem
+from benchmarks.claims.lie_groups.free_body import BODY, DURATION, OTHER_MOTIONS, problem
 from benchmarks.claims.lie_groups.rule_on_potential import PlanePendulum, clenshaw_curtis_points
 from benchmarks.claims.rule_orders import WHY_ORDER, order_with_clenshaw_curtis
 from benchmarks.measures.independent_space import gauss_points
@@ -265,4 +265,21 @@ L3 = Claim(
     statement="H fig. 3.2 reports order n for even n and n - 1 for odd n. Measured: 2 (n - 1) with "
     "every number of Gauss points, so that the figure is not reproduced. H's parity is that of "
     "Clenshaw-Curtis with n - 1 points and degree n - 2, for n = 3 to 6; H names Gauss's rule.",
+    caught=(
+        of_table("order of the one-step error, n = 5", b=1.0 + 1e-4),
+        of_table("order from both sides, n = 4", integral=1.0 + 1e-4),
+        *(
+            of_table(
+                "order from both sides, n = 4",
+                wrong={
+                    "galvi.integrate": lambda sound: (
+                        lambda *given, **how: sound(*given, **{**how, "solver": "newton"})
+                    )
+                },
+                **{array: 1.0 + 1e-4},
+            )
+            for array in ("psi", "slope")
+        ),
+        *OTHER_MOTIONS,
+    ),
 )

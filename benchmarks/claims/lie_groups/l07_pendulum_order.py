@@ -7,6 +7,7 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     DURATION,
     METHOD,
     MOTION,
+    OTHER_MOTIONS,
     QUANTITIES,
     TRUTH,
     refinement,
@@ -73,4 +74,10 @@ L7 = Claim(
     statement="H fig. 3.6: errors have almost exactly optimal order in h, without a number. "
     "Measured: n along the curve, that of the best approximation, and 2 (n - 1) at the ends of "
     "steps.",
+    caught=(
+        of_table("order of the one-step error, n = 5", b=1.0 + 1e-4),
+        of_table("order of the one-step error, n = 4", b=1.0 + 1e-6),
+        of_table("order of the curve error, n = 4", integral=1.0 + 1e-4),
+        *OTHER_MOTIONS,
+    ),
 )

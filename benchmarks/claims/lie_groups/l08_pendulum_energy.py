@@ -90,4 +90,14 @@ L8 = Claim(
     "which is near the energy although a step is a third of a swing.",
     reference="initial energy",
     statement="H fig. 3.7: the energy error is small and oscillates without growing.",
+    caught=(
+        of_table(
+            "order of the largest energy error, n = 8",
+            integral=1.0 + 1e-4,
+            wrong={
+                f"{__name__}.STEPS": always(20),
+                f"{__name__}.short_runs": always(lambda *given: []),
+            },
+        ),
+    ),
 )

@@ -305,4 +305,21 @@ L9 = Claim(
     reference="initial energy, exact",
     statement="H fig. 3.8, 3.9: in steps that nearly turn by pi the energy is nearly conserved, "
     "and its jumps come with these steps. H prints no m g; a scan finds this for 21 to 23.",
+    caught=(
+        of_table(
+            "largest energy error, m g = 9.81, Cayley chart",
+            b=1.0 + 1e-9,
+            wrong={
+                f"{__name__}.QUICK_WEIGHTS": always((LIGHT,)),
+                f"{__name__}.CHARTS": always(()),
+                f"{__name__}.single_steps": always(lambda *given: []),
+            },
+        ),
+        Fault(
+            "steps in the other chart, which do not jump",
+            some("growth of the median change of energy"),
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong={f"{__name__}.{name}": always(()) for name in ("QUICK_WEIGHTS", "CHARTS")},
+        ),
+    ),
 )

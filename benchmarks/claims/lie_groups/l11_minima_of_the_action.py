@@ -163,4 +163,20 @@ L11 = Claim(
     reference="second derivatives of the textbook's T and V, end points fixed",
     statement="H lemmas 3.3.1, 3.3.2: below bounds on the step stationary points are minima, and "
     "the action is coercive.",
+    caught=(
+        *(
+            Fault(
+                f"a constant that is too good: {name}",
+                bool,
+                wrong={
+                    f"{__name__}.constants": lambda sound, name=name, by=by: (
+                        lambda run: replace(
+                            known := sound(run), **{name: by * getattr(known, name)}
+                        )
+                    )
+                },
+            )
+            for name, by in (("speed", 4.0), ("well", 0.0))
+        ),
+    ),
 )

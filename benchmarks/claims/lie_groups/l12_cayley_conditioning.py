@@ -219,4 +219,14 @@ L12 = Claim(
     statement="H lemma 3.4.1: Cayley's chart satisfies the conditioning inequality, for turns up "
     "to 37 degrees (equal sizes) or 90. Measured: with the constant 2 up to nearly 180 degrees. "
     "(3.10), (3.11) hold for the other two charts as well.",
+    caught=(
+        Fault(
+            "a chart of another scale",
+            {
+                "constant of the chart, angles up to 37 degrees",
+                "angle up to which the constant is 2 [degrees]",
+            },
+            wrong={f"{__name__}.place": given(lambda *these: (*these[:3], 1.001 * these[3]))},
+        ),
+    ),
 )

@@ -95,4 +95,5 @@ L13 = Claim(
     source="H 3.2.2, 3.4.3",
     claimed="momentum is matched across the change of chart",
     statement="H 3.2.2, 3.4.3: the momentum is matched where the chart changes.",
+    caught=(of_table(f"largest error of {SECOND}", b=1.0 + 1e-9),),
 )

@@ -244,4 +244,25 @@ L14 = Claim(
     statement="H 3.6.1 leaves other charts and groups to future work; thm. 3.3.1 gives order n - "
     "1 at least. Measured: 2 (n - 1) in all of them; Cayley's chart ends at turns by pi, the "
     "exponential chart at 2 pi.",
+    caught=(
+        of_table(
+            "order of the one-step error, SE(3), Cayley chart, n = 4",
+            b=1.0 + 1e-6,
+            wrong={
+                f"{__name__}.CASES": lambda sound: {
+                    name: sound[name] for name in ("SE(3), Cayley chart",)
+                },
+                f"{__name__}.CHARTS": always(()),
+            },
+        ),
+        Fault(
+            "the exponential chart taken for Cayley's",
+            {
+                "largest turn of one step done right, over pi, Cayley chart",
+                "share of turns beyond pi that end the run with a status, Cayley chart",
+            },
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong={f"{__name__}.CASES": always({})},
+        ),
+    ),
 )

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
+from benchmarks.claims.lie_groups.pendulum_motion import (
+    METHOD,
+    MOTION,
+    OTHER_MOTIONS,
+    TRUTH,
+    problem,
+)
 from benchmarks.measures.curve_between_ends import distance
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
@@ -106,4 +112,9 @@ L15 = Claim(
     reference=f"{TRUTH.name}; stored truth in quadruple precision (A9)",
     statement="H thm. 3.3.3, 3.3.4: on the group, too, the curve between exact ends converges at "
     "half the rate of the step at least.",
+    caught=(
+        of_table("base of the step's error", b=1.0 + 1e-6),
+        of_table("order of the curve's distance, n = 6", integral=1.0 + 1e-4),
+        *OTHER_MOTIONS,
+    ),
 )

@@ -127,4 +127,23 @@ L16 = Claim(
     reference="<d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>",
     statement="H 3.1.1: steps on a group preserve the canonical symplectic form, in left "
     "trivialisation.",
+    caught=(
+        Fault(
+            "another flow of one coupled problem",
+            some(EXACTLY),
+            wrong={
+                f"{__name__}.PROBLEMS": always({}),
+                f"{__name__}.FLOWS": lambda sound: {
+                    name: replace(
+                        flow,
+                        state=lambda *given, of=flow.state: (
+                            (end := of(*given))[0],
+                            1.001 * end[1],
+                        ),
+                    )
+                    for name, flow in sound.items()
+                },
+            },
+        ),
+    ),
 )

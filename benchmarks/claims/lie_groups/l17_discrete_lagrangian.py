@@ -298,4 +298,23 @@ L17 = Claim(
     statement="H thm. 3.1.1, 3.3.1, 3.3.2, 3.7.1: a discrete Lagrangian with an error O(h^(r + 1)) "
     "gives a step of order r, on a group as on R^d, and one with O(K^n) a geometric step; L_d is "
     "as good as the algebra's curves. Measured: as good as their square.",
+    caught=(
+        *(
+            of_table(*(f"order of the {quantity}, {case}, n = 5" for case in CASES), **{array: by})
+            for array, by, quantity in (
+                ("b", 1.0 + 1e-6, STEPPED),
+                ("integral", 1.0 + 1e-4, ACTION),
+            )
+        ),
+        Fault(
+            "a coarse reference",
+            {APART}.__eq__,
+            wrong={
+                f"{__name__}.OTHER": lambda sound: WithSettings(
+                    RIGID_DOP853, {"rtol": 1e-8, "atol": 1e-8}
+                )
+            },
+        ),
+        of_motion("clock reversed", some(STEPPED), reversed_clock),
+    ),
 )

@@ -8,7 +8,7 @@ from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion, printed_formulas
 from benchmarks.claims.lie_groups.cayley_curve import cayley_rate
 from benchmarks.claims.lie_groups.held_base import BodySteps, ScaledRotations
-from benchmarks.claims.lie_groups.printed_formulas import AS_PRINTED, IN_ORDER
+from benchmarks.claims.lie_groups.printed_formulas import AS_PRINTED, IN_ORDER, lagrangian_of
 from benchmarks.measures.independent_space import gauss_points
 from references.textbook import galerkin
 from references.textbook.galerkin import Rotations, cayley
@@ -50,19 +50,6 @@ RANDOM = (
 )
 CURVES = "x -> s x maps the space of curves onto itself"
 PROOF = "R' = -(I + R) X' (I + X)^-1, hat(w) = R^T R' = -2 hat(xi' + xi x xi') / (1 + |xi|^2)"
-
-
-def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
-    """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
-    system: Any = problem.system
-    weight = system.potential
-
-    def value(R: Array, w: Array) -> Any:
-        twice = w @ system.inertia @ w
-        fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
-        return 0.5 * twice + fall
-
-    return value
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -369,6 +356,12 @@ def _largest(table: DataFrame, quantity: str, **where: Any) -> float:
     return readings.largest(readings.values(table, quantity=quantity, **where))
 
 
+def _reversed(sound: Callable[..., Array]) -> Callable[..., Array]:
+    return lambda first, point: -sound(-np.array(first), -np.array(point))
+
+
+FEW = fewer(__name__, NS=(3,), ORDERS=(), SCALES=(10.0,), STATES=10, STEPS=1)
+
 L18 = Claim(
     "L18",
     "The formulas of the Cayley chart, and which of them hold as printed",
@@ -380,4 +373,21 @@ L18 = Claim(
     statement="H 3.4: scaled Cayley transforms give one method; lambda and xi_k are each other's "
     "change of chart; L, its sum in coordinates (3.50) and its derivative (3.51); the momentum is "
     "matched by (3.9). Measured: (3.32) lacks a half, (3.50) exchanges axes, (3.9) loses momentum.",
+    caught=(
+        of_table(STAGES, integral=1.0 + 1e-9, wrong=FEW),
+        Fault(
+            "another chart",
+            {*(f"largest {GALVI}, {name}" for name in ("free", "pendulum")), STAGES}.__eq__,
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong=FEW,
+        ),
+        *(
+            Fault(
+                f"the cross product of {name} with another sign",
+                {f"{quantity}, departure"},
+                wrong={f"benchmarks.claims.lie_groups.printed_formulas.{name}": _reversed, **FEW},
+            )
+            for name, quantity in (("composed", LAMBDA), ("relative", RELATIVE))
+        ),
+    ),
 )

@@ -101,3 +101,16 @@ def changed_slope(slope: Array, change: Array, printed: bool) -> Array:
 def inverse_cayley(R: Array) -> Array:
     """xi of R = Phi(xi), (3,): Cayley's transform once more."""
     return vector((np.eye(3) - R) @ np.linalg.inv(np.eye(3) + R))
+
+
+def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
+    """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
+    system: Any = problem.system
+    weight = system.potential
+
+    def value(R: Array, w: Array) -> Any:
+        twice = w @ system.inertia @ w
+        fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
+        return 0.5 * twice + fall
+
+    return value

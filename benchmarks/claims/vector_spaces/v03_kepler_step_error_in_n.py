@@ -90,4 +90,9 @@ V3 = Claim(
     setup=SETUP,
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
     statement="H fig. 2.6: the one-step error is O(0.56^n).",
+    caught=(
+        of_table("base of the one-step error", beta=1.0 + 1e-6),
+        of_motion("clock reversed", bool, reversed_clock),
+        of_motion("centre heavier", bool, heavier),
+    ),
 )

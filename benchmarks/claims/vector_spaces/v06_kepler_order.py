@@ -131,4 +131,13 @@ V6 = Claim(
     "2 (n - 1) at a fixed end, and more over a fixed number of steps, so that the figure is "
     "reproduced for n = 3 at a fixed end only; Clenshaw-Curtis rules of n points would give it up "
     "to n = 5.",
+    caught=(
+        of_table(
+            "order of the one-step error, n = 4, fixed T",
+            "order of the one-step error, n = 6, fixed number of steps",
+            A=1.0 + 1e-4,
+        ),
+        of_motion("clock reversed", bool, reversed_clock),
+        of_motion("centre heavier", bool, heavier),
+    ),
 )

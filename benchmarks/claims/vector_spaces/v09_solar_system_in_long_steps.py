@@ -220,4 +220,11 @@ V9 = Claim(
     reference=f"{IAS15.name}; heyoka in quadruple precision, stored, agrees to 6e-13 au",
     statement="H fig. 2.14: orbits are closed and stable although the step exceeds Mercury's "
     "period.",
+    caught=(
+        OTHER_TRUTH,
+        of_table("base of Mercury's largest distance to IAS15", beta=1.0 + 1e-6),
+        of_table("energy error, n = 25", b=1.0 + 1e-3),
+        of_motion("clock reversed", bool, reversed_clock),
+        of_motion("Sun heavier", bool, heavier),
+    ),
 )

@@ -110,4 +110,15 @@ V10 = Claim(
     reference=ias15.IAS15.name,
     statement="H fig. 2.15: orbits are closed, stable and free of precession in steps of five "
     "years.",
+    caught=(
+        of_table("farthest planet from IAS15 at the end [au], n = 25", beta=1.0 + 1e-6),
+        of_table("energy error, n = 25", b=1.0 + 1e-3),
+        of_table(
+            "energy error in the Kepler frame",
+            "farthest planet from IAS15 at step ends, in the Kepler frame [au]",
+            integral=1.5,
+        ),
+        of_motion("clock reversed", bool, reversed_clock),
+        of_motion("Sun heavier", bool, heavier),
+    ),
 )

@@ -290,4 +290,11 @@ V12 = Claim(
     reference="H's matrices, by numpy",
     statement="H lemmas 2.3.1, 2.3.2, thm. 2.3.1: the matrix A of a step is invertible, its "
     "inverse is bounded by that at h = 1, and the stage iteration contracts below a stated step.",
+    caught=(
+        of_table("galvi's pass against H's, largest relative difference, all n", C=1.0 + 1e-7),
+        *(
+            of_table(*(f"{SAME}, {case.name}, largest over all n" for case in NONLINEAR), **wrong)
+            for wrong in ({"A": 1.0 + 1e-6}, {"beta": 1.0 + 1e-6})
+        ),
+    ),
 )

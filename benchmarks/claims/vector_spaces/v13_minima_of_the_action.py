@@ -256,4 +256,13 @@ V13 = Claim(
     statement="H thm. 2.3.5, 2.3.8: below h = pi sqrt(m / (D C_R)) a step is a minimum of the "
     "action, and below a smaller bound the action is coercive, with a rule that is exact for "
     "squares of functions of the space.",
+    caught=(
+        of_table(
+            "step where the least eigenvalue is 0, over the bound, oscillator",
+            "second variation over H (2.22), least below the coercive bound, oscillator",
+            psi=1.0 + 1e-6,
+        ),
+        of_table("least eigenvalue over all steps below the bound, oscillator", psi=2.5),
+        of_table("that step over the one of exact integrals, less 1, oscillator", slope=1.0 + 1e-9),
+    ),
 )

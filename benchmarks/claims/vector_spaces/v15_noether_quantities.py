@@ -231,6 +231,17 @@ def _along_the_curve(table: DataFrame) -> Row:
     )
 
 
+def _leaking(sound: Callable[..., Trajectory]) -> Callable[..., Trajectory]:
+    """The momentum grows by 1e-12 in all."""
+
+    def run(*given: Any, **more: Any) -> Trajectory:
+        found = sound(*given, **more)
+        fading = np.linspace(1.0, 1.0 + 1e-12, len(found.t))
+        return replace(found, p=found.p * fading.reshape(-1, *[1] * (found.p.ndim - 1)))
+
+    return run
+
+
 V15 = Claim(
     "V15",
     "Noether quantities for every space and rule",
@@ -240,4 +251,20 @@ V15 = Claim(
     claimed="the discrete Noether quantity is conserved",
     statement="H thm. 2.3.10, 2.3.11: steps conserve the discrete Noether quantity of a symmetry, "
     "and its error along the curve does not grow with their number.",
+    caught=(
+        of_table(
+            f"error of {ALONG}, over the largest of single steps from exact states",
+            *(f"change of angular momentum at step ends, {kind} [roundings]" for kind in kinds()),
+            beta=1.0 + 1e-6,
+            b=1.0 + 1e-3,
+        ),
+        Fault(
+            "a momentum that leaks",
+            {
+                *(f"change of linear momentum at step ends, {one} [roundings]" for one in kinds()),
+                "change of linear momentum, translation, degrees by component [roundings]",
+            },
+            wrong={"galvi.integrate": _leaking},
+        ),
+    ),
 )

@@ -118,4 +118,19 @@ V16 = Claim(
     judge,
     source="H 1.2",
     statement="H 1.2: variational integrators preserve the canonical symplectic form.",
+    caught=(
+        of_table(
+            *(f"{DEFECT}, {kind}, {name}" for kind in kinds() for name in PROBLEMS), A=1.0 + 1e-4
+        ),
+        Fault(
+            "the derivative of another step",
+            {f"{APART}, {name}" for name in PROBLEMS}.__eq__,
+            wrong={
+                f"{__name__}.QUICK_POINTS": always((3,)),
+                "galvi.step_derivative": given(
+                    lambda *these: (*these[:2], these[2] * (1.0 + 1e-6))
+                ),
+            },
+        ),
+    ),
 )

@@ -51,4 +51,5 @@ V18 = Claim(
     "largest step and a single one to its T.",
     reference=f"{TRUTH.name}; SciPy DOP853 (A9)",
     statement="M 6.1, fig. 1 right: errors fall exponentially with the degree N.",
+    caught=(of_table("base of the error, h = 0.8", "base of the error, h = 8", beta=1.0 + 1e-6),),
 )

@@ -193,6 +193,24 @@ CHECKS = (
     ),
 )
 
+
+def _unchecked(space: Any, rule: Any) -> Any:
+    """Takes an inconsistent pair for a method."""
+    try:
+        return galvi.Galerkin(space, rule)
+    except ValueError as refusal:
+        if "is ill-posed" in str(refusal):
+            raise
+        return galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(2))
+
+
+def _too_strict(space: Any, rule: Any) -> Any:
+    """Refuses what has fewer points than functions: sufficient, as in H, and not necessary."""
+    if rule.points < space.dimension:
+        raise ValueError(f"{space} with {rule.name} is ill-posed.")
+    return galvi.Galerkin(space, rule)
+
+
 V19 = scalars(
     "V19",
     "Well posed iff a free particle has a unique motion",
@@ -204,4 +222,16 @@ V19 = scalars(
     statement="M lemma 1: a step is well posed if and only if the equations of a free particle "
     "have a unique solution. Ours: the method is consistent if and only if this solution is a "
     "straight line.",
+    caught=(
+        of_table(TABLES, velocity_coefficients=1.0 + 1e-12),
+        Fault("inconsistent pairs taken", {BENT}, _unchecked),
+        Fault("fewer points than functions refused", {ILL_POSED}, _too_strict),
+        Fault(
+            "a theory that takes every pair for consistent",
+            {OTHERWISE},
+            wrong={
+                "galvi.theory": lambda sound: lambda *pair: replace(sound(*pair), consistent=True)
+            },
+        ),
+    ),
 )

@@ -330,4 +330,19 @@ V20 = Claim(
     f"{', '.join(RULES)} nodes; eta = 3 K h^2 / (m z0^2)",
     reference="norms by numpy's Gauss rule, in Legendre polynomials",
     statement="M thm. 1, 2: M's fixed-point iteration contracts by eta C_N^2 at most.",
+    caught=(
+        of_table("largest contraction of a pass over eta C_N^2, Gauss N", C=20.0),
+        *(
+            of_table(
+                "contraction of galvi's pass less that of M's linear problem, over h^2 K / m, "
+                "largest",
+                **wrong,
+            )
+            for wrong in ({"C": 1.0 + 1e-7}, {"b": 1.0 + 1e-9}, {"slope": 1.0 + 1e-9})
+        ),
+        *(
+            of_table(*(f"largest {SAME}, {case.name}" for case in NONLINEAR), **wrong)
+            for wrong in ({"A": 1.0 + 1e-6}, {"beta": 1.0 + 1e-6})
+        ),
+    ),
 )

@@ -356,4 +356,22 @@ V22 = Claim(
     "the path, and of the step, which the rule limits. Measured: the orders of e_mean for smooth "
     "motions and of the path are attained, that of e_max is a lower bound, and those of the rule "
     "and the step are an index slip on the safe side.",
+    caught=(
+        OTHER_TRUTH,
+        of_table(
+            "order of error along the path, smooth, N = 4",
+            "order of the one-step error against 2 N, Gauss N, N = 4",
+            "order of the one-step error against 2 N, Lobatto N + 1, N = 4",
+            A=1.0 + 1e-4,
+            C=1.0 + 1e-3,
+        ),
+        Fault(
+            "approximations of degree 1",
+            {f"order of {MEAN}, {name}, N = {n}" for name in CASES for n in (2, 3, 4)},
+            wrong={
+                f"{__name__}.refine": always(lambda *given: []),
+                f"{__name__}.best_errors": given(lambda *these: (*these[:2], 1, *these[3:])),
+            },
+        ),
+    ),
 )

@@ -318,6 +318,19 @@ def _placed(words: str) -> str:
     )
 
 
+WRONG_MOTIONS: Mapping[str, Callable[[Problem], Problem]] = {
+    "drag stronger by a millionth": lambda problem: galvi.problems.brownout(
+        problem.parameters["diameter"],
+        problem.q0,
+        problem.v0,
+        drag_coefficient=0.44 * (1.0 + 1e-6),
+    ),
+    "no drag": lambda problem: replace(
+        problem, system=replace(problem.system, force=None, timed_force=False)
+    ),
+    "rotor late by a millionth of a second": lambda problem: replace(problem, t0=problem.t0 - 1e-6),
+}
+
 V23 = Claim(
     "V23",
     "Brownout particle: the order with a drag that depends on velocity",
@@ -329,4 +342,25 @@ V23 = Claim(
     statement="M 6.2, fig. 3 left: the order is 2 N although the drag depends on velocity, until "
     "the tolerance of Newton's method is reached. Measured: so while the relative velocity w "
     "stays away from 0; where it passes through 0 the order is about 3 for N > 1.",
+    caught=(
+        *(
+            of_table(
+                f"order, N = 4, {AWAY}",
+                f"distance to DOP853 [m], M's reference, N = 12, {AWAY}",
+                **{array: 1.0 + 1e-6},
+            )
+            for array in ("b", "integral")
+        ),
+        *(
+            of_motion(
+                what,
+                {
+                    *(f"order, N = {N}, {AWAY}" for N in (3, 4)),
+                    f"distance to DOP853 [m], M's reference, N = 12, {ACROSS}",
+                },
+                change,
+            )
+            for what, change in WRONG_MOTIONS.items()
+        ),
+    ),
 )

@@ -364,6 +364,14 @@ MODEL = (
     f"quartz of {', '.join(f'{d * 1e6:g}' for d in DIAMETERS)} micrometres, galvi's rotor wind, "
     f"T = {UNTIL:g} s, emission by Shao and Lu's threshold and White's flux (benchmarks.brownout)"
 )
+ONLY_PATHS = {
+    f"{__name__}.DIAMETERS": always((200e-6, 400e-6)),
+    **{
+        f"{__name__}.{name}": always(lambda *given: [])
+        for name in ("_balances", "step_errors", "_places")
+    },
+}
+
 V25 = Claim(
     "V25",
     "Brownout cloud: a stated model of many particles",
@@ -376,4 +384,7 @@ V25 = Claim(
     reference="none",
     statement="M 6.2, fig. 2 shows a cloud without numbers, so that there is nothing to check: a "
     "stated model's cloud is computed, and its statistics converge.",
+    caught=(
+        replace(of_table(wrong=ONLY_PATHS, b=1.0 + 1e-3), seen=some("N = 2, 400 micrometres")),
+    ),
 )

@@ -250,4 +250,26 @@ V26 = Claim(
     reference=EXACT,
     statement="H thm. 2.1.1, 2.3.2 to 2.3.4, 3.1.1, M thm. 4, 5: a method of order r has a "
     "discrete Lagrangian with an error O(h^(r + 1)), and in n both have one base K.",
+    caught=(
+        of_table(*(f"order of the {STEPPED}, Kepler, n = {n}" for n in (4, 5)), beta=1.0 + 1e-6),
+        of_table(
+            *(f"order of the {ACTION}, oscillator, n = {n}" for n in (5, 6)),
+            f"base of the {ACTION}, Kepler",
+            C=1.0 + 1e-4,
+        ),
+        Fault(
+            "the potential's sign, which no step sees",
+            {f"order of the {ACTION}, Kepler, n = 3", APART},
+            wrong={
+                "benchmarks.claims.vector_spaces.step_actions.lagrangian": lambda sound: (
+                    lambda p, q, v: np.sum(v * v, axis=-1) - sound(p, q, v)
+                )
+            },
+        ),
+        Fault(
+            "oracles that differ",
+            {APART},
+            wrong={f"{__name__}.exact_lagrangian": scaled(1.0 + 1e-12)},
+        ),
+    ),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from scipy.integrate import quad
 
 from benchmarks.claims.kit import *
+from benchmarks.claims.vector_spaces import singular_approximation
 from benchmarks.claims.vector_spaces.singular_approximation import (
     closed_errors,
     path_error,
@@ -336,4 +337,27 @@ V28 = Claim(
     statement="M (13): at smoothness s the best approximation converges like N^-s. Measured: "
     "where the singularity is inside the interval down to N^(1 - s), so that the claim is "
     "contradicted; where it is at an end the claim holds.",
+    caught=(
+        Fault(
+            "a coarse quadrature",
+            {"distance between the two references, best approximation, relative"},
+            wrong={
+                f"{singular_approximation.__name__}.graded_nodes": given(
+                    lambda *these: (*these[:3], these[3] // 4)
+                )
+            },
+        ),
+        Fault(
+            "another motion",
+            {"distance between the two references, motion"},
+            wrong={
+                "benchmarks.test_problems.singular_drive.SingularDrive.motion": scaled(1.0 + 1e-4)
+            },
+        ),
+        of_motion(
+            "a singularity elsewhere",
+            {f"order of the error along the path, b = 0.49, N = {N}" for N in (2, 4)},
+            lambda problem: replace(problem, t0=problem.t0 - 0.01),
+        ),
+    ),
 )

@@ -12,6 +12,7 @@ FROM_EXACT = "defect, from the step's exact derivative"
 APART = "DF against central differences"
 LINEAR, ANGULAR = "change of the linear momentum", "change of the angular momentum"
 ENERGY, PLACE = "error of the energy", "error of the place at the end"
+PLANETS = (LINEAR, ANGULAR, ENERGY, PLACE)
 NOISE = "root mean square of the energy's error"
 EXACT = "error after 50 steps of h omega = 100"
 TWICE = f"{ENERGY}, over that of converged passes, two passes"
@@ -58,7 +59,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     report("planets")
     found |= _planets(_method(make_method, 8, galvi.KeplerFrame()), quick)
     few = _planets(_method(make_method, 8, galvi.KeplerFrame(passes=2)), quick)
-    found[TWICE] = few.get(ENERGY, math.nan) / found.get(ENERGY, math.nan)
+    found[TWICE] = few[ENERGY] / found[ENERGY] if found[ENERGY] else math.nan
     report("planets, nearby starts")
     found[NOISE] = _noise(_method(make_method, 8, galvi.KeplerFrame()), quick)
     return found
@@ -223,6 +224,20 @@ CHECKS = (
     ),
 )
 
+
+def _sheared(sound: Callable[..., Array]) -> Callable[..., Array]:
+    """DF of a step after a shear of the state."""
+
+    def derivative(*given: Any) -> Array:
+        DF = sound(*given)
+        d = len(DF) // 2
+        shear = np.eye(2 * d)
+        shear[:d, d:] = 1e-8 * np.eye(d)
+        return DF @ shear
+
+    return derivative
+
+
 V29 = scalars(
     "V29",
     "Moving frames keep the order, the form and the momenta",
@@ -231,4 +246,22 @@ V29 = scalars(
     source="ours; docs/frames.md",
     statement="Ours, see docs/frames.md: in moving frames a method keeps its order, the "
     "symplectic form and the momenta.",
+    caught=(
+        of_table(
+            *(ANGULAR, ENERGY, PLACE),
+            *(f"{DEFECT}, {name}" for name in ("harmonic frame", "Kepler frame")),
+            *(f"{FROM_EXACT}, {name}" for name in FRAMES),
+            *(f"{ORDER}, {name}, {k} stages" for name in FRAMES for k in DEGREES),
+            integral=1.5,
+        ),
+        Fault(
+            "a state sheared before the step: symplectic, so that only differences tell",
+            {f"{APART}, {name}" for name in FRAMES if not _moved(name)}.__eq__,
+            wrong={
+                "galvi.step_derivative": _sheared,
+                f"{__name__}._planets": always(lambda *given: dict.fromkeys(PLANETS, 0.0)),
+                f"{__name__}._noise": always(lambda *given: 0.0),
+            },
+        ),
+    ),
 )

@@ -196,6 +196,11 @@ def _oracle(table: DataFrame, timed: TimedOscillator) -> Row:
     )
 
 
+ONE_RULE = {
+    f"{__name__}.RULES": lambda sound: {"Gauss N + 1": sound["Gauss N + 1"]},
+    f"{__name__}.QUICK_COUNTS": always(COUNTS[6:11]),
+}
+
 V31 = Claim(
     "V31",
     "A mass and a potential that depend on time: order 2 N",
@@ -205,4 +210,36 @@ V31 = Claim(
     reference="closed form; SciPy DOP853 agrees, see the last rows",
     statement="M sec. 2: the mass may depend on time, and the potential, too. Measured: order 2 N "
     "of q and p with both, and M's constants with the bounds m and M of the mass.",
+    caught=(
+        of_table(
+            *(
+                f"order of the {quantity}, {timed.name}, Gauss N + 1, N = 3"
+                for timed in TIMED
+                for quantity in (PLACE, MOMENTUM)
+            ),
+            A=1.02,
+            integral=1.02,
+            wrong=ONE_RULE,
+        ),
+        Fault(
+            "wrong closed forms",
+            {f"{APART}, {timed.name}" for timed in TIMED},
+            wrong={
+                f"{__name__}.TIMED": lambda sound: tuple(
+                    replace(timed, motion=lambda t, of=timed.motion: of((1.0 + 1e-9) * t))
+                    for timed in sound
+                ),
+                **ONE_RULE,
+            },
+        ),
+        Fault(
+            "wrong constants of a mass in time",
+            {f"largest {PASS}", f"least {INF_SUP}", f"least {INF_SUP}, against 1 / sqrt(2)"},
+            wrong={
+                f"{__name__}.friedrichs": always(lambda seen: 0.25),
+                f"{__name__}.inf_sup": scaled(0.4),
+                **ONE_RULE,
+            },
+        ),
+    ),
 )

@@ -197,4 +197,49 @@ V32 = Claim(
     "methods fit in the framework, and some Galerkin variational integrators are Runge-Kutta "
     "methods. Measured: Gauss N is collocation at these points, and Lobatto N + 1 the pair "
     "IIIA-IIIB.",
+    caught=(
+        *(
+            of_table(
+                *(
+                    f"{ENDS}, {name}, N = {N}"
+                    for name in (GAUSS, LOBATTO)
+                    for N in DEGREES[1 if (array, name) == ("A", LOBATTO) else 0 :]
+                ),
+                **{array: 1.0 + 1e-11},
+            )
+            for array in ("A", "b", "beta")
+        ),
+        of_table(
+            *(f"{STAGES}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES),
+            C=1.0 + 1e-11,
+        ),
+        Fault(
+            "a rule of one point more",
+            {f"{ENDS}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES},
+            lambda space, rule: galvi.Galerkin(
+                space, (galvi.lobatto if "Lobatto" in rule.name else galvi.gauss)(rule.points + 1)
+            ),
+        ),
+        *(
+            Fault(f"a wrong {name}", seen, wrong={f"{__name__}.{name}": change})
+            for name, change, seen in (
+                (
+                    "partner",
+                    always(lambda a, b: a),
+                    {f"{ENDS}, {LOBATTO}, N = {N}" for N in DEGREES},
+                ),
+                (
+                    "verlet",
+                    always(lambda case, h: newmark(case, h, 0.25)),
+                    {f"{ENDS} from {VERLET}, Lobatto 2, N = 1"},
+                ),
+                (
+                    "newmark",
+                    always(lambda case, h: (case.problem().q0, case.problem().v0)),
+                    {f"{ENDS} from {NEWMARK}, Lobatto 2, N = 1"},
+                ),
+                ("collocation", scaled(1.0 + 1e-11), {f"{OWN}, {GAUSS}, all N"}),
+            )
+        ),
+    ),
 )

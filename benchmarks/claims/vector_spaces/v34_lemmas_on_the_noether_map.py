@@ -353,4 +353,29 @@ V34 = Claim(
     statement="H lemmas 2.3.3, 2.3.4, (2.23): the Noether map on the curve is near that on the "
     "local motion, and this near the exact quantity. Measured: so, with room; one hypothesis of "
     "the first lemma fails on every curve, and is not needed.",
+    caught=(
+        of_table(f"largest {NOETHER}, all rules, phi_1, n and h", A=1.0 + 1e-6),
+        Fault(
+            "H (2.4) without the minus",
+            {
+                f"largest {NOETHER}, all rules, phi_1, n and h",
+                f"largest of {SECOND}, all rules, phi_1, n and h",
+            },
+            wrong={"benchmarks.claims.vector_spaces.noether_map.momentum": scaled(-1.0)},
+        ),
+        of_motion(
+            "another force",
+            {f"largest {NOETHER}, all rules, phi_1, n and h"},
+            lambda start: replace(
+                start, system=replace(start.system, potential=galvi.CentralForce(1.0 + 1e-9))
+            ),
+        ),
+        Fault(
+            "the action of another motion",
+            {f"largest {GENERATED}"},
+            wrong={
+                f"{__name__}.kepler_action": given(lambda gm, *rest: (gm * (1.0 + 1e-9), *rest))
+            },
+        ),
+    ),
 )
