@@ -59,9 +59,9 @@ def turn():
     return (whole - short) / (steps - 1), found.q[-1]
 """
 HERE = """
-from benchmarks.brownout.cloud import CONSTANT, Cloud
+from benchmarks.applications.brownout.cloud import CONSTANT, Cloud
 from galvi.problems.brownout import GRAVITY
-from benchmarks.brownout.flights import follow
+from benchmarks.applications.brownout.flights import follow
 
 law, rates = Cloud(diameter, CONSTANT).rates
 q, v, rates = (np.tile(x, (grains, 1)) for x in (problem.q0, problem.v0, rates))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import hashlib
 import os
 import platform
 import subprocess
@@ -28,6 +29,7 @@ ENGINES = (
     "de421",
     "pytest-benchmark",
 )
+SOURCES = ("galvi", "references", "benchmarks")  # what rows of studies depend on
 ROOT = Path(__file__).parents[2]
 
 
@@ -101,3 +103,18 @@ def _command() -> str:
     program = Path(sys.argv[0])
     name = f"python -m {program.parent.name}" if program.stem == "__main__" else program.name
     return " ".join([name, *sys.argv[1:]])
+
+
+def version() -> str:
+    """The first digits of the commit; for changed files followed by '+' and a digest."""
+    head = commit()
+    digits, _, dirty = head.partition("+")
+    return f"{digits[:12]}+{_digest()}" if dirty or head == "unknown" else digits[:12]
+
+
+def _digest() -> str:
+    digest = hashlib.sha256()
+    for folder in SOURCES:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:8]

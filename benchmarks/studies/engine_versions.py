@@ -22,8 +22,8 @@ import pandas as pd
 
 import galvi
 from benchmarks.store.isolated_environment import NotHere, environment, finished
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off_long import version
 from galvi.arrays import Array
 from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco import other_versions

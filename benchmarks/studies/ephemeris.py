@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.studies.relativity import displacement
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import FEWEST, finest

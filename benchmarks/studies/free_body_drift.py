@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside

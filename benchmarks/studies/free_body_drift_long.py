@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
 from benchmarks.studies.free_body_drift import COLUMNS, PARTICIPANTS, DriftParticipant, body_rows
-from benchmarks.studies.round_off_long import version
 
 MANY_TURNS = 100_000
 FOLDER = "free_spin"  # subfolder of the studies

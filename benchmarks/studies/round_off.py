@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.statistics.growth import Growth, growth, rms
 from benchmarks.studies.round_off_participants import (
     EIGHT,

@@ -7,7 +7,6 @@ run of galvi is saved beside it until complete, and is resumed from there bit-id
 from __future__ import annotations
 
 import datetime
-import hashlib
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.store.provenance import ROOT, commit
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
 from benchmarks.studies.round_off import (
     COLUMNS,
@@ -37,7 +36,6 @@ from benchmarks.studies.round_off_participants import (
 
 YEARS = 1e6
 FOLDER = "brouwer"  # subfolder of the studies
-SOURCES = ("galvi", "references", "benchmarks")  # the rows depend on these
 Report = Callable[[str], None]
 
 
@@ -142,18 +140,3 @@ def stored(studies: Path, report: Report) -> pd.DataFrame:
 def row_files(studies: Path, report: Report) -> RowFiles:
     """The files of the study's rows."""
     return RowFiles(studies / FOLDER, COLUMNS, report)
-
-
-def version() -> str:
-    """The first digits of the commit; for changed files followed by '+' and a digest."""
-    head = commit()
-    digits, _, dirty = head.partition("+")
-    return f"{digits[:12]}+{_digest()}" if dirty or head == "unknown" else digits[:12]
-
-
-def _digest() -> str:
-    digest = hashlib.sha256()
-    for folder in SOURCES:
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:8]

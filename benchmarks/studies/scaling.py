@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, once, warmed
 from benchmarks.studies import roofline

@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.measures.rigid_invariants import energy, orthogonality_defect, spatial_momentum
 from benchmarks.statistics.growth import Growth, growth
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off_long import version
 from benchmarks.studies.round_off_participants import KEPT, SAMPLES
 from benchmarks.work_precision.participants import ensemble, label_beside, readable_setting
 from galvi import Problem, Trajectory

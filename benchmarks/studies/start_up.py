@@ -17,9 +17,8 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.store.provenance import ROOT
+from benchmarks.store.provenance import ROOT, version
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off_long import version
 
 COLUMNS: Mapping[str, type] = {
     "problem": str,

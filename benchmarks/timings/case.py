@@ -32,7 +32,7 @@ class Case:
     count_tolerance  the same for each count; 0, since counts are exact on one build and machine
     slower     relative growth of the median time required for an alarm besides the rank test
     contender  "package.module:Class" of another integrator, run at `setting` over step * steps in
-               place of galvi's method; see `benchmarks.external.integrator`
+               place of galvi's method; see `benchmarks.applications.external.integrator`
     """
 
     name: str

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.brownout.cloud import BY_REYNOLDS, CONSTANT, UNTIL, Cloud
+from benchmarks.applications.brownout.cloud import BY_REYNOLDS, CONSTANT, UNTIL, Cloud
 from benchmarks.timings.annotate import annotate, timed
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from references.textbook.grain_flights import landings

@@ -19,7 +19,7 @@ from references import Contender
 class ExternalContender(Contender, Protocol):
     """A contender that offers its own settings.
 
-    See `benchmarks.external.integrator.ExternalIntegrator`.
+    See `benchmarks.applications.external.integrator.ExternalIntegrator`.
     """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:

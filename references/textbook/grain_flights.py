@@ -31,7 +31,7 @@ def landings(
 ) -> Landings:  # fmt: skip
     """The flights of n grains of a `galvi.problems.brownout` from (q0, v0) (n, 3) at t0 (n,).
 
-    restitution, slowest  as benchmarks.brownout.flights.Ground
+    restitution, slowest  as benchmarks.applications.brownout.flights.Ground
 
     The moment of a contact is the root of the end of a step, found by Newton's method. Raises
     RuntimeError where the steps became too small or contacts did not end.

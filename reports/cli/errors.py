@@ -9,7 +9,7 @@ import typer
 
 from references.setting import nearest
 
-OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.external.checks`
+OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.applications.external.checks`
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import typer
 
-from benchmarks.judging.candidate import Model
-from benchmarks.judging.judgement import Judgement, judge, kind_of
+from benchmarks.applications.judging.candidate import Model
+from benchmarks.applications.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
 from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import MODELS, PROGRESS

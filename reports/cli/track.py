@@ -10,7 +10,7 @@ from pathlib import Path
 
 import typer
 
-from benchmarks.external.loading import ContenderError
+from benchmarks.applications.external.loading import ContenderError
 from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case

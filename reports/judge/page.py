@@ -11,9 +11,9 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from benchmarks.judging.bodies import unit
-from benchmarks.judging.judgement import Judgement
-from benchmarks.judging.truth import time_text
+from benchmarks.applications.judging.bodies import unit
+from benchmarks.applications.judging.judgement import Judgement
+from benchmarks.applications.judging.truth import time_text
 from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
-from benchmarks.judging import trees
-from benchmarks.judging.bodies import names, unit
-from benchmarks.judging.judgement import Judgement
+from benchmarks.applications.judging import trees
+from benchmarks.applications.judging.bodies import names, unit
+from benchmarks.applications.judging.judgement import Judgement
 from galvi import Multibody
 from reports.figures.picture import STYLE
 from reports.figures.style.identities import COLOURS, GUIDE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.judging.bodies import MOST_STATES, unit
-from benchmarks.judging.judgement import Judgement
-from benchmarks.judging.truth import Agreement, time_text
+from benchmarks.applications.judging.bodies import MOST_STATES, unit
+from benchmarks.applications.judging.judgement import Judgement
+from benchmarks.applications.judging.truth import Agreement, time_text
 from reports.tables.number_format import readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by

@@ -10,9 +10,9 @@ from typing import Any
 
 import typer
 
-from benchmarks.external.checks import contender_checks
-from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import ContenderError
+from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError
 from reports.results.suite import Suite
 
 

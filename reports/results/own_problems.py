@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 import typer
 
-from benchmarks.external.loading import ContenderError
-from benchmarks.external.own_problems import load_problem
+from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.own_problems import load_problem
 from benchmarks.work_precision.cost import COLUMNS
 from benchmarks.work_precision.own_problem import own_problem
 from galvi import Problem

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from benchmarks.brownout import cost
-from benchmarks.brownout.cost import EXPLANATION, cost_of_clouds
+from benchmarks.applications.brownout import cost
+from benchmarks.applications.brownout.cost import EXPLANATION, cost_of_clouds
 from reports.results.section import LongForm, Section
 from reports.tables.study_table import readable_table
 

@@ -6,8 +6,8 @@ from pathlib import PurePosixPath
 
 import pandas as pd
 
-from benchmarks.mutation import study
-from benchmarks.mutation.trial import KILLED
+from benchmarks.applications.mutation import study
+from benchmarks.applications.mutation.trial import KILLED
 from reports.results.section import LongForm, Section, long_form_only
 
 
@@ -52,7 +52,8 @@ MUTANTS = Section(
     "difference, a limit moved by one, a condition reversed. A seed draws them, each folder by its "
     "lines of code. The tests that reach the line run, the quickest first, until one fails: the "
     "fault is found. Equivalent mutants compute the same and are not tried; their reasons are in "
-    "benchmarks/mutation/equivalent.csv. References whose engine is not installed are left out. "
+    "benchmarks/applications/mutation/equivalent.csv. References whose engine is not installed are "
+    "left out. "
     "Below, those that no test found. `make mutants` tries what is missing, and what survived "
     "again when the tests change; a fault once found is not tried again, so that it is known to be "
     "found by the tests of the commit it was found at.",

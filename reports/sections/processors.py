@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.processors import study
+from benchmarks.applications.processors import study
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import of_one_version
-from benchmarks.studies.round_off_long import version
 from reports.results.section import LongForm, Section, long_form_only
 from reports.tables.number_format import readable
 

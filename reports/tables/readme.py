@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchmarks.applications.mutation.study import equivalents
+from benchmarks.applications.mutation.trial import KILLED
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import counted, statements
-from benchmarks.mutation.study import equivalents
-from benchmarks.mutation.trial import KILLED
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.timings.case import TRAJECTORY, Case
 from benchmarks.timings.worker import problem_of
 from galvi.command import places_in

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.external.check_problems import CHECK_PROBLEMS
-from benchmarks.external.checks import contender_checks
-from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import ContenderError, describe_error, metadata
-from benchmarks.external.worker import ANSWERS
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError, describe_error, metadata
+from benchmarks.applications.external.worker import ANSWERS
 
 
 @dataclass(eq=False)

@@ -13,6 +13,7 @@ import pytest
 import galvi
 from benchmarks.measures.exact_energy import exactly, relative_energy_error
 from benchmarks.statistics.growth import growth
+from benchmarks.store.provenance import version
 from benchmarks.studies import round_off, round_off_long
 from benchmarks.studies.round_off import COLUMNS, gauss
 from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
@@ -228,7 +229,7 @@ def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
 
 
 def test_a_version_of_changed_files_is_not_that_of_the_commit() -> None:
-    digits, plus, digest = round_off_long.version().partition("+")
+    digits, plus, digest = version().partition("+")
     assert len(digits) in (7, 12) and (not plus or len(digest) == 8)
 
 

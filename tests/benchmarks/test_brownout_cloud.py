@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 import galvi
-from benchmarks.brownout import cost
-from benchmarks.brownout import emission as emissions
-from benchmarks.brownout.cloud import (
+from benchmarks.applications.brownout import cost
+from benchmarks.applications.brownout import emission as emissions
+from benchmarks.applications.brownout.cloud import (
     BLUR,
     BY_REYNOLDS,
     CONSTANT,
@@ -25,9 +25,14 @@ from benchmarks.brownout.cloud import (
     Cloud,
     optical_depth,
 )
-from benchmarks.brownout.emission import Emission, friction_speed, threshold, upward_flux
-from benchmarks.brownout.flights import follow
-from benchmarks.brownout.philox import philox, uniforms
+from benchmarks.applications.brownout.emission import (
+    Emission,
+    friction_speed,
+    threshold,
+    upward_flux,
+)
+from benchmarks.applications.brownout.flights import follow
+from benchmarks.applications.brownout.philox import philox, uniforms
 
 ONES = 0xFFFFFFFF
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.external.check_problems import CHECK_PROBLEMS
-from benchmarks.external.checks import contender_checks
-from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import ContenderError, metadata
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError, metadata
 from tests.benchmarks.contenders_at_hand import (
     BROKEN,
     ORBIT,

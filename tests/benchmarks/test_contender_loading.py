@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from benchmarks.external.loading import ContenderError, load_class
+from benchmarks.applications.external.loading import ContenderError, load_class
 
 
 class Whole:

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import ContenderError
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError
 from benchmarks.store.provenance import ROOT
 
 ORBIT = galvi.problems.kepler(0.6)
@@ -67,7 +67,7 @@ class Breaking(Trouble):
 SCRIPT = """
 import sys
 import galvi
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 
 if __name__ == "__main__":
     external = ExternalIntegrator.open("trouble:Trouble")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.external.loading import ContenderError
-from benchmarks.external.timed_run import TimedRun
-from benchmarks.external.validation import valid_run
-from benchmarks.external.worker import settings
+from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.timed_run import TimedRun
+from benchmarks.applications.external.validation import valid_run
+from benchmarks.applications.external.worker import settings
 from benchmarks.statistics.timing import interleaved, warmed
 
 ORBIT = galvi.problems.kepler(0.6)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.brownout.cost_at import cost_at, over
+from benchmarks.applications.brownout.cost_at import cost_at, over
 from benchmarks.statistics.estimate import Estimate
 
 COSTS = 100.0 * 1.1 ** np.arange(12)

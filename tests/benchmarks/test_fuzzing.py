@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.fuzzing import targets, trials
-from benchmarks.fuzzing.judgement import judged
-from benchmarks.fuzzing.study import FEWER
+from benchmarks.applications.fuzzing import targets, trials
+from benchmarks.applications.fuzzing.judgement import judged
+from benchmarks.applications.fuzzing.study import FEWER
 from reports.sections.fuzz import fuzz_table
 
 METHOD = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))

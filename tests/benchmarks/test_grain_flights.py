@@ -13,8 +13,16 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import galvi
-from benchmarks.brownout import flights
-from benchmarks.brownout.flights import ALOFT, BOUNCING, FAILED, LANDED, WAITING, Ground, follow
+from benchmarks.applications.brownout import flights
+from benchmarks.applications.brownout.flights import (
+    ALOFT,
+    BOUNCING,
+    FAILED,
+    LANDED,
+    WAITING,
+    Ground,
+    follow,
+)
 
 G = 9.80665
 STILL = "def wind(q, decay):\n    return 0.0, 0.0, 0.0\n"

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.judging import bodies, neighbours
-from benchmarks.judging.candidate import Model, Own, Source
-from benchmarks.judging.judgement import judge, own_setting
-from benchmarks.judging.truth import agreements, in_pieces
+from benchmarks.applications.judging import bodies, neighbours
+from benchmarks.applications.judging.candidate import Model, Own, Source
+from benchmarks.applications.judging.judgement import judge, own_setting
+from benchmarks.applications.judging.truth import agreements, in_pieces
 from benchmarks.studies.survival import burrau
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER

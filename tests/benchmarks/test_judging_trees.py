@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.judging import trees
-from benchmarks.judging.judgement import Judgement, judge
+from benchmarks.applications.judging import trees
+from benchmarks.applications.judging.judgement import Judgement, judge
 from galvi import Problem
 from references.closed_forms.pendulum import PENDULUM
 from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS

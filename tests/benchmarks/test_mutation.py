@@ -9,8 +9,13 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from benchmarks.mutation import mutants, study, trial
-from benchmarks.mutation.reach import Reach, _lines_with_names_of, copied, write_durations
+from benchmarks.applications.mutation import mutants, study, trial
+from benchmarks.applications.mutation.reach import (
+    Reach,
+    _lines_with_names_of,
+    copied,
+    write_durations,
+)
 from benchmarks.store.provenance import ROOT
 from reports.sections.mutants import mutants_table
 

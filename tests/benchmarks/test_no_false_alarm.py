@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.external.check_problems import CHECK_PROBLEMS
-from benchmarks.external.check_runs import CHOICE, PARTS, SEEDS, at_random
-from benchmarks.external.checks import _growth
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.check_runs import CHOICE, PARTS, SEEDS, at_random
+from benchmarks.applications.external.checks import _growth
 from benchmarks.measures import hamiltonians
 from benchmarks.statistics.drift import drift
 

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from benchmarks.judging import bodies, trees
-from benchmarks.judging.candidate import Model
-from benchmarks.judging.judgement import Judgement, judge, own_setting
+from benchmarks.applications.judging import bodies, trees
+from benchmarks.applications.judging.candidate import Model
+from benchmarks.applications.judging.judgement import Judgement, judge, own_setting
 from galvi import Trajectory
 from galvi.interop import from_mujoco
 from galvi.interop.rebound import read
@@ -259,7 +259,7 @@ def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.Mo
     said: list[str] = []
     judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
     assert not any("First answer" in one for one in said)
-    monkeypatch.setattr("benchmarks.judging.judgement.AWAITED", 0.0)
+    monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
     said.clear()
     judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
     first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
@@ -350,7 +350,7 @@ def test_a_time_is_the_engines_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
     converted = as_trajectory.momentum_at
     monkeypatch.setattr(as_trajectory, "momentum_at", slow)
-    monkeypatch.setattr("benchmarks.judging.scan.time.perf_counter", clock)
+    monkeypatch.setattr("benchmarks.applications.judging.scan.time.perf_counter", clock)
     assert engine_clock.time.perf_counter is clock
     sim = star_last()
     for found in (judged(sim, 5.0), judged_model(hinge(0.1), 0.2)):

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.brownout import cloud as model
-from benchmarks.brownout.cloud import BY_REYNOLDS, DIAMETERS
-from benchmarks.brownout.flights import FAILED, WAITING, Flights
-from benchmarks.brownout.step_errors import COMPARED, UNSOLVED
+from benchmarks.applications.brownout import cloud as model
+from benchmarks.applications.brownout.cloud import BY_REYNOLDS, DIAMETERS
+from benchmarks.applications.brownout.flights import FAILED, WAITING, Flights
+from benchmarks.applications.brownout.step_errors import COMPARED, UNSOLVED
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, NOT_RUN
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.v25_brownout_cloud import ALONE, HIGHEST, LOST, PUSHED, V25

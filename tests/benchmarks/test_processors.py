@@ -11,8 +11,8 @@ import sys
 import pandas as pd
 import pytest
 
-from benchmarks.processors import study
-from benchmarks.processors.cases import CASES
+from benchmarks.applications.processors import study
+from benchmarks.applications.processors.cases import CASES
 from reports.sections.processors import processors_table
 
 END = {"q": [(3.0).hex(), (0.5).hex()], "p": [(1.0).hex()], "status": "Completed.", "iterations": 7}

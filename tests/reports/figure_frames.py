@@ -8,7 +8,7 @@ import matplotlib.style
 import numpy as np
 import pandas as pd
 
-from benchmarks.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
+from benchmarks.applications.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
 from reports.figures.picture import STYLE, drawn
 from reports.figures.plots.clouds import clouds, moving_cloud

@@ -18,8 +18,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.claims import CLAIMS
-from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER, ResultCache
 from reports.build.verify import verify

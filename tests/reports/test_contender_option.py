@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.studies import high_eccentricity
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problems.planets import kepler

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.external.loading import ContenderError
-from benchmarks.external.own_problems import load_problem
+from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.own_problems import load_problem
 from benchmarks.work_precision import own_problem as own
 from benchmarks.work_precision.run import work_precision
 from reports.cli.commands import run

@@ -11,9 +11,9 @@ from xml.etree import ElementTree as tree
 import pandas as pd
 import pytest
 
-from benchmarks.external.check_problems import CHECK_PROBLEMS
-from benchmarks.external.checks import contender_checks
-from benchmarks.external.loading import ContenderError
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.loading import ContenderError
 from reports.cli.commands import run
 from reports.tables.claims_table import COLUMNS
 from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from benchmarks.brownout.cloud import BY_REYNOLDS, CONSTANT, DIAMETERS, UNTIL, Cloud
-from benchmarks.brownout.cost_at import over
-from benchmarks.brownout.emission import LEVEL, friction_speed
-from benchmarks.brownout.flights import ALOFT, LANDED, Flights, Ground
-from benchmarks.brownout.statistics import DEPTH, HEIGHT
-from benchmarks.brownout.step_errors import (
+from benchmarks.applications.brownout.cloud import BY_REYNOLDS, CONSTANT, DIAMETERS, UNTIL, Cloud
+from benchmarks.applications.brownout.cost_at import over
+from benchmarks.applications.brownout.emission import LEVEL, friction_speed
+from benchmarks.applications.brownout.flights import ALOFT, LANDED, Flights, Ground
+from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT
+from benchmarks.applications.brownout.step_errors import (
     COMPARED,
     OF_STEP,
     SAMPLING,
@@ -362,7 +362,7 @@ def _setup() -> str:
 
 MODEL = (
     f"quartz of {', '.join(f'{d * 1e6:g}' for d in DIAMETERS)} micrometres, galvi's rotor wind, "
-    f"T = {UNTIL:g} s, emission by Shao and Lu's threshold and White's flux (benchmarks.brownout)"
+    f"T = {UNTIL:g} s, emission by Shao and Lu's threshold and White's flux (brownout)"
 )
 ONLY_PATHS = {
     f"{__name__}.DIAMETERS": always((200e-6, 400e-6)),

@@ -18,8 +18,8 @@ import pandas as pd
 
 import galvi
 from benchmarks.statistics.timing import once
+from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off_long import version
 from benchmarks.test_problems.published import outer_planets_of_1969, regular_henon_heiles
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import frame_label, galvi_label

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.brownout.statistics import DEPTH, HEIGHT
-from benchmarks.brownout.step_errors import COMPARED
+from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT
+from benchmarks.applications.brownout.step_errors import COMPARED
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.brownout.cloud import PILOT, SEEN
+from benchmarks.applications.brownout.cloud import PILOT, SEEN
 from benchmarks.store.frames import pick
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, rotor_height

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
+from benchmarks.applications.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS

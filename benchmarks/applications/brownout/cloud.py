@@ -1,0 +1,96 @@
+"""The stated model of a brownout cloud: grains of five sizes in the wind of a landing rotor.
+
+Each super-particle stands for many grains: the mass that the wind lifts of its size until the end,
+divided by the number of super-particles of this size. They neither meet nor move the air, as in M.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import galvi
+from benchmarks.applications.brownout.emission import Emission
+from benchmarks.applications.brownout.flights import Flights, Ground, follow
+from galvi.arrays import Array
+from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND
+
+DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
+UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m
+CONSTANT, BY_REYNOLDS = "C_d = 0.44", "Schiller-Naumann"
+DRAG = {CONSTANT: DRAG_COEFFICIENT, BY_REYNOLDS: None}
+PILOT, SEEN = (2.0, 4.5), (15.0, 0.0)  # r and z in m: the eye, and what it looks at on the ground
+BLUR = 0.25  # m, half the width of the pencil of rays
+EXTINCTION = 2.0  # cross-sections that a grain removes from a ray, much larger than a wavelength
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Super-particles of one diameter.
+
+    diameter  m
+    drag      CONSTANT or BY_REYNOLDS
+    grains    numbers of the super-particles, (n,)
+    ground    what a contact does
+    """
+
+    diameter: float
+    drag: str = BY_REYNOLDS
+    grains: Any = field(default_factory=lambda: np.arange(1000))
+    ground: Ground = field(default_factory=Ground)
+
+    @property
+    def problem(self) -> Any:
+        """A single grain, of which the numbers of the drag are read."""
+        return galvi.problems.brownout(self.diameter, drag_coefficient=DRAG[self.drag])
+
+    @property
+    def emission(self) -> Emission:
+        """Emitted grains, equal ground cover for each size."""
+        return Emission(self.diameter, UNTIL, 1.0 / len(DIAMETERS))
+
+    @property
+    def rates(self) -> tuple[Any, Array]:
+        """The drag law, and its factor over the mass with its numbers."""
+        system = self.problem.system
+        law = system.force.drag_law
+        return law, np.array([system.force.factor / float(system.mass), *law.numbers])
+
+    def starts(self) -> tuple[Array, Array, Array]:
+        """q, v and t of the grains."""
+        return self.emission.starts(self.grains)
+
+    def flights(
+        self, method: Any, steps: int, saves: int = 0, threads: int | None = None
+    ) -> Flights:
+        """The flights in a number of steps from 0 to UNTIL."""
+        q, v, t = self.starts()
+        law, rates = self.rates
+        return follow(
+            method, q, v, t, np.tile(rates, (t.size, 1)), law, UNTIL / steps, UNTIL,
+            gravity=GRAVITY, saves=saves, ground=self.ground, threads=threads,
+        )  # fmt: skip
+
+
+def optical_depth(q: Array, diameter: float) -> Array:
+    """The share (n,) of each super-particle in the optical depth of the pilot's ray, for 1 kg each.
+
+    The model is axisymmetric, so that a super-particle stands for a ring. A ray in a plane through
+    the axis sees tau = sum m / (m_grain 2 pi r) 2 (pi d^2 / 4) delta(distance to the ray), with a
+    triangle of half width BLUR for delta. Grains on the ground are none in the air.
+    """
+    r, z = np.hypot(q[:, 0], q[:, 1]), q[:, 2]
+    along = np.subtract(SEEN, PILOT)
+    length = float(np.hypot(*along))
+    e = along / length
+    ahead = (r - PILOT[0]) * e[0] + (z - PILOT[1]) * e[1]
+    aside = np.abs((r - PILOT[0]) * e[1] - (z - PILOT[1]) * e[0])
+    near = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
+    seen = near * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
+    grain = SAND * math.pi * diameter**3 / 6.0
+    area = EXTINCTION * math.pi * diameter**2 / 4.0
+    share: Array = area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))
+    return share

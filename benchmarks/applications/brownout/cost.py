@@ -1,0 +1,159 @@
+"""What a step of a grain costs, in the cloud and in a run of its own."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.applications.brownout.cloud import (
+    BY_REYNOLDS,
+    CONSTANT,
+    DIAMETERS,
+    DRAG,
+    UNTIL,
+    Cloud,
+)
+from benchmarks.applications.brownout.statistics import answers, total
+from benchmarks.statistics.timing import interleaved, once
+from benchmarks.store.provenance import version
+from benchmarks.store.row_files import RowFiles
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from galvi.run.ensemble import processors
+
+COLUMNS: Mapping[str, type] = {
+    "drag": str, "micrometres": float, "runs": str, "degree": int, "grains": int, "threads": int,
+    "steps": int, "passes": float, "microseconds": float, "single": float, "optical_depth": float,
+    "uncertainty": float, "status": str, "commit": str, "date": str,
+}  # fmt: skip
+STEPS = 200
+ROUNDS = 3
+GRAINS, QUICK_GRAINS = 6000, 1000
+MILLION, FOLDER = 1_000_000, "brownout-cloud"
+CLOUD, ALONE = "cloud", "a run of its own"
+BESIDE = (100e-6, 400e-6)  # m, diameters of single runs
+OTHERS = (1, 4)  # degrees beside 2, at 100 micrometres
+EXPLANATION = (
+    "Grains of sand in the wind of a landing rotor, from where the wind lifts them to the end or "
+    "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
+    f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains "
+    "that are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. "
+    "Beside them a step of a single run of the same method, by galvi.integrate. What a cloud's "
+    "optical depth gains from a high degree is in claim V25."
+)
+
+
+def cost_of_clouds(
+    quick: bool = False, report: Callable[[str], None] = lambda sentence: None
+) -> pd.DataFrame:
+    """One row for each drag law, size and degree, in one thread, and for single runs.
+
+    passes        of the iteration, a step
+    microseconds  a step, of one thread
+    single        microseconds of a step of a single run over these; NaN where there is none
+    """
+    n = QUICK_GRAINS if quick else GRAINS
+    cases = [(drag, d, 2) for drag in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
+    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHERS]
+    calls: list[Callable[[], Any]] = []
+    runs, alone = [], []
+    for drag, diameter, degree in cases:
+        report(f"{drag}, {diameter * 1e6:g} micrometres, degree {degree}")
+        cloud = Cloud(diameter, drag, np.arange(n))
+        flown = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
+        runs.append(flown())
+        calls += [flown, cloud.starts]
+        alone.append(None if diameter not in BESIDE or degree != 2 else _single(drag, diameter))
+        calls += [alone[-1]] if alone[-1] else []
+    times = iter([one.seconds for one in interleaved(calls, ROUNDS, 0.02)])
+    rows = []
+    for (drag, diameter, degree), run, single in zip(cases, runs, alone, strict=True):
+        steps = int(run.steps.sum())
+        seconds = (next(times) - next(times)) / steps
+        by_itself = next(times) / STEPS if single else math.nan
+        rows.append({
+            **_row(drag, diameter, degree, run), "runs": CLOUD, "threads": 1,
+            "microseconds": 1e6 * seconds, "single": by_itself / seconds,
+        })  # fmt: skip
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _gauss(degree: int) -> galvi.Galerkin:
+    return gauss_collocation(degree).method
+
+
+def _single(drag: str, diameter: float) -> Callable[[], Any]:
+    """A run of STEPS steps that meets no ground, without Python's part of it."""
+    problem = galvi.problems.brownout(diameter, drag_coefficient=DRAG[drag])
+    problem = problem.with_initial_state([12.0, 0.0, 3.0], [0.0, 0.0, 1.0])
+    return partial(galvi.integrate, problem, _gauss(2), UNTIL / STEPS, STEPS, save_every=STEPS)
+
+
+def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
+    failed = int(np.sum(~run.success))
+    return {
+        "drag": drag, "micrometres": 1e6 * diameter, "degree": degree, "grains": len(run.t),
+        "steps": int(run.steps.sum()), "passes": float(run.passes.sum() / run.steps.sum()),
+        "status": f"{failed} grains failed" if failed else "",
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Part:
+    """A million grains of all sizes, a fifth of them of each; a size is a part."""
+
+    diameter: float
+    files: RowFiles
+    code: str
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        return f"{self.diameter * 1e6:g}-micrometres_{MILLION // len(DIAMETERS)}-grains_{self.code}"
+
+    @property
+    def title(self) -> str:
+        """The title for progress output."""
+        return f"{MILLION // len(DIAMETERS)} grains of {self.diameter * 1e6:g} micrometres"
+
+    def done(self) -> bool:
+        """Whether its row exists."""
+        return self.files.read(self.name) is not None
+
+    def run(self, report: Callable[[str], None]) -> None:
+        """Compute and write its row: microseconds of all threads together, starts included."""
+        report(self.title)
+        cloud = Cloud(self.diameter, grains=np.arange(MILLION // len(DIAMETERS)))
+        replace(cloud, grains=np.arange(8)).flights(_gauss(2), STEPS)
+        run, seconds = once(lambda: cloud.flights(_gauss(2), STEPS))
+        seen = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
+        row = {
+            **_row(BY_REYNOLDS, self.diameter, 2, run), "runs": CLOUD, "threads": processors(),
+            "microseconds": 1e6 * seconds / int(run.steps.sum()), "single": math.nan,
+            "optical_depth": seen.value, "uncertainty": seen.uncertainty, "commit": self.code,
+            "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
+        }  # fmt: skip
+        self.files.write(self.name, pd.DataFrame([row], columns=list(COLUMNS)))
+
+
+def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
+    """The runs of the long form."""
+    files, code = _files(studies, report), version()
+    return [Part(diameter, files, code) for diameter in DIAMETERS]
+
+
+def stored(studies: Path, report: Callable[[str], None]) -> pd.DataFrame:
+    """All stored rows; none when the study was not run."""
+    return _files(studies, report).all()
+
+
+def _files(studies: Path, report: Callable[[str], None]) -> RowFiles:
+    return RowFiles(studies / FOLDER, COLUMNS, report)

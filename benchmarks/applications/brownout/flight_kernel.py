@@ -1,0 +1,389 @@
+"""Flights of many grains, eight at a time, each in a lane of its own from its start to its end.
+
+A lane whose grain has landed, or has reached its last time, takes the next grain. Each lane is in
+its own step and iteration: a pass serves all eight, and none waits for another, so that a grain's
+numbers depend on nothing but the grain. A step leads to the next multiple of the grain's step; the
+first one, from the start, is shorter. Passes begin the following steps themselves: what is done
+here, lane by lane, is starts, contacts and ends.
+
+Contact with the ground z = 0: where the curve of a solved step comes down to it, or the step ends
+below it, the step is done anew up to the first root of the curve, or its end, and then, where
+asked, up to the root of its own end, by Newton's method: the curve is of order s + 1 inside the
+step, the end of order 2 s. A grain that moves upwards there goes on. Another stays, or its vertical
+velocity changes to -e times itself, and the rest of the step is done anew.
+
+starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
+constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step's end, and the last
+                     time, in steps from 0; a grain whose first is beyond its last does not start
+numbers              as in benchmarks.applications.brownout.grain_pass
+rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
+                     the step's end is found
+every                steps between saved places
+ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
+codes      (n, 4)    how it ended, contacts, steps, passes
+saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, after a
+           failure, and of a grain that does not start
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from benchmarks.applications.brownout.grain_pass import (
+    CONSTANTS,
+    DECAY,
+    DRAG,
+    END,
+    GOES_ON,
+    INDEX,
+    KNOWN,
+    LEFT,
+    LOWEST,
+    PASSES,
+    PUSH,
+    SOLVED,
+    STATE,
+    STEP,
+    TAKEN,
+    TIME,
+    TRIED,
+    TRIES,
+    H,
+    Q,
+    V,
+    curve_at,
+    nodes_at,
+    rate_at,
+)
+from galvi.fast.lanes.vectors import LANES
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
+
+FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
+ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to
+SOLVES = 8  # most solves of one contact
+CONTACTS = 1000  # most of one grain
+DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
+SEARCH = 80  # halvings that find a root of the curve
+CLOSE = 1e-15  # of the way down, at the root of the step's end
+NOBODY = -1
+WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
+END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
+WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes, then it fails
+
+
+@jit_inline
+def value_at(coefficients, tau):
+    """sum_l coefficients_l tau^l."""
+    result = 0.0
+    for l in range(coefficients.size - 1, -1, -1):
+        result = result * tau + coefficients[l]
+    return result
+
+
+@jit_inline
+def first_root(coefficients, scratch):
+    """The first root in (0, 1] of a polynomial that is positive at 0; 2 where there is none.
+
+    Between roots of its derivative it is monotone: these are found first, from the derivative of
+    the highest order on. scratch (3, at least size + 1): a derivative and its roots, and new ones.
+    """
+    n = coefficients.size
+    derivative, roots, new = scratch[0], scratch[1], scratch[2]
+    known = 0
+    for order in range(n - 1, -1, -1):
+        for l in range(n - order):
+            factor = 1.0
+            for k in range(l + 1, l + order + 1):
+                factor *= k
+            derivative[l] = factor * coefficients[l + order]
+        part = derivative[: n - order]
+        found, low = 0, 0.0
+        for piece in range(known + 1):
+            high = roots[piece] if piece < known else 1.0
+            at_low, at_high = value_at(part, low), value_at(part, high)
+            if (at_low > 0.0) != (at_high > 0.0):
+                a, b = low, high
+                for _ in range(SEARCH):
+                    middle = 0.5 * (a + b)
+                    if (value_at(part, middle) > 0.0) == (at_low > 0.0):
+                        a = middle
+                    else:
+                        b = middle
+                new[found] = b
+                found += 1
+            low = high
+        for k in range(found):
+            roots[k] = new[k]
+        known = found
+    return roots[0] if known > 0 else 2.0
+
+
+@jit_inline
+def way_down(work, l, numbers, s, scratch):
+    """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
+    h, z, curve = work[H, l], work[Q + 2, l], curve_at(s)
+    coefficients = scratch[3, : s + 1]
+    coefficients[:] = 0.0
+    coefficients[0] = z
+    for k in range(s):
+        v = work[V + 2, l]
+        for j in range(s):
+            v += h * numbers[k * s + j] * work[DECAY + 2 * s + 3 * j + 2, l]
+        for m in range(s):
+            coefficients[m + 1] += h * numbers[curve + m * s + k] * v
+    if z == 0.0:  # from the ground: z / tau, whose value at 0 is that of the velocity there
+        if not work[V + 2, l] > 0.0:
+            return 0.0
+        scratch[3, s + 1] = 0.0
+        coefficients = scratch[3, 1 : s + 2]
+        less = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
+        coefficients[0] = h * work[V + 2, l]
+        coefficients[1] -= less  # so that the end is that of the curve
+    lowest = coefficients[0]
+    for m in range(1, coefficients.size):
+        lowest += min(0.0, coefficients[m])
+    return 2.0 if lowest > 0.0 else first_root(coefficients, scratch)
+
+
+@jit_inline
+def set_step(work, l, h, numbers, s):
+    """Begin the solve of a step of size h from the state in work."""
+    work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
+    rate, nodes = numbers[rate_at(s)], nodes_at(s)
+    start = math.exp(rate * work[TIME, l])
+    for j in range(s):
+        work[DECAY + j, l] = start * math.exp(rate * numbers[nodes + j] * h)
+
+
+@jit_inline
+def set_guess(work, l, s):
+    """All accelerations <- 0, with nothing known of a step before."""
+    work[KNOWN, l] = 0.0
+    for k in range(3 * s):
+        work[DECAY + 2 * s + k, l] = 0.0
+
+
+@jit_inline
+def take(work, l):
+    """To the end of the solved step."""
+    for i in range(3):
+        work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
+        work[PUSH + i, l] += work[DRAG + i, l]
+    if work[H, l] > 0.0:
+        work[TAKEN, l] += 1.0
+
+
+@jit_inline
+def enter(work, l, start, t, step, index, constants, numbers, s):
+    """Give a lane to a grain, whose first step ends at a multiple of the whole one."""
+    work[:, l] = 0.0
+    for i in range(6):
+        work[Q + i, l] = start[i]
+    work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
+    work[INDEX, l], work[STEP, l] = index, step
+    work[TIME, l], work[LEFT, l] = t, index * step - t
+    rate, nodes = numbers[rate_at(s)], nodes_at(s)
+    for j in range(s):
+        work[DECAY + s + j, l] = math.exp(rate * numbers[nodes + j] * step)
+    set_step(work, l, work[LEFT, l], numbers, s)
+
+
+@jit_inline
+def leave(work, lane, l, how, ends, codes):
+    """Keep what became of a grain, and free its lane."""
+    who = lane[WHO, l]
+    codes[who, 0] = how
+    codes[who, 2], codes[who, 3] = int(work[TAKEN, l]), int(work[TRIED, l])
+    for i in range(3):
+        ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
+        ends[who, IMPULSE + i] = work[PUSH + i, l]
+    ends[who, END_TIME] = work[TIME, l]
+    empty(work, lane, l)
+
+
+@jit_inline
+def empty(work, lane, l):
+    """Idle lanes integrate a resting particle with h = 0."""
+    work[:, l] = 0.0
+    work[Q + 2, l] = 1.0
+    lane[WHO, l] = NOBODY
+
+
+@jit_inline
+def keep(saved, who, index, every, x, y, z):
+    """Keep a place at a time that is kept."""
+    if saved.shape[1] and index % every == 0 and index // every < saved.shape[1]:
+        row = index // every
+        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+
+
+@jit_inline
+def fill(saved, who, index, every, x, y, z):
+    """Keep a place at all times from a step's end on."""
+    for row in range((index + every - 1) // every, saved.shape[1]):
+        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+
+
+@jit_inline
+def after_step(work, lane, l, numbers, s, polish, scratch):
+    """What a solved step leads to: ABOVE, DOWN, or AGAIN where a step up to the ground is begun."""
+    h, phase = work[H, l], lane[PHASE, l]
+    if phase == WHOLE:
+        tau = 2.0
+        if not work[LOWEST, l] > 0.0:  # also from the ground
+            tau = way_down(work, l, numbers, s, scratch)
+        low, speed = work[END + 2, l], work[END + 5, l]
+        if tau > 1.0 and (low < 0.0 or (low == 0.0 and speed < 0.0)):  # the curve stays above
+            tau = 1.0
+        if tau == 0.0:
+            work[H, l] = 0.0
+            return DOWN
+        if tau > 1.0:
+            return ABOVE
+        lane[PHASE, l], lane[ROOTS, l] = SHORTENED, 0
+        set_step(work, l, tau * h, numbers, s)
+        return AGAIN
+    if phase == LAST_TRY:
+        return DOWN if work[END + 2, l] <= 0.0 else ABOVE
+    lane[ROOTS, l] += 1
+    z, speed = work[END + 2, l], work[END + 5, l]
+    near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
+    if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
+        longer = h - z / speed
+        if longer >= work[LEFT, l]:  # not within the step
+            lane[PHASE, l] = LAST_TRY
+            set_step(work, l, work[LEFT, l], numbers, s)
+            return AGAIN
+        if longer > 0.0:
+            set_step(work, l, longer, numbers, s)
+            return AGAIN
+    return DOWN
+
+
+@jit_inline
+def touch(work, who, l, rules, ends, codes):
+    """Contact at the end of the step that was solved; returns FLYING, LANDED or BOUNCING."""
+    restitution, slow, _ = rules
+    h = work[H, l]
+    if h > 0.0:
+        take(work, l)
+    work[TIME, l] += h
+    work[LEFT, l] -= h
+    if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
+        work[Q + 2, l] = max(work[Q + 2, l], 0.0)
+        return FLYING
+    codes[who, 1] += 1
+    work[Q + 2, l] = 0.0
+    down = work[V + 2, l]
+    if restitution < 0.0 or not -restitution * down > slow:
+        for i in range(3):
+            ends[who, CONTACT + i] -= work[V + i, l]
+            work[V + i, l] = 0.0
+        return LANDED
+    work[V + 2, l] = -restitution * down
+    ends[who, CONTACT + 2] -= (1.0 + restitution) * down
+    return BOUNCING if codes[who, 1] >= CONTACTS else FLYING
+
+
+@jit_inline
+def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
+    """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
+    ends, codes, saved = results
+    who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
+    if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
+        lane[TRIED_TWICE, l] = 1
+        set_guess(work, l, s)
+        set_step(work, l, work[H, l], numbers, s)
+        return FLYING
+    if not solved or work[TRIED, l] > lane[MOST, l]:
+        for i in range(6):
+            work[Q + i, l] = np.nan
+        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        return FAILED
+    lane[TRIED_TWICE, l] = 0
+    found = after_step(work, lane, l, numbers, s, rules[2], scratch)
+    if found == AGAIN:
+        return FLYING
+    lane[PHASE, l] = WHOLE
+    if found == ABOVE:
+        keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
+        if index < last:
+            return FLYING  # the next pass begins the next step
+        take(work, l)
+        work[TIME, l] = index * work[STEP, l]
+        return ALOFT
+    how = touch(work, who, l, rules, ends, codes)
+    if how == FLYING:
+        set_guess(work, l, s)
+        set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
+    elif how == LANDED:
+        fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
+    else:
+        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+    return how
+
+
+@jit
+def fly(law, grains, s, numbers, rules, every, work, results):
+    """Do all flights of a batch, into ends, codes and saved."""
+    starts, clocks, constants, counts = grains
+    ends, codes, saved = results
+    n = starts.shape[0]
+    lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
+    for l in range(LANES):
+        empty(work, lane, l)
+    following, busy = 0, 0
+    while True:
+        if busy < LANES and following < n:
+            for l in range(LANES):
+                while lane[WHO, l] == NOBODY and following < n:
+                    who = following
+                    following += 1
+                    t, step = clocks[who, 0], clocks[who, 1]
+                    index, last = counts[who, 0], counts[who, 1]
+                    for i in range(6):
+                        ends[who, i] = starts[who, i]
+                    ends[who, END_TIME] = t
+                    if index > last:
+                        continue
+                    if t == (index - 1) * step:
+                        keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
+                             starts[who, 2])  # fmt: skip
+                    lane[:, l] = 0
+                    lane[WHO, l], lane[MOST, l] = who, (last - index + 1 + DISTURBED) * 2 * PASSES
+                    enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
+                    busy += 1
+        if busy == 0:
+            break
+        call_void(law[0], work, numbers)
+        for l in range(LANES):
+            who = lane[WHO, l]
+            if who == NOBODY or work[STATE, l] == GOES_ON:
+                continue
+            last = counts[who, 1]
+            how = go_on(work, lane, l, numbers, s, rules, every, last, scratch, results)
+            if how != FLYING:
+                leave(work, lane, l, how, ends, codes)
+                busy -= 1
+
+
+@cache
+def compiled_fly():
+    """``fly`` compiled or cached, one kernel for all winds and drag laws."""
+    signature = types.void(
+        types.int64[::1],
+        types.Tuple((MATRIX, MATRIX, MATRIX, types.int64[:, ::1])),
+        types.int64,
+        VECTOR,
+        types.UniTuple(types.float64, 3),
+        types.int64,
+        MATRIX,
+        types.Tuple((MATRIX, types.int64[:, ::1], TENSOR3)),
+    )
+    return compiled_for(fly, signature)

@@ -1,0 +1,76 @@
+"""What is asked of a cloud: optical depth and height, with the errors of sampling and of the step.
+
+A cloud of n super-particles of each size gives a mean, whose sampling error is its standard
+deviation over sqrt(n). The error of the step is the mean of the same particles' differences from a
+run of high order, in which their sampling errors cancel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
+from benchmarks.applications.brownout.emission import Emission
+from benchmarks.applications.brownout.flights import FAILED, Flights
+from benchmarks.statistics.estimate import Estimate
+from galvi.arrays import Array
+
+DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What a run gives for each super-particle: (sizes, n), whose sums over n are the answers.
+
+    work      passes of the iteration times stages: evaluations of the wind
+    unsolved  grains whose step equations were not solved, and whose shares are NaN
+    """
+
+    depth: Array
+    height: Array
+    work: float
+    unsolved: int
+
+    @property
+    def grains(self) -> float:
+        """Super-particles of all sizes."""
+        return float(self.depth.size)
+
+    def of(self, quantity: str) -> Array:
+        """The shares in one of them."""
+        return self.depth if quantity == DEPTH else self.height
+
+
+def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
+    """Of clouds by diameter, with the same number of super-particles each."""
+    runs = {diameter: cloud.flights(method, steps) for diameter, cloud in clouds.items()}
+    return Answers(
+        np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
+        np.array([_height(run, clouds[d]) for d, run in runs.items()]),
+        float(sum(run.passes.sum() for run in runs.values())) * method.stages,
+        int(sum(np.sum(run.status == FAILED) for run in runs.values())),
+    )
+
+
+def _depth(run: Flights, cloud: Cloud) -> Array:
+    mass = cloud.emission.mass / len(run.t)
+    return mass * optical_depth(run.q, cloud.diameter)
+
+
+def _height(run: Flights, cloud: Cloud) -> Array:
+    """All that was lifted counts, with 0 on the ground."""
+    masses = [Emission(d, UNTIL, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
+    share: Array = cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
+    return share
+
+
+def total(shares: Array) -> Estimate:
+    """The sum over sizes and super-particles, with its sampling error."""
+    n = shares.shape[1]
+    error = math.sqrt(float(np.sum(n * np.var(shares, axis=1, ddof=1))))
+    return Estimate(float(np.sum(shares)), error)

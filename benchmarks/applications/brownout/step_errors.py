@@ -1,0 +1,97 @@
+"""The errors of the step and of sampling in a cloud's statistics, by degree and number of steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud
+from benchmarks.applications.brownout.cost_at import cost_at
+from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT, Answers, answers, total
+from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.statistics.estimate import Estimate
+from benchmarks.store.frames import number, row, series
+from benchmarks.store.frames import rows as rows_of
+
+COMPARED = {  # degree: numbers of steps
+    1: (96, 128, 160, 192, 224, 256, 320, 384),
+    2: (48, 56, 64, 80, 96, 128, 192),
+    3: (24, 32, 48, 64),
+    4: (24, 32, 48, 96),
+}
+TOO_LONG = {1: 48, 2: 24, 3: 16}  # steps that leave grains unsolved
+FINEST = (4, 768)
+QUICK_FINEST = (4, 384)
+WORK = "evaluations of the wind a grain"
+UNSOLVED = "grains whose steps were not solved"
+SAMPLING, OF_STEP, GRAINS = "standard error", "error of the step", "super-particles"
+
+
+def step_errors(
+    make_method: MakeMethod, quick: bool, grains: int, report: Report
+) -> list[dict[str, Any]]:
+    """DEPTH and HEIGHT of grains of each size with their SAMPLING errors, and of each run OF_STEP
+    with `SAMPLING of it`, named in `study`; WORK and UNSOLVED."""
+    clouds = {diameter: Cloud(diameter, grains=np.arange(grains)) for diameter in DIAMETERS}
+    s, steps = QUICK_FINEST if quick else FINEST
+    report(f"statistics, degree {s} in {steps} steps")
+    best, found = answers(clouds, _gauss(make_method, s), steps), []
+    for quantity in (DEPTH, HEIGHT):
+        seen = total(best.of(quantity))
+        values = {quantity: seen.value, SAMPLING: seen.uncertainty or 0.0, GRAINS: best.grains}
+        found += rows_of(values, study=quantity)
+    for s, steps in (*compared(), *TOO_LONG.items()):
+        report(f"statistics, degree {s} in {steps} steps")
+        run = answers(clouds, _gauss(make_method, s), steps)
+        where = {"n": s + 1, "steps": steps, "step": UNTIL / steps}
+        found.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
+        if TOO_LONG.get(s) == steps:
+            continue
+        where["status"] = f"{run.unsolved} grains failed" if run.unsolved else ""
+        for quantity in (DEPTH, HEIGHT):
+            found += _error_of_step(quantity, run, best, where)
+        work = run.work / (grains * len(DIAMETERS))
+        found.append(row(study=WORK, quantity=WORK, value=work, **where))
+    return found
+
+
+def compared() -> list[tuple[int, int]]:
+    """Degree and number of steps of each run."""
+    return [(s, steps) for s, several in COMPARED.items() for steps in several]
+
+
+def _error_of_step(
+    quantity: str, run: Answers, best: Answers, where: dict[str, Any]
+) -> list[dict[str, Any]]:
+    """The error of the step, and its own standard error."""
+    apart = total(run.of(quantity) - best.of(quantity))
+    values = {OF_STEP: apart.value, f"{SAMPLING} of it": apart.uncertainty or 0.0}
+    return rows_of(values, study=quantity, **where)
+
+
+def _gauss(make_method: MakeMethod, s: int) -> Any:
+    return make_method(galvi.Polynomials(s), galvi.gauss(s))
+
+
+def sampling_error(table: pd.DataFrame, quantity: str, grains: float | None = None) -> float:
+    """The standard error that so many grains leave; None: those of the study."""
+    n = number(table, study=quantity, quantity=GRAINS)
+    error = number(table, study=quantity, quantity=SAMPLING)
+    return error * float(np.sqrt(n / (grains or n)))
+
+
+def cost_of(table: pd.DataFrame, quantity: str, s: int, level: float) -> Estimate:
+    """Evaluations for a grain with which the error of the step is at the level."""
+    several = [
+        series(table, "steps", study=study, quantity=name, n=s + 1)[1][::-1]
+        for study, name in (
+            (WORK, WORK),
+            (quantity, OF_STEP),
+            (quantity, f"{SAMPLING} of it"),
+        )
+    ]
+    costs, errors, own = several
+    return cost_at(level, costs, errors, own)

@@ -1,0 +1,72 @@
+"""The problems for checking external integrators: one of each kind, with independent truths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import galvi
+from benchmarks.measures import hamiltonians
+from benchmarks.test_problems.two_bodies import PAIR
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from references import Contender
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.top_motion import FREE_TOP
+from references.scipy.ivp import DOP853, TIGHT
+from references.stored.attitude import STORED_ATTITUDE
+from references.stored.chain import STORED_CHAIN
+from references.stored.planets import STORED_TRUTH
+
+
+@dataclass(frozen=True, eq=False)
+class CheckProblem:
+    """A problem for checking external integrators.
+
+    problem   the problem
+    duration  states are compared after half and after all of it, in the problem's unit of time
+    truth     the contender that gives the truth, at `setting`
+    floor     error of a component below which rounding or the truth's own error dominates
+    ordered   whether an order of convergence is measurable: nonlinear motion on one time scale
+    kept      which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
+    long      duration of the conservation run: some twenty periods, never a whole number
+    watched   the problem of that run, where it starts elsewhere: a regular motion
+    energy    the energy: (problem, q, p) -> (k,)
+    """
+
+    problem: Problem
+    duration: float
+    truth: Contender
+    setting: Mapping[str, Any] = field(default_factory=dict)
+    floor: float = 1e-11
+    ordered: bool = True
+    kept: tuple[str, ...] = ("energy",)
+    long: float = 123.0
+    watched: Problem | None = None
+    energy: Callable[[Problem, Array, Array], Array] = hamiltonians.energy
+
+    def states(self) -> Trajectory:
+        """The truth at the start, at half of the duration and at its end."""
+        return self.truth.run(self.problem, self.duration, {"samples": 2, **self.setting})
+
+
+BOTH = ("energy", "angular momentum")
+CHECK_PROBLEMS = (
+    CheckProblem(galvi.problems.harmonic_oscillator(), 5.0, OSCILLATOR, ordered=False),
+    CheckProblem(galvi.problems.kepler(0.3), 5.0, KEPLER, kept=BOTH),
+    CheckProblem(galvi.problems.planar_pendulum(), 5.0, PENDULUM),
+    # Tight is within 1e-12 of itself with a tenth of the tolerance.
+    CheckProblem(galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT,
+    energy=hamiltonians.henon_heiles), CheckProblem(PAIR, 5.0, KEPLER, kept=BOTH),
+    CheckProblem(galvi.problems.outer_solar_system(), 73_050.0, STORED_TRUTH, ordered=False,
+    kept=BOTH,
+           long=20.3 * 4332.6),
+    CheckProblem(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, kept=BOTH),
+    CheckProblem(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
+    CheckProblem(galvi.problems.double_pendulum(), 1.0, STORED_CHAIN, long=40.3,
+           watched=galvi.problems.double_pendulum(angles=(0.5, 0.7)),
+           energy=hamiltonians.double_pendulum),
+)  # fmt: skip

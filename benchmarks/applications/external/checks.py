@@ -1,0 +1,287 @@
+"""Check the accuracy and the declared properties of an external integrator, for `verify`.
+
+Declared properties (see `external.integrator`) are compared with measurements: the order
+from both sides, claimed errors, and conserved quantities, as a bound and without drift. Undeclared
+properties are measured and reported without influence on the verdicts. In any case no run may fail,
+the error at the finest setting must be below a tenth of the motion's extent, and smaller than at
+the coarsest unless it is below 1e-8, which a single setting always has to be.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS, CheckProblem
+from benchmarks.applications.external.check_runs import (
+    CLAIMED,
+    ERROR,
+    FAILED,
+    OFF,
+    ORDER,
+    REPEAT,
+    check_runs,
+)
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import CONSERVED
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import AGREEMENT as SOURCE
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.series_bounds import NoGrowth
+from benchmarks.statistics.convergence_fits import algebraic, window
+from benchmarks.statistics.drift import Drift, drift
+from benchmarks.store.frames import number, pick
+
+GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
+RIGHT = 1e-8  # relative error that needs no such gain
+FAR = 0.1  # largest relative error at the finest setting
+SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
+RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
+ROUND_OFF = 1e-12  # smaller relative changes may grow
+DECLARED = "Declared by the contender."
+NOT_DECLARED = "Not declared: the number is for information."
+
+
+def contender_checks(
+    externals: Sequence[ExternalIntegrator], check_problems: Sequence[CheckProblem] = CHECK_PROBLEMS
+) -> tuple[Claim, ...]:
+    """A claim for `verify` for each integrator, with ids such as A-my-leapfrog."""
+    names: list[str] = []
+    for external in externals:
+        slug = re.sub(r"[^a-z0-9]+", "-", external.name.lower()).strip("-")
+        name = f"A-{slug or 'contender'}"
+        while name in names:
+            name += "-too"
+        names.append(name)
+    return tuple(
+        Claim(
+            name,
+            f"{external.name} and the truth",
+            partial(check_runs, external, check_problems),
+            Judge(name, external, tuple(check_problems)),
+            timed=True,  # its runs have a limit of time
+        )
+        for name, external in zip(names, externals, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Judges the rows of `external.check_runs`; callable, returns rows of claims.csv."""
+
+    id: str
+    external: ExternalIntegrator
+    check_problems: tuple[CheckProblem, ...]
+
+    def __call__(self, table: pd.DataFrame) -> list[Row]:
+        """All rows; an integrator that supports none of the problems has one row that says so."""
+        rows, orders, looked = [], 0, dict.fromkeys(self.external.conserves, 0)
+        for check in self.check_problems:
+            seen = pick(table, study=check.problem.name)
+            if seen.empty:
+                continue
+            rows += [self._failures(check, seen), *self._repeated(check, seen)]
+            rows += self._errors(check, seen)
+            ordered = self._order(check, seen)
+            orders += sum(row.verdict != bounds.NOT_RUN for row in ordered)
+            rows += [*ordered, *self._conserved(check, seen)]
+            for name in looked:
+                looked[name] += not pick(seen, quantity=name).empty
+        if not rows:
+            known = ", ".join(check.problem.name for check in self.check_problems)
+            return [self._least("problems that it supports", 0, f"Asked were {known}.")]
+        if self.external.order is not None:
+            why = (
+                "It declares its order: steps from its longest to its shortest must show it "
+                "somewhere, above round-off. Let it offer longer ones, too."
+            )
+            failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
+            if failures and not pick(table, quantity=ORDER)["value"].notna().any():
+                why = f"It declares its order, and no run came to its end: {failures[0]}"
+            rows.append(self._least("problems where its order is seen", orders, why))
+        for name, count in looked.items():
+            why = "It declares that it conserves this: a problem that it supports must have it."
+            rows.append(self._least(f"problems where its {name} is looked at", count, why))
+        return rows
+
+    def _row(self, check: CheckProblem, quantity: str, measured: float, verdict: str,
+             **more: str) -> Row:  # fmt: skip
+        more = {
+            "claimed": "the same motion", "bound": "none", "expected": bounds.HOLDS,
+            "reason": DECLARED, "reference": check.truth.name,
+            "setup": f"{check.problem.name}; T = {check.duration:g}", **more,
+        }  # fmt: skip
+        return Row(
+            id=self.id, quantity=f"{quantity}, {check.problem.name}", source=SOURCE,
+            measured=measured if np.isfinite(measured) else None, uncertainty=None,
+            verdict=verdict, **more,
+        )  # fmt: skip
+
+    def _least(self, quantity: str, count: int, why: str) -> Row:
+        return Row(
+            id=self.id, quantity=quantity, source=SOURCE, setup="all problems",
+            claimed="", bound="at least 1", measured=count, uncertainty=None,
+            expected=bounds.HOLDS, reason=why, reference="",
+            verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
+        )  # fmt: skip
+
+    def _failures(self, check: CheckProblem, seen: pd.DataFrame) -> Row:
+        count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
+        return self._row(
+            check, "runs and answers that failed", count, bounds.AtMost(0.0).verdict(count),
+            claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
+            reason=why or "Each setting that it offers must run to its end.",
+        )  # fmt: skip
+
+    def _repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        return [
+            self._row(
+                check, REPEAT, float(one["value"]), bounds.AtMost(0.0).verdict(float(one["value"])),
+                claimed="the same numbers", bound="at most 0", reference="the first run",
+                reason="Two runs that were asked for alike must have the same bits; else it is not "
+                "deterministic, and no later comparison says what changed.",
+            )
+            for _, one in pick(seen, quantity=REPEAT).iterrows()
+        ]  # fmt: skip
+
+    def _errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rows, errors = [], pick(seen, quantity=ERROR)
+        for _, one in errors.iterrows():
+            limit = number(seen, quantity=CLAIMED, label=one["label"])
+            measured, claims = float(one["value"]), np.isfinite(limit)
+            expected = bounds.HOLDS if claims else bounds.FINDING
+            kept = np.isfinite(measured) and not (claims and measured > limit)
+            rows.append(
+                self._row(
+                    check, f"error at {one['label'] or 'its setting'}", measured,
+                    expected if kept else bounds.CONTRADICTED, expected=expected,
+                    bound=f"at most {limit:g}" if claims else "none",
+                    reason=one["status"] or (DECLARED if claims else NOT_DECLARED),
+                )
+            )  # fmt: skip
+        return [*rows, *self._way(check, seen)] if rows else []
+
+    def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        """Rows for the states at the finest setting, against the truth and the coarsest setting."""
+        off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
+        coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
+        worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
+        single = len(off[worst]) == 1
+        better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
+        unknown = single and not better and np.isfinite(fine)
+        furthest = f"Furthest from the truth: its {worst}."
+        reason = "What becomes no better solves another problem."
+        if not np.isfinite(fine):
+            furthest = reason = "Its run at the finest setting failed."
+        elif single:
+            reason = "It offers one setting, so that nothing can become better: let it offer two."
+        elif not np.isfinite(coarse):
+            reason = "Its run at the coarsest setting failed."
+        elif fine > coarse:
+            reason = "Settings go from coarse to fine; and what becomes worse is no solution."
+        bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
+        return [
+            self._row(
+                check, "error at its finest over the way from the start", fine,
+                bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
+                bound=f"at most {FAR:g}", reason=furthest,
+            ),
+            self._row(
+                check, "error at its finest over that at its coarsest",
+                fine if single or not coarse > 0.0 else fine / coarse,
+                bounds.NOT_RUN if unknown
+                else bounds.HOLDS if better else bounds.CONTRADICTED,
+                bound=bound, reason=reason,
+            ),
+        ]  # fmt: skip
+
+    def _order(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        runs, order = pick(seen, quantity=ORDER), self.external.order
+        if runs.empty or order is None:
+            return []
+        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=check.floor)
+        slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
+        wrong = fit.stays_large or fit.relapse
+        spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
+        if wrong:
+            verdict = bounds.CONTRADICTED
+        elif not fit.points:
+            failures = [text for text in runs["status"] if text]
+            verdict = bounds.NOT_RUN
+            reason = failures[0] if failures else "Fewer than three errors are above round-off."
+        elif 2.0 * fit.uncertainty <= slack:
+            verdict = bounds.Near(order, slack, uncertainty=0.0).verdict(fit)
+        elif _rises(runs["value"], check.floor) >= RISES or fit.rate < order - spread:
+            verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
+        else:
+            verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
+        unseen = verdict == bounds.NOT_RUN
+        found = self._row(
+            check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
+            bound=f"within {slack:g} of {order:g}",
+            expected=bounds.NOT_RUN if unseen else bounds.ATTAINED, reason=reason,
+        )  # fmt: skip
+        return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
+
+    def _conserved(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rows = []
+        for name in CONSERVED:
+            series = pick(seen, quantity=name)
+            if series.empty:
+                continue
+            both = [
+                drift(rows["t"].to_numpy(), rows["value"].to_numpy())
+                for _, rows in series.groupby("n")
+            ]
+            found, limit = both[0], self.external.conserves.get(name)
+            expected, verdict, why = bounds.FINDING, bounds.FINDING, NOT_DECLARED
+            if limit is not None:
+                expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
+                faults = [_growth(limit, one) for one in both]
+                found = max(both, key=lambda one: one.largest)
+                if all(faults) or found.largest > limit:  # a drift alone may be a beat
+                    fault = _growth(limit, found) or faults[0]
+                    verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
+            if not np.isfinite(found.largest):
+                verdict = bounds.CONTRADICTED
+            label, why = series["label"].iloc[0], series["status"].iloc[0] or why
+            rows.append(
+                self._row(
+                    check, f"relative change of {name}", found.largest, verdict,
+                    claimed="none" if limit is None else "it stays", expected=expected,
+                    bound="none" if limit is None else f"at most {limit:g}, without a drift",
+                    reason=why, reference="its start",
+                    setup=f"{check.problem.name}; T = {check.long:g}; {label}",
+                )
+            )  # fmt: skip
+        return rows
+
+
+def _growth(limit: float, found: Drift) -> str:
+    """Which of the tests of a quantity that should stay fails, and by how much; "" if none does."""
+    kept = NoGrowth(limit, ROUND_OFF, conclusive=False)
+    if kept.verdict(found) == bounds.HOLDS:
+        return ""
+    _, *beyond = kept.comparisons(found)
+    if not found.largest <= limit:
+        return f"It changes by {found.largest:.3g}, more than {limit:g}."
+    tests = (
+        ("its mean changes", found.trend, found.trend_error),
+        ("the maxima of its periods change", found.growth, found.growth_error),
+    )
+    what, size, error = tests[int(np.argmax([one.number for one in beyond]))]
+    return (
+        f"Over the run {what} by {100.0 * size:+.1f} % of the largest, "
+        f"{abs(size) / error if error else np.inf:.1f} standard errors."
+    )
+
+
+def _rises(errors: Sequence[float], floor: float) -> int:
+    """How often an error above round-off is larger than that of the next longer step."""
+    seen = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
+    return int(np.sum(np.diff(seen) > 0.0))

@@ -1,0 +1,200 @@
+"""Run an external integrator in its own process; crashes and time-outs become messages.
+
+It takes part in every comparison. Times are measured inside its process, without the transfer of
+states.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from pebble import CONSTS, ProcessExpired, ProcessPool
+
+from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.timed_run import TimedRun
+from benchmarks.applications.external.worker import answer, prepare
+from galvi import Problem, Trajectory
+
+LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
+NAMELESS = "problem"
+CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
+
+
+@dataclass(eq=False)
+class ExternalIntegrator:
+    """The contender at ``path``, "package.module:Class"; see `references.Contender`.
+
+    The class is constructed without arguments and has
+
+    name                            for tables; not that of galvi's own, which begin with "galvi"
+    supports(problem)               whether it solves this `galvi.Problem`
+    run(problem, duration, setting) -> `galvi.Trajectory` at the times given by the setting,
+                                    {"step": h, "save_every": k} or {"samples": n}, the first
+                                    one the problem's start; p are the conjugate momenta
+    settings(problem, duration)     its settings (mappings) from coarse to fine; without this
+                                    method, equal steps of four sizes
+
+    and, for the checks of `benchmarks.applications.external.checks`, any of
+
+    order                           order of convergence in the step
+    conserves                       largest relative changes at its finest setting, without drift,
+                                    e.g. {"energy": 1e-6, "angular momentum": 1e-12}
+    claimed_error(problem, duration, setting)
+                                    the largest error of a component at the end
+
+    `open` raises ContenderError when there is no such class, or it lacks a required member. `run`
+    never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
+    process that ends, or does not answer within ``limit`` seconds, is replaced at the next request.
+    """
+
+    path: str
+    limit: float = LIMIT
+    name: str = ""
+    order: float | None = None
+    conserves: Mapping[str, float] = field(default_factory=dict)
+    exact: bool = False
+    missing: str = ""
+    _failed: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    _pool: ProcessPool | None = None
+    _process: int = 0
+
+    @classmethod
+    def open(cls, path: str, limit: float = LIMIT) -> ExternalIntegrator:
+        """Start the process and import the integrator. Raises ContenderError."""
+        external = cls(path, limit)
+        try:
+            external.name, external.order, external.conserves = external._ask("metadata")
+        except BaseException:
+            external.close()
+            raise
+        return external
+
+    def supports(self, problem: Problem) -> bool:
+        """Whether it solves the problem; False, and a fault, when it does not answer."""
+        return bool(
+            self._ask_about(problem, "asked whether it supports the problem", "supports", problem)
+        )
+
+    def settings(
+        self, problem: Problem, duration: float, fewest: int
+    ) -> Sequence[Mapping[str, Any]]:
+        """Its own settings, or multiples of `fewest` equal steps, from coarse to fine.
+
+        Empty, and a fault, when it does not answer.
+        """
+        offered = self._ask_about(
+            problem, "asked for its settings", "settings", problem, duration, fewest
+        )
+        return offered or []
+
+    def claimed_error(
+        self, problem: Problem, duration: float, setting: Mapping[str, Any]
+    ) -> float | None:
+        """The largest error it claims; None when it claims none, or, with a fault, no answer."""
+        claimed: float | None = self._ask_about(
+            problem, "asked for the error that it claims", "claimed error", problem, duration,
+            dict(setting),
+        )  # fmt: skip
+        return claimed
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """One run in its process; a failed trajectory when it returned none."""
+        return self.timed(problem, duration, setting)()
+
+    def timed(
+        self,
+        problem: Problem,
+        duration: float,
+        setting: Mapping[str, Any],
+        report: Callable[[str], None] | None = None,
+    ) -> TimedRun:
+        """A run that measures its own time; see `benchmarks.statistics.timing`.
+
+        report  called with a sentence for each failure; None adds it to the faults
+        """
+        words = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+                         for name, value in setting.items())  # fmt: skip
+
+        def ask(repeats: int) -> Any:
+            return self._ask("timed run", problem, duration, dict(setting), repeats)
+
+        def add_fault(why: str) -> None:
+            self.add_fault(problem, words, why)
+
+        return TimedRun(self.name, problem, duration, dict(setting), ask, report or add_fault)
+
+    @property
+    def faults(self) -> list[str]:
+        """A sentence for each problem and kind of fault."""
+        return [
+            f"{self.name}, {problem}, {_first(doings)}: {why}"
+            for (problem, why), doings in self._failed.items()
+        ]
+
+    def faults_on(self, problem: Problem) -> list[str]:
+        """The faults on one problem, without its name."""
+        return [
+            f"{_first(doings)}: {why}"
+            for (name, why), doings in self._failed.items()
+            if name == (problem.name or NAMELESS)
+        ]
+
+    def failures_on(self, problem: Problem) -> int:
+        """The number of failed runs and answers on one problem."""
+        name = problem.name or NAMELESS
+        return sum(len(doings) for (on, _), doings in self._failed.items() if on == name)
+
+    def add_fault(self, problem: Problem, doing: str, why: str) -> None:
+        """Record a fault: the request (`doing`) and the reason (`why`)."""
+        self._failed.setdefault((problem.name or NAMELESS, why), []).append(doing)
+
+    def close(self) -> None:
+        """End its process and the child processes."""
+        pool, self._pool = self._pool, None
+        if pool is None:
+            return
+        pool.stop()
+        pool.join()
+        if os.name == "posix" and self._process:
+            with suppress(ProcessLookupError, PermissionError):  # its group is empty
+                os.killpg(self._process, signal.SIGKILL)
+        self._process = 0
+
+    def _ask_about(self, problem: Problem, doing: str, question: str, *arguments: Any) -> Any:
+        """The answer to a request; None, and a fault, when there is none."""
+        try:
+            return self._ask(question, *arguments)
+        except ContenderError as error:
+            self.add_fault(problem, doing, str(error))
+            return None
+
+    def _ask(self, question: str, *arguments: Any) -> Any:
+        """The answer of the process. Raises ContenderError."""
+        try:
+            if self._pool is None:
+                spawn = multiprocessing.get_context("spawn")
+                self._pool = ProcessPool(1, initializer=prepare, context=spawn)
+                self._process = self._pool.schedule(os.getpid, timeout=self.limit).result()
+            asked = (self.path, question, *arguments)
+            return self._pool.schedule(answer, asked, timeout=self.limit).result()
+        except TimeoutError:
+            self.close()
+            why = f"It did not answer within {self.limit:g} s, and was stopped."
+        except ProcessExpired as end:
+            self.close()
+            why = f"Its process ended, with status {end.exitcode}."
+        except RuntimeError:  # from the pool, whose process ended between requests
+            self.close()
+            why = "Its process ended between two answers."
+        raise ContenderError(why)
+
+
+def _first(doings: Sequence[str]) -> str:
+    first, *others = doings
+    return f"{first} and {len(others)} more" if others else first

@@ -1,0 +1,35 @@
+"""Load problems of one's own, named "package.module:function"."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from benchmarks.applications.external.loading import ContenderError, describe_error, object_at
+from galvi import Problem, input_checks
+
+KIND = "problem", "function"
+
+
+def load_problem(path: str) -> tuple[Problem, float]:
+    """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration).
+
+    A problem without a name gets that of the function. Raises ContenderError for anything else.
+    """
+    found = object_at(path, *KIND)
+    if not callable(found):
+        raise ContenderError(f"{path} must be a function; received a {type(found).__name__}")
+    try:
+        made = found()
+    except Exception as error:
+        raise ContenderError(f"it raised {describe_error(error)}") from None
+    if not (isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], Problem)):
+        raise ContenderError(
+            f"the function must return a galvi.Problem and its duration; received {made!r}"
+        )
+    problem, duration = made
+    try:
+        duration = input_checks.positive("its duration", duration)
+    except (ValueError, TypeError) as error:
+        raise ContenderError(str(error).rstrip(".")) from None
+    name = problem.name or path.rpartition(":")[2].replace("_", " ")
+    return replace(problem, name=name), duration

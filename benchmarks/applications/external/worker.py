@@ -1,0 +1,117 @@
+"""The process in which an external integrator runs: requests, answers, and its end.
+
+`external.integrator` calls `answer` through a pool of one process. Exceptions of the
+integrator become ContenderErrors; a hang or crash affects this process only.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+from weakref import WeakSet
+
+from benchmarks.applications.external.loading import (
+    ContenderError,
+    describe_error,
+    load_class,
+    metadata,
+)
+from benchmarks.applications.external.validation import valid_claim, valid_run, valid_settings
+from galvi import Problem, Trajectory
+
+RUNGS = (1, 4, 16, 64)  # multiples of the fewest steps
+RETURNED: WeakSet[Trajectory] = WeakSet()
+contender_at = cache(load_class)
+
+
+def prepare() -> None:
+    """Become leader of a process group, which child processes join; redirect stdout to stderr."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None, (
+        "only a process that multiprocessing started has a parent to end with"
+    )
+    os.dup2(2, 1)
+    # The pool closes its pipe before it sends SIGTERM: a worker that waits ends by itself, and
+    # cleans up; one that hangs is killed soon after.
+    signal.signal(signal.SIGTERM, lambda *_: None)
+    if os.name == "posix":
+        os.setsid()
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: Any) -> None:
+    """End this process and its group when the parent has ended, killed or not."""
+    parent.join()
+    if os.name == "posix":
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)
+
+
+def answer(path: str, question: str, *arguments: Any) -> Any:
+    """One of ANSWERS by the integrator at the path. Raises only ContenderError."""
+    try:
+        return ANSWERS[question](contender_at(path), *arguments)
+    except ContenderError:
+        raise
+    except BaseException as error:
+        raise ContenderError(f"It raised {describe_error(error)}.") from None
+
+
+def supports(contender: Any, problem: Problem) -> bool:
+    """Whether it solves the problem."""
+    return bool(contender.supports(problem))
+
+
+def equal_steps(duration: float, fewest: int) -> list[dict[str, Any]]:
+    """The settings of an integrator that offers none, from coarse to fine."""
+    return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
+
+
+def settings(
+    contender: Any, problem: Problem, duration: float, fewest: int
+) -> list[dict[str, Any]]:
+    """Its own settings, or multiples of `fewest` equal steps, from coarse to fine."""
+    if not hasattr(contender, "settings"):
+        return equal_steps(duration, fewest)
+    return valid_settings(list(contender.settings(problem, duration)), duration)
+
+
+def claimed_error(
+    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
+) -> float | None:
+    """The largest error it claims for such a run; None when it claims none."""
+    if not hasattr(contender, "claimed_error"):
+        return None
+    return valid_claim(contender.claimed_error(problem, duration, dict(setting)))
+
+
+def timed_run(
+    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any], repeats: int = 1
+) -> tuple[dict[str, Any], float]:
+    """The last of `repeats` runs, validated, and their mean time in seconds."""
+    run, start = None, time.perf_counter()
+    for _ in range(repeats):
+        before, run = run, contender.run(problem, duration, dict(setting))
+    seconds = (time.perf_counter() - start) / repeats
+    parts = valid_run(run, problem, duration, setting)
+    if run is before or run in RETURNED:
+        raise ContenderError(
+            "It returned a trajectory that it had returned before; each run must be made."
+        )
+    RETURNED.add(run)
+    return parts, seconds
+
+
+ANSWERS = {
+    "metadata": metadata,
+    "supports": supports,
+    "settings": settings,
+    "claimed error": claimed_error,
+    "timed run": timed_run,
+}

@@ -1,0 +1,284 @@
+"""What a judgement of point masses needs: truths, integrators, errors, encounters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
+from benchmarks.applications.judging.truth import time_text
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import galvi_label
+from galvi import NBody, Problem, Trajectory
+from galvi.arrays import Array
+from galvi.interop.rebound import check_reading, simulation_of
+from references import Contender
+from references.heyoka.taylor import HEYOKA
+from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
+from references.rebound.mercurius import MERCURIUS
+from references.rebound.trace import TRACE
+from references.rebound.users import defaults, of_user
+from references.scipy.ivp import DOP853, TIGHT
+
+ORBITS = 100  # revolutions of the fastest body, where no duration is asked for
+NEAR = 3.0  # mutual Hill radii within which a passage is an encounter
+PER_ORBIT = 48  # states of the truth a revolution of the fastest body, to find encounters
+MOST_STATES = 20_000
+INTEGRATORS = {  # by their names in REBOUND
+    "ias15": ias15.IAS15,
+    "bs": bulirsch_stoer.BULIRSCH_STOER,
+    "whfast": whfast.WHFAST,
+    "whfast512": whfast512.WHFAST512,
+    "saba": saba.SABA,
+    "leapfrog": leapfrog.LEAPFROG,
+    "eos": replace(
+        leapfrog.LEAPFROG,
+        name="REBOUND EOS",
+        integrator="eos",
+        options=("phi0", "phi1", "n", "safe_mode"),
+    ),
+    "janus": janus.JANUS,
+    "mercurius": MERCURIUS,
+    "trace": TRACE,
+}
+ADAPTIVE = ("ias15", "bs")
+CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
+LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
+PART, ENGINE, MORE, ANOTHER = "body", "rebound", "pip install heyoka", ""
+COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
+OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
+
+
+def model(problem: Problem) -> Model:
+    """That of a problem alone: the simulation that it came from or would be, in its order."""
+    return Model(problem, simulation_of(problem))
+
+
+def shortest_period(problem: Problem) -> float:
+    """The shortest period of two bodies that are bound to each other; of none, that of circles."""
+    system = cast(NBody, problem.system)
+    bound, circles = [], []
+    for i in np.flatnonzero(system.masses):
+        gm = system.G * np.delete(system.masses[i] + system.masses, i)
+        gap, speed = (np.delete(x - x[i], i, axis=0) for x in (problem.q0, problem.v0))
+        r = np.linalg.norm(gap, axis=1)
+        inverse = 2.0 / r - np.sum(speed**2, axis=1) / gm  # of the semi-major axis
+        for axes, found in ((r, circles), (1.0 / inverse[inverse > 0.0], bound)):
+            own = gm if found is circles else gm[inverse > 0.0]
+            found += (2.0 * math.pi * np.sqrt(axes**3 / own)).tolist()
+    return float(min(bound or circles))
+
+
+def default_duration(problem: Problem) -> float:
+    """``ORBITS`` revolutions of the fastest body."""
+    return ORBITS * shortest_period(problem)
+
+
+def span(duration: float, step: float) -> float:
+    """The duration, negative where it or the own step is."""
+    return -abs(duration) if step < 0.0 or duration < 0.0 else duration
+
+
+def own(model: Model, name: str) -> Contender:
+    """This one of INTEGRATORS on the user's own simulation, as it is."""
+    found = INTEGRATORS[name]
+    return found if model.own is None else of_user(found, model.own, model.problem)
+
+
+def label(contender: Contender, options: Mapping[str, Any]) -> str:
+    """The integrator with those of its options that are not REBOUND's defaults; coordinates always,
+    where it has a choice."""
+    usual = defaults(cast(Any, contender).integrator)
+    words = [f"{name} {value}".lower() for name, value in options.items()
+             if name == "coordinates" or usual.get(name) != value]  # fmt: skip
+    return ", ".join([contender.name, *words])
+
+
+def states(problem: Problem, duration: float) -> int:
+    """How many states of the truth are needed to find encounters."""
+    if not meeting(cast(NBody, problem.system).masses):
+        return 1
+    return min(math.ceil(PER_ORBIT * abs(duration) / shortest_period(problem)), MOST_STATES)
+
+
+def sources(model: Model, duration: float, own: Own) -> list[Source]:
+    """IAS15 on the user's own simulation, with another epsilon first where that is the own setting;
+    then other engines, and galvi's opinion."""
+    problem = model.problem
+    mine: Any = ias15.IAS15
+    if model.own is not None:
+        mine = of_user(mine, model.own, problem, kept=False)
+    tight = {**ias15.DEFAULT, "epsilon": 1e-10}
+    found = [
+        Source("REBOUND IAS15", "REBOUND", mine, dict(ias15.DEFAULT)),
+        Source("REBOUND IAS15, epsilon 1e-10", "REBOUND", mine, tight),
+        Source("SciPy DOP853, rtol 3e-14", "SciPy", DOP853, dict(TIGHT)),
+        Source("heyoka", "heyoka", HEYOKA, {}),
+        Source("galvi degree 16", "", gauss_collocation(16), {}, 0.125 * shortest_period(problem)),
+    ]
+    if getattr(own.contender, "integrator", "") == "ias15":
+        found[:2] = found[1::-1]
+    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+
+
+def check(model: Model, truth: Trajectory) -> None:
+    """ValueError where REBOUND's accelerations at states of the truth are not the problem's."""
+    if model.own is not None:
+        for k in np.linspace(0, len(truth.t) - 1, 4).astype(int):
+            check_reading(model.own, model.problem, truth.q[k])
+
+
+def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
+    """On the order of the particles, and on the distances at which the user's run ends."""
+    problem, found = model.problem, []
+    masses, labels = cast(NBody, problem.system).masses, names(problem)
+    star = int(np.argmax(masses))
+    integrator = getattr(own.contender, "integrator", "")
+    if star and integrator in CENTRED:
+        found.append(
+            f"The heaviest body, {labels[star]}, is particle {star}; {own.contender.name} wants it "
+            f"first. Your run keeps your order; those that it is compared with have it first."
+        )
+    for name, sizes, beyond in (
+        ("exit_max_distance", np.linalg.norm(truth.q, axis=2).max(axis=1), np.greater),
+        ("exit_min_distance", _nearest(truth.q), np.less),
+    ):
+        distance = problem.parameters.get(name, 0.0)
+        if not distance:
+            continue
+        over = np.flatnonzero(beyond(sizes, distance))
+        ends = f"ends there at about t = {time_text(truth, truth.t[over[0]])}" if over.size else (
+            "does not come to it"
+        )  # fmt: skip
+        found.append(f"{name} = {distance:g} is left out here: your own run {ends}.")
+    return found
+
+
+def _nearest(q: Array) -> Array:
+    """The least distance of two bodies at each state, (saved,)."""
+    pairs = [np.linalg.norm(q[:, i + 1 :] - q[:, i : i + 1], axis=2).min(axis=1)
+             for i in range(q.shape[1] - 1)]  # fmt: skip
+    return np.min(pairs, axis=0)
+
+
+def candidates(model: Model, duration: float) -> Iterator[list[Candidate]]:
+    """For each integrator its settings from coarse to fine, or the coarsest of its steps, on a
+    simulation that is made anew, with the heaviest body first."""
+    problem = model.problem
+    revolutions = abs(duration) / shortest_period(problem)
+    frame = galvi.KeplerFrame()
+    charts = [("", None, OURS)]
+    charts += [] if frame.refusal(problem) else [(", Kepler frame", frame, IN_FRAME)]
+    for words, chart, degrees in charts:
+        for degree, coarsest in degrees.items():
+            steps = round(revolutions * coarsest) or 1
+            method = gauss_collocation(degree, chart)
+            yield [Candidate(galvi_label(degree) + words, method, {}, steps)]
+    kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
+        ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
+        ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),
+        ("REBOUND WHFast, default", whfast.WHFAST, whfast.DEFAULT),
+        ("REBOUND SABA(10,6,4)", saba.SABA, saba.BEST),
+        ("REBOUND MERCURIUS", MERCURIUS, {}),
+        ("REBOUND TRACE", TRACE, {}),
+        ("REBOUND leapfrog", leapfrog.LEAPFROG, {}),
+    ]
+    for label, contender, options in kinds:
+        if not contender.missing and contender.supports(problem):
+            yield [Candidate(label, contender, {**options}, round(revolutions * COARSEST) or 1)]
+    yield [
+        Candidate("REBOUND IAS15", ias15.IAS15, {**ias15.GLOBAL, "epsilon": epsilon}, None)
+        for epsilon in (1e-2, 1e-3, 1e-5, 1e-7)
+    ] + [Candidate("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT), None)]
+
+
+def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
+    """The problem from places that differ by this amount of themselves."""
+    signs = signs[: problem.q0.size].reshape(problem.q0.shape)
+    return problem.with_initial_state(problem.q0 * (1.0 + amount * signs), problem.v0)
+
+
+def errors(run: Trajectory, truth: Trajectory) -> Array:
+    """The distance of each body from its true place, (saved, bodies)."""
+    found: Array = np.linalg.norm(run.q - truth.q, axis=-1)
+    return found
+
+
+def unit(problem: Problem, kind: str) -> str:
+    """The unit of length or time with a space before it, where REBOUND knows it; else ""."""
+    words = [part.split(" ") for part in problem.units.split(", ")]
+    return next((f" {word[1]}" for word in words if len(word) == 2 and word[0] == kind), "")
+
+
+def names(problem: Problem) -> list[str]:
+    """The names of the bodies."""
+    known = problem.parameters.get("bodies", ())
+    count = problem.q0.shape[0]
+    return [str(known[k]) if k < len(known) else str(k) for k in range(count)]
+
+
+def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
+    """Of each body, its largest and its last error, and by how much of a turn it is ahead."""
+    off = errors(run, truth)
+    system = cast(NBody, run.problem.system)
+    centre = int(np.argmax(system.masses))
+    lead = np.zeros(off.shape[1])
+    turned = [galvi.orbital_elements(one).mean_longitude[-1] for one in (run, truth)]
+    lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (turned[0] - turned[1])))
+    return pd.DataFrame({
+        "body": names(run.problem), "largest_error": off.max(axis=0), "last_error": off[-1],
+        "phase_error": lead,
+    })  # fmt: skip
+
+
+def meeting(masses: Array) -> list[tuple[int, int]]:
+    """Pairs that have a mutual Hill radius: without the heaviest body, with at most ``LIGHT`` of
+    its mass together, and not both massless."""
+    centre = int(np.argmax(masses))
+    some = [i for i in np.flatnonzero(masses > 0.0).tolist() if i != centre]
+    return [
+        (i, j) for i in some for j in range(masses.size)
+        if j not in (i, centre) and not (masses[j] > 0.0 and j < i)
+        and masses[i] + masses[j] <= LIGHT * masses[centre]
+    ]  # fmt: skip
+
+
+def encounters(truth: Trajectory) -> pd.DataFrame:
+    """Passages of two bodies of `meeting` within ``NEAR`` mutual Hill radii, the closest first;
+    without those that stay there.
+
+    time, distance  of the nearest point, from the relative velocity at the nearest state
+    hill_radii      that distance over the mutual Hill radius
+    """
+    system = cast(NBody, truth.problem.system)
+    masses, centre = system.masses, int(np.argmax(system.masses))
+    labels, rows = names(truth.problem), []
+    reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
+    gap_time = min(np.abs(np.diff(truth.t)).max(), shortest_period(truth.problem) / PER_ORBIT)
+    for i, j in meeting(masses):
+        hill = 0.5 * (reach[:, i] + reach[:, j]) * np.cbrt(
+            (masses[i] + masses[j]) / (3.0 * masses[centre])
+        )  # fmt: skip
+        gap, speed = truth.q[:, j] - truth.q[:, i], truth.v[:, j] - truth.v[:, i]
+        moving = np.sum(speed * speed, axis=1)
+        after = np.clip(
+            -np.sum(gap * speed, axis=1) / np.where(moving > 0.0, moving, 1.0),
+            -gap_time, gap_time,
+        )  # fmt: skip
+        near = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
+        inside = near < NEAR
+        if np.all(inside):  # a moon, or a double planet
+            continue
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            k = first + int(np.argmin(near[first:last]))
+            rows.append((truth.t[k] + after[k], f"{labels[i]} and {labels[j]}",
+                         near[k] * hill[k], near[k]))  # fmt: skip
+    found = pd.DataFrame(rows, columns=["time", "bodies", "distance", "hill_radii"])
+    return found.sort_values("hill_radii", kind="stable").reset_index(drop=True)

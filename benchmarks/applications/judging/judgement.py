@@ -1,0 +1,328 @@
+"""Judge a model: the error of its own integrator and step, and what reaches an error cheapest."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.applications.judging import bodies, trees
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.neighbours import horizons
+from benchmarks.applications.judging.scan import (
+    COLUMNS,
+    Limits,
+    energy_change,
+    momentum_change,
+    scan,
+    timed,
+)
+from benchmarks.applications.judging.truth import Agreement, agreements
+from galvi import Multibody, NBody, Problem, Trajectory, input_checks
+
+PIECES = 20  # times at which sources of the truth are compared
+SAMPLES = 100  # states of the user's own run and of the candidates, at most
+PARTS, AWAITED = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
+FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
+LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What is found of a model.
+
+    kind         of model
+    problem      the model, and its duration
+    error        that is asked for, largest distance from the truth of any part at any time
+    source       of the truth
+    agreements   of the truth with other sources
+    own          the user's: integrator, error, seconds, energy and momentum (their largest relative
+                 changes), status
+    own_errors   t, error: of the user's run
+    parts        the errors of each part in that run
+    table        the candidates that were tried, those that reach the error first, by their time
+    encounters   close passages
+    horizons     until when a start known to so many digits predicts the motion to ``error``; empty
+                 where that was not asked for
+    truth        the trajectory of the truth
+    notes        what a reader should know of the run, in sentences
+    """
+
+    kind: Kind
+    problem: Problem
+    duration: float
+    error: float
+    source: Source
+    agreements: tuple[Agreement, ...]
+    own: Mapping[str, Any]
+    own_errors: pd.DataFrame
+    parts: pd.DataFrame
+    table: pd.DataFrame
+    encounters: pd.DataFrame
+    horizons: pd.DataFrame
+    truth: Trajectory
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def truth_agreement(self) -> float:
+        """The largest distance between two sources of the truth; NaN with one source only."""
+        counted = (one.largest for one in self.agreements if not one.source.opinion)
+        return max(counted, default=math.nan)
+
+    @property
+    def trusted_until(self) -> float:
+        """The last time before two sources differ by LOST of the motion; inf where they do not."""
+        still = np.broadcast_to(self.problem.q0, self.truth.q.shape)
+        size = float(np.max(self.kind.errors(replace(self.truth, q=still), self.truth)))
+        ends = []
+        for one in self.agreements:
+            parted = np.flatnonzero(~(one.apart < LOST * size))
+            ends += [float(one.t[parted[0] - 1])] if parted.size and not one.source.opinion else []
+        return min(ends, key=lambda t: abs(t - self.problem.t0), default=math.inf)
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """Those that the truth rests on."""
+        every = (self.source, *(one.source for one in self.agreements))
+        return tuple(dict.fromkeys(one.engine for one in every if not one.opinion))
+
+    @property
+    def recommended(self) -> Mapping[str, Any] | None:
+        """The cheapest candidate that reaches the error; None where none does."""
+        reached = self.table[self.table["reached"]]
+        return None if reached.empty else reached.iloc[0].to_dict()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the user's own run reaches the error."""
+        return bool(self.own["error"] <= self.error)
+
+
+def judge(
+    model: Model | Problem,
+    duration: float | None = None,
+    error: float | None = None,
+    own: Mapping[str, Any] | None = None,
+    report: Callable[[str], None] = lambda sentence: None,
+    quick: bool = False,
+    first: Callable[[Judgement], None] = lambda found: None,
+) -> Judgement:
+    """Judge a model of point masses, or a tree of rigid bodies.
+
+    duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree;
+              negative: backwards, as where the own step is. It is lengthened by some of the own
+              integrator's steps, to a multiple of 50 to 100 of them
+    error     None: that of the user's own run, or ten times that of the truth if that is larger
+    own       the user's integrator by its engine's name, dt, and its options; what is not given is
+              as in the model
+    quick     with shorter looks at other sources of the truth and other integrators, and none at
+              neighbouring starts
+    first     called with what is known of the own run before anything is compared with it
+
+    Raises ValueError for a model of another kind or that is misread, and for an own integrator that
+    is not known; RuntimeError where no source of the truth can be run.
+    """
+    problem = model.problem if isinstance(model, Model) else model
+    kind = kind_of(problem)
+    model = model if isinstance(model, Model) else kind.model(problem)
+    mine = own_setting(kind, model, own or {})
+    span = kind.default_duration(problem) if duration is None else (
+        input_checks.real("duration", duration)
+    )  # fmt: skip
+    if span == 0.0:
+        raise ValueError("duration must not be 0; received 0. Give the time to cover.")
+    span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))
+    samples, steps = SAMPLES, SAMPLES
+    if mine.step is not None:
+        step = abs(mine.step)
+        if step > abs(span):
+            raise ValueError(
+                f"own dt must be at most the duration {abs(span):g}; received {step:g}."
+            )
+        samples, steps = _samples(round(abs(span) / step) or 1, abs(span) / step)
+        span = math.copysign(steps * step, span)
+        mine = replace(mine, step=math.copysign(step, span))
+        report(f"duration {span:g}, {steps} steps")
+    if error is not None:
+        error = input_checks.positive("error", error)
+    every = kind.sources(model, span, mine)
+    finer = max(k for k in range(1, FINER + 1) if (steps // samples) % k == 0)
+    dense = finer * -(-kind.states(problem, span) // (samples * finer))
+    _say_early(kind, mine, problem, span, every, report)
+    began = time.perf_counter()
+    truth, source, stopped = _truth(kind, problem, span, samples * dense, every, report)
+    limits = Limits.of(time.perf_counter() - began, quick)
+    thin = _thinned(truth, dense)
+    kind.check(model, thin)
+    report(f"own: {mine.label}")
+    found, over_time, parts = _own(
+        kind, mine, problem, span, _thinned(truth, dense // finer), samples
+    )  # fmt: skip
+    nothing = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
+    known = found["error"] if error is None else error
+    before = Judgement(
+        kind, problem, span, known, source, (), found, over_time, parts, nothing,
+        kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
+        (*model.notes, *kind.notes(model, mine, truth)),
+    )  # fmt: skip
+    first(before)
+    others = [one for one in every if one is not source and one not in stopped]
+    checks = agreements(
+        thin, others, kind.errors, min(PIECES, samples), report, limits.source
+    )  # fmt: skip
+    checks += [Agreement(one, thin.t[:1], np.zeros(1), "it stops there") for one in stopped]
+    apart = max((one.largest for one in checks if not one.source.opinion), default=0.0)
+    wanted = float(np.fmax(found["error"], 10.0 * apart)) if error is None else error
+    ends = before.horizons
+    if limits.neighbours:
+        report("neighbouring starts")
+        ends = horizons(kind, source, thin, wanted)
+    table = scan(kind, model, span, thin, wanted, report, limits)
+    return replace(before, error=wanted, agreements=tuple(checks), horizons=ends, table=table)
+
+
+def _say_early(
+    kind: Kind, own: Own, problem: Problem, span: float, every: list[Source],
+    report: Callable[[str], None],
+) -> None:  # fmt: skip
+    """Where the truth will take long, how long, and what is found of a first part of the time."""
+    source = next((one for one in every if not one.opinion), None)
+    if source is None:
+        return
+    steps = max(1, round(span / own.step / PARTS)) if own.step else None
+    part = steps * own.step if steps and own.step else span / PARTS
+    clock = time.perf_counter()
+    truth = source.run(problem, part, 1)
+    expected = (time.perf_counter() - clock) * span / part
+    if expected < AWAITED or not truth.success:
+        return
+    run = Candidate(own.label, own.contender, own.options, steps).run(problem, part, 1)
+    off = float(np.max(kind.errors(run, truth)))
+    report(
+        f"First answer: after {part:g} of {span:g} your run ({own.label}) is wrong by {off:.2g}; "
+        f"the truth of all of it takes about {expected:.0f} s, the rest several times that"
+    )
+
+
+def _truth(
+    kind: Kind, problem: Problem, span: float, samples: int, every: list[Source],
+    report: Callable[[str], None],
+) -> tuple[Trajectory, Source, list[Source]]:  # fmt: skip
+    """The run of the first source that reaches the end, that source, and those that did not."""
+    sources = [one for one in every if not one.opinion]
+    if not sources:
+        raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
+    stopped = []
+    for source in sources:
+        report(f"truth: {source.label}")
+        truth = source.run(problem, span, samples)
+        if truth.success:
+            break
+        stopped.append(source)
+    else:
+        raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
+    if np.array_equal(truth.q[-1], problem.q0):
+        raise ValueError(f"nothing moves from this start: choose another{kind.ANOTHER}.")
+    return truth, source, stopped
+
+
+def kind_of(problem: Problem) -> Kind:
+    """What is known of a kind of model; ValueError for one that cannot be judged."""
+    if isinstance(problem.system, NBody):
+        if problem.system.masses.size < 2:
+            raise ValueError("judge needs at least two bodies; received one.")
+        return cast(Kind, bodies)
+    if isinstance(problem.system, Multibody):
+        return cast(Kind, trees)
+    raise ValueError(
+        f"judge takes a model of point masses or a tree of rigid bodies; received a "
+        f"{type(problem.system).__name__}."
+    )
+
+
+def _until(run: Trajectory, states: int) -> Trajectory:
+    """The first states of a run."""
+    velocities = None if run.velocities is None else run.velocities[:states]
+    return replace(run, t=run.t[:states], q=run.q[:states], p=run.p[:states], velocities=velocities)
+
+
+def _thinned(truth: Trajectory, every: int) -> Trajectory:
+    rows = slice(None, None, every)
+    return Trajectory(
+        truth.problem, truth.t[rows], truth.q[rows], truth.p[rows], velocities=truth.v[rows],
+        method=truth.method,
+    )  # fmt: skip
+
+
+def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
+    """The user's own integrator and step, as asked for or as the model has them.
+
+    Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
+    """
+    parameters = model.problem.parameters
+    kept = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
+    given = {**kept, **asked}
+    name = str(given.pop("integrator", next(iter(kind.INTEGRATORS)))).lower()
+    if name not in kind.INTEGRATORS:
+        whose = "own" if "integrator" in asked else "the model's own"
+        first = next(iter(kind.INTEGRATORS))
+        raise ValueError(
+            f"{whose} integrator must be one of {', '.join(kind.INTEGRATORS)}; received {name!r}. "
+            f"Choose one to judge: --own integrator={first}, in galvi.judge "
+            f"own={{'integrator': {first!r}}}."
+        )
+    step = given.pop("dt", None)
+    contender = kind.own(model, name)
+    if name == kept.get("integrator", "").lower():  # with the options that the model has
+        known = {*getattr(contender, "options", ()), *getattr(contender, "defaults", ())}
+        options = parameters.get("options", {})
+        given = {key: value for key, value in options.items() if key in known} | given
+    label = kind.label(contender, given)
+    if name in kind.ADAPTIVE:
+        return Own(f"{label}, as it is", contender, given, None)
+    if step is None:
+        raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
+    step = input_checks.real("own dt", step)
+    if step == 0.0:
+        raise ValueError("own dt must not be 0; received 0.")
+    return Own(f"{label}, dt = {step:g}", contender, given, step)
+
+
+def _samples(whole: int, steps: float) -> tuple[int, int]:
+    """How many states of so many steps are kept, SAMPLES at most, and the number of steps, which
+    are as few more as that number of states allows."""
+    least = whole if abs(whole - steps) < 1e-9 * steps else math.ceil(steps)
+    few = range(min(least, SAMPLES // 2), min(least, SAMPLES) + 1)
+    return min(((k, -(-least // k) * k) for k in few), key=lambda pair: (pair[1], -pair[0]))
+
+
+def _own(
+    kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory, samples: int
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
+    """The findings of the user's setting, over time, and by part: at the states of the truth, or
+    where that takes long at ``samples`` of them."""
+    steps = None if own.step is None else round(span / own.step)
+    mine = Candidate(own.label, own.contender, own.options, steps)
+    run, seconds = timed(mine, problem, span, samples)
+    finer = (len(truth.t) - 1) // samples
+    if finer > 1 and seconds < LONG:
+        run = mine.run(problem, span, samples * finer)
+    else:
+        truth = _thinned(truth, finer)
+    worst = kind.errors(run, truth).max(axis=1)
+    whole = np.flatnonzero(np.isfinite(worst))  # up to where it failed
+    found = {
+        "integrator": own.label,
+        "error": float(np.max(worst)),
+        "seconds": seconds,
+        "energy": energy_change(run),
+        "momentum": momentum_change(run),
+        "status": run.status,
+    }
+    over_time = pd.DataFrame({"t": run.t, "error": worst})
+    return found, over_time, kind.by_part(_until(run, len(whole)), _until(truth, len(whole)))

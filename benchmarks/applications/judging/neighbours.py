@@ -1,0 +1,37 @@
+"""How long a prediction means anything: until when runs from neighbouring starts stay together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.applications.judging.candidate import Kind, Source
+from galvi import Trajectory
+from galvi.arrays import Array
+
+KNOWN = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
+# shifts of a start that are run; from others the distances are in proportion, as long as they are
+# small, which an error that is asked for is
+SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
+SEED = 20_260_101
+
+
+def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
+    """How far a run from a start known so well may be off, (saved,)."""
+    problem = truth.problem
+    signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
+    shifted = kind.shifted(problem, known, signs)
+    run = source.run(shifted, float(truth.t[-1] - truth.t[0]), len(truth.t) - 1)
+    found: Array = kind.errors(run, truth).max(axis=1)
+    return found
+
+
+def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
+    """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
+    measured = {one: apart(kind, source, truth, one) for one in dict.fromkeys(SHIFTS.values())}
+    rows = []
+    for known in KNOWN:
+        found = measured[SHIFTS[known]] * (known / SHIFTS[known])
+        beyond = np.flatnonzero(~(found < error))
+        rows.append((known, float(truth.t[beyond[0]]) if beyond.size else np.nan))
+    return pd.DataFrame(rows, columns=["start_known_to", "until"])

@@ -1,0 +1,205 @@
+"""What a judgement of trees of rigid bodies needs: truths, integrators, errors of the joints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import galvi_label
+from galvi import Multibody, Problem, Trajectory
+from galvi.arrays import Array
+from galvi.interop.mujoco_model import check_reading
+from references import Contender
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
+from references.mujoco.steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
+from references.mujoco.users import of_user
+from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+
+DURATION = 10.0
+INTEGRATORS = {  # by their names in MuJoCo, in lower case
+    "euler": MUJOCO_EULER,
+    "rk4": MUJOCO_RK4,
+    "implicit": MUJOCO_IMPLICIT,
+    "implicitfast": MUJOCO_IMPLICITFAST,
+    "discrete": MUJOCO_DISCRETE,
+}
+ADAPTIVE: tuple[str, ...] = ()
+PART, ENGINE, MORE = "joint", "mujoco-core", "pip install pin"
+ANOTHER = (
+    ", with --key 0 for the first keyframe, where the model has one, or --qpos and --qvel, in "
+    "galvi.judge key=0, qpos=..., qvel=..."
+)
+TIGHT, LOOSER = 1e-13, 1e-11  # tolerances
+FINE = 30_000  # steps of the second source
+COARSEST = 200  # steps of MuJoCo's integrators in the whole time
+OURS = (4, 8)  # degrees
+OURS_COARSEST = 100
+ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+
+
+def model(problem: Problem) -> Model:
+    """That of a problem alone: MuJoCo's is rebuilt from it, with MuJoCo's defaults."""
+    note = "MuJoCo's model was made from the problem, with MuJoCo's default options."
+    return Model(problem, notes=(note,))
+
+
+def default_duration(problem: Problem) -> float:
+    """10 units of time."""
+    return DURATION
+
+
+def states(problem: Problem, duration: float) -> int:
+    """Those at which errors are measured are enough."""
+    return 1
+
+
+def span(duration: float, step: float) -> float:
+    """The duration; ValueError for one that MuJoCo cannot go."""
+    if duration < 0.0:
+        raise ValueError(
+            f"a model of MuJoCo's goes forwards in time: duration must be positive; received "
+            f"{duration:g}."
+        )
+    return duration
+
+
+def own(model: Model, name: str) -> Contender:
+    """This one of INTEGRATORS on the user's own model, with all its options."""
+    return _on(model, INTEGRATORS[name])
+
+
+def _on(model: Model, contender: Any) -> Any:
+    return contender if model.own is None else of_user(contender, model.own, model.problem)
+
+
+def label(contender: Contender, options: Mapping[str, Any]) -> str:
+    """The integrator."""
+    return contender.name
+
+
+def check(model: Model, truth: Trajectory) -> None:
+    """ValueError where MuJoCo's accelerations at states of the truth are not the problem's."""
+    if model.own is not None:
+        rows = np.linspace(0, len(truth.t) - 1, 4).astype(int)
+        check_reading(model.own, model.problem, [(truth.q[k], truth.v[k]) for k in rows])
+
+
+def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
+    """None beside what the model has."""
+    return []
+
+
+def sources(model: Model, duration: float, own: Own) -> list[Source]:
+    """DOP853 on MuJoCo's accelerations of the user's own model and on Pinocchio's, or without that
+    at two tolerances; MuJoCo's RK4 at a small step."""
+    problem, alone = model.problem, bool(PINOCCHIO_ACCELERATIONS.missing)
+    accelerations = _on(model, MUJOCO_ACCELERATIONS)
+    found = [
+        _dop853("MuJoCo", accelerations, TIGHT),
+        _dop853("MuJoCo", accelerations, LOOSER) if alone
+        else _dop853("Pinocchio", PINOCCHIO_ACCELERATIONS, TIGHT),
+        Source("MuJoCo RK4, small steps", "MuJoCo", _on(model, MUJOCO_RK4), {}, duration / FINE),
+        Source("galvi degree 8", "", gauss_collocation(8), {}, duration / 2000),
+    ]  # fmt: skip
+    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+
+
+def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
+    label = f"DOP853 on {engine}'s accelerations, tolerance {tolerance:g}"
+    return Source(label, engine, contender, {"tolerance": tolerance})
+
+
+def candidates(model: Model, duration: float) -> Iterator[list[Candidate]]:
+    """For each integrator the coarsest of its steps; MuJoCo's on the user's own model."""
+    for degree in OURS:
+        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
+    for contender in INTEGRATORS.values():
+        if not contender.missing and contender.supports(model.problem):
+            yield [Candidate(contender.name, _on(model, contender), {}, COARSEST)]
+
+
+def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
+    """The problem from angles and lengths that differ by this amount, relatively above 1."""
+    system = cast(Multibody, problem.system)
+    qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
+    moved = qpos + amount * np.maximum(np.abs(qpos), 1.0) * signs[: qpos.size]
+    return problem.with_initial_state(*system.from_mujoco(moved, qvel))
+
+
+def errors(run: Trajectory, truth: Trajectory) -> Array:
+    """How far each joint is off, (saved, joints): an angle, a length, or the larger of both."""
+    system = cast(Multibody, run.problem.system)
+    one, other = (system.to_mujoco(each.q, _rates(each))[0] for each in (run, truth))
+    columns, at = [], 0
+    for joint in system.tree.joints:
+        mine, theirs = (x[:, at : at + ENTRIES[joint.type]] for x in (one, other))
+        at += ENTRIES[joint.type]
+        if joint.type in ("hinge", "slide"):
+            columns.append(np.abs(mine - theirs)[:, 0])
+            continue
+        turned = _angle(mine[:, -4:], theirs[:, -4:])
+        moved = np.linalg.norm(mine[:, :-4] - theirs[:, :-4], axis=1)
+        columns.append(np.maximum(turned, moved))
+    return np.stack(columns, axis=1)
+
+
+def _rates(run: Trajectory) -> Array:
+    """Any velocities, which do not matter for the coordinates."""
+    return np.zeros((len(run.t), run.problem.v0.size))
+
+
+def _angle(one: Array, other: Array) -> Array:
+    """The angle between rotations given by unit quaternions (saved, 4)."""
+    along = np.sum(one * other, axis=1)
+    across = np.linalg.norm(one - np.copysign(1.0, along)[:, None] * other, axis=1)
+    return 4.0 * np.arcsin(np.minimum(0.5 * across, 1.0))
+
+
+def names(problem: Problem) -> list[str]:
+    """The joints by their names, or where they have none by their links."""
+    system = cast(Multibody, problem.system)
+    found = []
+    for k, link in enumerate(system.links):
+        of = link.name or f"link {k}"
+        many = Counter(joint.type for joint in link.joints if not joint.name)
+        number: Counter[str] = Counter()
+        for joint in link.joints:
+            number[joint.type] += 1
+            which = f" {number[joint.type]}" if many[joint.type] > 1 else ""
+            found.append(joint.name or f"{joint.type}{which} of {of}")
+    return found
+
+
+def entries(problem: Problem) -> list[str]:
+    """The entries of qpos by their joints."""
+    system = cast(Multibody, problem.system)
+    found = []
+    for joint, name in zip(system.tree.joints, names(problem), strict=True):
+        count = ENTRIES[joint.type]
+        letters = ("x", "y", "z", "qw", "qx", "qy", "qz")[-count:]
+        found += [name] if count == 1 else [f"{name} {letter}" for letter in letters]
+    return found
+
+
+def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
+    """Of each joint, its largest and its last error."""
+    off = errors(run, truth)
+    columns: dict[str, Any] = {"joint": names(run.problem), "largest_error": off.max(axis=0)}
+    return pd.DataFrame({**columns, "last_error": off[-1]})
+
+
+def encounters(truth: Trajectory) -> pd.DataFrame:
+    """There are none: contacts are no part of these models."""
+    return pd.DataFrame()

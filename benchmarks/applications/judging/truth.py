@@ -1,0 +1,92 @@
+"""The truth of a judgement, from two sources that are not galvi, and their agreement."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.applications.judging.candidate import Source
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from galvi.systems.velocities import momentum_at
+
+Errors = Callable[[Trajectory, Trajectory], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """The largest distance of a part of the model between two sources, until one of them stops.
+
+    source   the other one
+    t        (times,)
+    apart    (times,)
+    stopped  why it did not reach the end, in words; "" where it did
+    """
+
+    source: Source
+    t: Array
+    apart: Array
+    stopped: str = ""
+
+    @property
+    def largest(self) -> float:
+        """Over all times."""
+        return float(np.max(self.apart))
+
+
+def in_pieces(
+    source: Source, problem: Problem, ends: Array, limit: float = math.inf
+) -> tuple[Trajectory, str]:
+    """A run whose states, at the start and at these times, are the ends of runs, not interpolated
+    between steps; it ends with the last one that is a success, or after ``limit`` seconds. And why
+    it ended early, or ""."""
+    t, q, v, stopped = [problem.t0], [problem.q0], [problem.v0], ""
+    here, begun = problem, time.perf_counter()
+    for end in ends.tolist():
+        if len(t) > 1 and time.perf_counter() - begun > limit:
+            stopped = "it takes long"
+            break
+        run = source.run(here, end - here.t0, 1)
+        if not run.success:
+            stopped = "it stops there"
+            break
+        t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
+        here = Problem(problem.system, run.q[-1], run.v[-1], end)
+    places, speeds, times = np.stack(q), np.stack(v), np.array(t)
+    momenta = momentum_at(problem.system, places, speeds, times)
+    return Trajectory(problem, times, places, momenta, velocities=speeds), stopped
+
+
+def agreements(
+    truth: Trajectory, others: Iterable[Source], errors: Errors, pieces: int,
+    report: Callable[[str], None], limit: float = math.inf,
+) -> list[Agreement]:  # fmt: skip
+    """Of the truth with each other source, at the ends of ``pieces`` of its time.
+
+    limit  seconds after which a source is not taken any further
+    """
+    problem = truth.problem
+    rows = np.unique(np.linspace(0, len(truth.t) - 1, pieces + 1).round().astype(int))
+    thinned = Trajectory(problem, truth.t[rows], truth.q[rows], truth.p[rows],
+                         velocities=truth.v[rows])  # fmt: skip
+    found = []
+    for source in others:
+        report(f"truth: {source.label}")
+        run, stopped = in_pieces(source, problem, thinned.t[1:], limit)
+        reached = len(run.t)  # fewer where it stopped
+        until = replace(thinned, t=thinned.t[:reached], q=thinned.q[:reached],
+                        p=thinned.p[:reached], velocities=thinned.v[:reached])  # fmt: skip
+        apart = errors(run, until).reshape(reached, -1).max(axis=1)
+        found.append(Agreement(source, until.t, apart, stopped))
+    return found
+
+
+def time_text(truth: Trajectory, t: float) -> str:
+    """A time with the digits that tell apart a hundred-thousandth of the run, also at an epoch."""
+    whole = abs(float(truth.t[-1] - truth.t[0]))
+    size = max(abs(float(truth.t[0])), abs(float(truth.t[-1])))
+    return f"{t:.{max(6, math.ceil(math.log10(size / whole)) + 5 if size else 0)}g}"
