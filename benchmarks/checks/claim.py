@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import pandas as pd
@@ -18,8 +18,10 @@ from benchmarks.checks.bounds import (
     Order,
     Reported,
 )
+from benchmarks.checks.faults import Fault
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Measurement, estimate
+from benchmarks.store.frames import frame, rows
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
@@ -134,6 +136,7 @@ class Claim:
     source, setup, claimed, reason, reference
              defaults of the claim's rows, see `Row`; the default source is the figures
     statement  what the paper says, and what was measured where that differs, for the page
+    caught   mistakes that it must see, at least one
     """
 
     id: str
@@ -148,6 +151,7 @@ class Claim:
     reason: str = ""
     reference: str = ""
     statement: str = ""
+    caught: tuple[Fault, ...] = ()
 
     def row(self, quantity: str, bound: Bound, measured: Measurement, **own: str) -> Row:
         """A row of this claim.
@@ -158,3 +162,62 @@ class Claim:
         shared = {name: getattr(self, name) for name in SHARED}
         shared["source"] = self.source or ", ".join(self.figures)
         return judged(self.id, quantity, bound, measured, **{**shared, **own})
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number of a claim and its bound.
+
+    quantity  names the row and, unless `of` does, the number in the claim's frame
+    of        another number's name, or a function of all numbers, by name, NaN where not measured
+    texts     those of the row that are not the claim's, as in `Claim.row`
+    """
+
+    quantity: str
+    bound: Bound
+    of: str | Callable[[Mapping[str, float]], float] = ""
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+    def read(self, found: Mapping[str, float]) -> float:
+        return float(self.of(found) if callable(self.of) else found[self.of or self.quantity])
+
+
+class _Numbers(dict[str, float]):
+    def __missing__(self, name: str) -> float:
+        return math.nan
+
+
+def check(quantity: str, bound: Bound, of: Any = "", **texts: str) -> Check:
+    """A Check, its texts by name."""
+    return Check(quantity, bound, of, texts)
+
+
+def scalars(
+    id: str,
+    title: str,
+    measure: Callable[[MakeMethod, bool, Report], Mapping[str, float]],
+    checks: Sequence[Check],
+    **more: Any,
+) -> Claim:
+    """A claim that is a list of numbers: ``measure`` returns them by name, and study and judge
+    follow. KeyError where a check names none of them."""
+
+    def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+        found = measure(make_method, quick, report)
+        names = [one.of or one.quantity for one in checks if isinstance(one.of, str)]
+        if lost := [name for name in names if name not in found]:
+            raise KeyError(f"{id} measures no {', '.join(lost)}.")
+        return frame(rows(found, study=id))
+
+    def judge(table: pd.DataFrame) -> list[Row]:
+        found = _Numbers(zip(table.get("quantity", ()), table.get("value", ()), strict=True))
+        return [
+            claim.row(one.quantity, one.bound, _read(one, found), **one.texts) for one in checks
+        ]
+
+    claim = Claim(id, title, study, judge, **more)
+    return claim
+
+
+def _read(one: Check, found: Mapping[str, float]) -> float:
+    return float(one.of(found) if callable(one.of) else found[one.of or one.quantity])

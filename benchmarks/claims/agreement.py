@@ -6,21 +6,13 @@ error, or the reference's own error at its setting.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import Any, Protocol
+from dataclasses import field
+from functools import cached_property
+from typing import Protocol
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import HOLDS, NOT_RUN, AtMost
 from benchmarks.checks.claim import AGREEMENT as SOURCE
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
-from benchmarks.store.frames import frame, number, pick, row
+from benchmarks.claims.kit import *
 from benchmarks.work_precision.galvi_methods import Variational
-from galvi import Problem
 from references import Contender
 
 DEGREE = 12
@@ -73,7 +65,7 @@ class AgreementCase:
         away = float(np.max(np.abs(runs[0].q[-1] - runs[1].q[-1])))
         return {**found, "value": away, "label": str(runs[1].method)}
 
-    def judged(self, name: str, table: pd.DataFrame) -> Row:
+    def judged(self, name: str, table: DataFrame) -> Row:
         """The row of the agreement `name`; without its engine it is expected not to run."""
         labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
         absent = self.contender.missing if self.contender.missing in labels else ""
@@ -102,7 +94,7 @@ class Compared(Protocol):
     def measured(self, make_method: MakeMethod) -> dict[str, Any]:
         """A tidy row."""
 
-    def judged(self, name: str, table: pd.DataFrame) -> Row:
+    def judged(self, name: str, table: DataFrame) -> Row:
         """The row of the agreement `name`."""
 
 
@@ -113,7 +105,7 @@ def agreement(name: str, title: str, cases: Sequence[Compared]) -> Claim:
 
 def _study(
     cases: Sequence[Compared], make_method: MakeMethod, quick: bool, report: Report
-) -> pd.DataFrame:
+) -> DataFrame:
     """One row for each case; an exception affects only its own row."""
     rows = []
     for case in cases:
@@ -126,5 +118,5 @@ def _study(
     return frame(rows)
 
 
-def _judge(name: str, cases: Sequence[Compared], table: pd.DataFrame) -> list[Row]:
+def _judge(name: str, cases: Sequence[Compared], table: DataFrame) -> list[Row]:
     return [case.judged(name, table) for case in cases]

@@ -5,11 +5,8 @@ The comment beside each limit is the difference measured when the limit was set.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import galvi
-from benchmarks.checks.claim import Claim
 from benchmarks.claims.agreement import AgreementCase, agreement
+from benchmarks.claims.kit import *
 from benchmarks.claims.truths import TRUTHS
 from benchmarks.test_problems.two_bodies import PAIR
 from references.closed_forms.kepler import KEPLER

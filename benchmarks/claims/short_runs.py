@@ -7,16 +7,8 @@ motion. Short runs from all over it measure that range without a long one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any
-
-import numpy as np
-
-import galvi
+from benchmarks.claims.kit import *
 from benchmarks.measures.errors import energy_errors
-from benchmarks.store.frames import failure, row
-from galvi import Problem
 from references import Contender
 
 SHORT = "short runs"

@@ -18,19 +18,9 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
-from benchmarks.checks.bounds import (
-    ATTAINED,
-    CONTRADICTED,
-    EXCEEDS,
-    HOLDS,
-    NOT_REPRODUCED,
-)
-from benchmarks.checks.claim import Row
+from benchmarks.claims.kit import *
 
 FILE = Path(__file__).with_name("statements.csv")
 PAPERS = ("H", "M")

@@ -5,21 +5,11 @@ The limit on their distance is a tenth of the smallest error that a verdict rest
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import field
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import HOLDS, NOT_RUN, AtMost
-from benchmarks.checks.claim import AGREEMENT, MakeMethod, Row, judged
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH as PENDULUM_TRUTH
-from benchmarks.store.frames import number, pick, row
 from benchmarks.work_precision.with_settings import WithSettings
-from galvi import Problem
-from galvi.arrays import Array
 from references import Contender
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
@@ -95,7 +85,7 @@ class TruthCase:
         away = float(np.max(np.abs(first.q - self.compared(second.q))))
         return {**found, "value": away, "label": str(second.method)}
 
-    def judged(self, name: str, table: pd.DataFrame) -> Row:
+    def judged(self, name: str, table: DataFrame) -> Row:
         """The row; without an engine it is expected not to run."""
         labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
         missing = self.truth.missing or self.second.missing

@@ -1,4 +1,4 @@
-"""Each family of claims catches a method, a clock or a force that is slightly wrong."""
+"""Claims catch wrong methods, motions and measurements that need more than one value to plant."""
 
 from __future__ import annotations
 
@@ -10,73 +10,46 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import HOLDS
+from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS, NOT_RUN
+from benchmarks.checks.faults import heavier
 from benchmarks.claims import CLAIMS
-from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
+from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
+from benchmarks.claims.lie_groups import l10_equivariant_interpolation as l10
+from benchmarks.claims.lie_groups import l12_cayley_conditioning as l12
+from benchmarks.claims.lie_groups import l13_momentum_across_charts as l13
+from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
+from benchmarks.claims.lie_groups import l16_symplecticity as l16
+from benchmarks.claims.lie_groups.l01_methods_without_a_group import GALERKIN, ODE45
+from benchmarks.claims.lie_groups.l08_pendulum_energy import L8
+from benchmarks.claims.lie_groups.l11_minima_of_the_action import L11
+from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
+from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
+from benchmarks.claims.vector_spaces import v29_moving_frames as v29
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
+from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
+from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
+from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
+from benchmarks.measures import second_variation
+from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
+from benchmarks.measures.symplectic_form import form_defect
+from benchmarks.store.frames import frame, row
 from galvi import Problem
+from galvi.charts import CHARTS
+from galvi.kernels.forces.rotor_wind import rotor_wind
+from references.scipy.ivp import TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
-from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock, rows
+from tests.benchmarks.bodies_by_hand import Run, by_hand, runge_kutta
+from tests.benchmarks.planted_tables import contradicted, reversed_clock, rows
+from tests.benchmarks.quick_studies import quick
+
+# --- Each family of claims catches a method, a clock or a force that is slightly wrong
 
 CLAIM = {claim.id: claim for claim in CLAIMS}
-POSITION_WEIGHTS = {"beta": 1.0 + 1e-6}
-VELOCITY_WEIGHTS = {"b": 1.0 + 1e-3}
-STAGES = {"A": 1.0 + 1e-4}
-CURVE = {"C": 1.0 + 1e-4}
 
 
-@pytest.mark.parametrize(
-    ("claim", "scale", "quantities"),
-    [
-        ("V1", POSITION_WEIGHTS, {"base of the one-step error", "smallest one-step error"}),
-        ("V2", VELOCITY_WEIGHTS, {"base of the energy error", "energy error, n = 14", v02.OF_FORM}),
-        ("V3", POSITION_WEIGHTS, {"base of the one-step error"}),
-        ("V4", CURVE, {"base of the curve error"}),
-        ("V5", CURVE, {f"base of the {what} error along the curve"
-                       for what in ("energy", "angular momentum")}),
-        ("V6", STAGES, {f"order of the one-step error, {which}"
-                        for which in ("n = 4, fixed T", "n = 6, fixed number of steps")}),
-        ("V7", CURVE, {"order of the angular momentum error along the curve, n = 8, fixed T"}),
-        ("V8", VELOCITY_WEIGHTS, {"energy error, n = 8", "angular momentum error, n = 8"}),
-        ("V9", POSITION_WEIGHTS, {"base of Mercury's largest distance to IAS15"}),
-        ("V9", VELOCITY_WEIGHTS, {"energy error, n = 25"}),
-        ("V10", POSITION_WEIGHTS, {"farthest planet from IAS15 at the end [au], n = 25"}),
-        ("V10", VELOCITY_WEIGHTS, {"energy error, n = 25"}),
-        ("V10", {"integral": 1.5}, {"energy error in the Kepler frame",
-                                    "farthest planet from IAS15 at step ends, in the Kepler frame "
-                                    "[au]"}),
-    ],
-)  # fmt: skip
-def test_a_table_that_is_slightly_wrong_is_caught(
-    claim: str, scale: dict[str, float], quantities: set[str]
-) -> None:
-    assert quantities <= contradicted(CLAIM[claim], faulty(**scale))
-
-
-def stronger_force(problem: Problem) -> Problem:
-    """The centre, or the Sun, heavier by a millionth."""
-    system: Any = problem.system
-    if isinstance(system, galvi.NBody):
-        heavier = np.where(np.arange(system.masses.size) == 0, 1.0 + 1e-6, 1.0)
-        changed: Any = galvi.NBody(system.masses * heavier, system.G)
-    else:
-        changed = replace(system, potential=galvi.CentralForce(system.potential.mu * (1.0 + 1e-6)))
-    return replace(problem, system=changed)
-
-
-@pytest.mark.parametrize("claim", ["V3", "V6", "V9", "V10"])
-@pytest.mark.parametrize("change", [reversed_clock, stronger_force])
-def test_a_wrong_motion_is_caught_by_the_truth(
-    claim: str, change: Callable[[Problem], Problem], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    true_to_itself = galvi.integrate
-    monkeypatch.setattr(
-        galvi, "integrate", lambda problem, *rest: true_to_itself(change(problem), *rest)
-    )
-    assert contradicted(CLAIM[claim]) != set()
-
-
-@pytest.mark.parametrize("change", [reversed_clock, stronger_force])
+@pytest.mark.parametrize("change", [reversed_clock, heavier])
 def test_invariants_alone_do_not_see_a_wrong_motion(
     change: Callable[[Problem], Problem], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,3 +118,256 @@ class _Changed:
 
     def run(self, problem: Problem, duration: float, setting: Any) -> galvi.Trajectory:
         return self.contender.run(self.change(problem), duration, setting)
+
+
+# --- The claims about the brownout particle catch a wrong table, force, solve and cost
+
+INTEGRATE = galvi.integrate
+
+
+def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def deaf(*given: Any, tolerance: float | None = None, **how: Any) -> Any:
+        return INTEGRATE(*given, **how)
+
+    monkeypatch.setattr(galvi, "integrate", deaf)
+    found = contradicted(V23)
+    assert sum("solve stopped at" in quantity for quantity in found) == len(TOLERANCES)
+    assert "power of the tolerance that this error falls with, N = 4" in found
+
+
+def slowest(start: str) -> float:
+    """The smallest velocity relative to the wind on the way [m/s]."""
+    problem = STARTS[start].problem()
+    four = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
+    run = galvi.integrate(problem, four, STARTS[start].duration / 64, 64)
+    v = problem.system.velocity(run.p)
+    w = [a - rotor_wind(*q, t) for a, q, t in zip(v, run.q, run.t, strict=True)]
+    return float(np.min(np.linalg.norm(w, axis=1)))
+
+
+def test_the_starts_are_what_their_words_say() -> None:
+    assert slowest(AWAY) > 3.0 and "|w| > 3 m/s" in STARTS[AWAY].words  # 3.16
+    assert slowest(ACROSS) < 0.1  # 0.015
+
+
+def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
+    """N steps of the same order as Euler's: the ratio of evaluations would not grow."""
+    table = quick(V24)
+    ours = table["study"] != EULER
+    errors = table[ours & (table["quantity"] == ERROR)].set_index(["study", "steps"])["value"]
+    for index in table[ours & (table["quantity"] == EVALUATIONS)].index:
+        table.loc[index, "value"] = 1.0 / errors[tuple(table.loc[index, ["study", "steps"]])]
+    verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
+    grows = next(q for q in verdicts if q.startswith("power of the inverse error"))
+    assert verdicts[grows] == CONTRADICTED
+
+
+# --- The claims on theory catch a table, a check or a constant that is slightly wrong
+
+
+def test_a_wrong_constant_of_theory_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = galvi.Galerkin.theory
+
+    def wrong(self: Any, *arguments: Any, **named: Any) -> Any:
+        said = sound(self, *arguments, **named)
+        stage = said.stage_step and said.stage_step * (1.0 + 1e-6)
+        return replace(said, friedrichs=said.friedrichs * (1.0 + 1e-8), stage_step=stage)
+
+    monkeypatch.setattr(galvi.Galerkin, "theory", wrong)
+    assert "galvi.theory's C_N over numpy's, largest departure from 1" in contradicted(CLAIM["V20"])
+    departure = "galvi.theory's bound over H's formula, largest departure from 1, all n"
+    assert departure in contradicted(CLAIM["V12"])
+
+
+@pytest.mark.parametrize("name", ["oscillator", "quartic potential"])
+def test_steps_that_fail_below_a_bound_are_not_left_out(name: str) -> None:
+    """The least of eigenvalues of which one is missing is not known."""
+    claim = CLAIM["V13"]
+    frame = quick(claim)
+    frame.loc[(frame["study"] == name) & (frame["step"] < 1.0), "value"] = float("nan")
+    lost = {row.quantity for row in claim.judge(frame) if row.verdict == NOT_RUN}
+    for quantity in ("least eigenvalue over all steps below the bound",
+                     "second variation over H (2.22), least below the coercive bound"):  # fmt: skip
+        assert f"{quantity}, {name}" in lost
+
+
+def test_the_printed_constant_would_hold_if_it_were_so() -> None:
+    """With M's own N in the place of N - 1 the judge says holds: the verdict is not built in."""
+    claim = CLAIM["V21"]
+    frame = quick(claim)
+    named = frame["quantity"].str.startswith("largest ratio")
+    N = frame.loc[named, "quantity"].str.rsplit(" ", n=1).str[-1].astype(float)
+    frame.loc[named, "value"] = (2.0 + 1.0 / N) ** 0.5
+    printed = [row for row in claim.judge(frame) if row.quantity.startswith("largest ratio")]
+    assert [row.verdict for row in printed] == [HOLDS] * 3
+
+
+# --- The claims V14 to V18 and V22 catch wrong tables, curves, derivatives and momenta
+
+
+@pytest.mark.parametrize(
+    ("more", "verdicts"),
+    [(0.0, (CONTRADICTED, FINDING)), (0.5, (HOLDS, CONTRADICTED))],
+    ids=["the root of C_f", "C_f"],
+)
+def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
+    more: float, verdicts: tuple[str, str]
+) -> None:
+    """Curves of order n + 1/2 hold, and those of order n do not: no verdict is built in."""
+    steps = 2.0 ** -np.arange(2.0, 8.0)
+    powers = {v14.ENDS: lambda n: 2.0 * n - 1.0, v14.CURVE: lambda n: n + more}
+    made = frame(
+        row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
+        for n in v14.NS for quantity, power in powers.items() for h in steps
+    )  # fmt: skip
+    printed = [one for one in V14.judge(made) if one.quantity.startswith("order of distance /")]
+    assert tuple(one.verdict for one in printed) == verdicts
+
+
+def test_nodes_that_follow_the_start_are_not_held() -> None:
+    """What V29 finds of them is no round-off, and shrinks with the step's error."""
+    problem, chart, longest, _ = v29.FRAMES["Kepler frame, moved nodes"]
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3), chart)
+    long, short = (canonical_defect(map_derivative(problem, method, h))
+                   for h in (longest, longest / 2))  # fmt: skip
+    assert long > 1e-11 and 2.0**5 < long / short < 2.0**8  # 6e-10, and 82
+
+
+# --- L6 to L9, L11, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide
+
+
+def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = galvi.integrate
+    monkeypatch.setattr(
+        galvi, "integrate", lambda problem, *rest: sound(reversed_clock(problem), *rest)
+    )
+    assert contradicted(L8) == set()
+
+
+@pytest.mark.parametrize("group", ["SO(3) x R^3", "SE(2)"])
+def test_a_motion_that_is_a_millionth_off_is_caught(
+    group: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(l14, "CASES", {k: v for k, v in l14.CASES.items() if group in k})
+    monkeypatch.setattr(l14, "CHARTS", ())
+    thrown: Any = {"SO(3) x R^3": l14.thrown_point, "SE(2)": l14.thrown_plate}[group]
+    sound = thrown.exact
+    monkeypatch.setattr(thrown, "exact", lambda *arguments: sound(*arguments) * (1.0 + 1e-6))
+    assert any(group in quantity for quantity in contradicted(L14))
+
+
+def test_a_second_variation_without_its_potential_has_no_zero_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(second_variation, "_potential", lambda run, z: 0.0 * z[:, 0])
+    least = [row for row in rows(L11) if "least eigenvalue at h" in row.quantity]
+    assert [row.verdict for row in least] == [CONTRADICTED]
+
+
+# --- The claims about groups catch a wrong table, a wrong motion, and momenta that are not matched
+
+
+def test_methods_that_stay_are_not_said_to_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    exact = (RIGID_DOP853, {"samples": 50, **TIGHT})
+
+    def momentum(body: Problem, duration: float) -> tuple[Any, Any, Any]:
+        run = RIGID_DOP853.run(body, 10.0, exact[1])
+        return run.t, run.p, run.p
+
+    monkeypatch.setattr(l01, "contenders", lambda: {l01.EULER: exact, ODE45: exact})
+    monkeypatch.setattr(l01, "momentum_alone", momentum)
+    found = contradicted(l01.L1)
+    assert {f"largest departure from SO(3), {label}" for label in (l01.EULER, ODE45)} <= found
+    on_sphere = {f"largest {l01.SPHERE}, {label}" for label in (l01.EULER, *l01.MOMENTUM)}
+    changed = {f"largest {l01.ENERGY}, {label}" for label in (l01.EULER, *l01.MOMENTUM)}
+    assert on_sphere | changed <= found
+    assert not any(GALERKIN in quantity for quantity in found)
+
+
+def test_a_method_that_leaves_is_not_said_to_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(galvi, "integrate", runge_kutta)
+    assert len([quantity for quantity in contradicted(l01.L1) if GALERKIN in quantity]) == 2
+
+
+def test_a_chart_that_stays_at_the_identity_is_not_equivariant(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def at_the_identity(chart: Any, group: Any, points: Any, t: Any) -> Any:
+        """Phi(sum_i Phi^-1(g_i) phi_i(t))."""
+        unit = group.multiply(points[0], group.inverse(points[0]))
+        return sound(chart, group, np.array([unit, *points[1:]]), t)
+
+    sound = l10.interpolated
+    monkeypatch.setattr(l10, "interpolated", at_the_identity)
+    found = contradicted(l10.L10)
+    curved = {
+        f"largest defect {l10.CURVE}, {group}, {chart}"
+        for group in ("SO3", "SE3", "SO3 x R1 x SO2")
+        for chart in ("Cayley", "Exponential")
+    }
+    assert curved <= found
+
+
+def test_a_step_that_leaves_the_chart_unseen_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(galvi, "integrate", runge_kutta)
+    assert any("end otherwise" in quantity for quantity in contradicted(l12.L12))
+
+
+@pytest.mark.parametrize("moving", [True, False], ids=["moving base", "fixed base"])
+def test_momentum_at_a_base_point_that_stays_is_caught(
+    moving: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(l13, "QUICK_STEPS", 8)
+
+    def instead(problem: Problem, method: Any, h: float, steps: int) -> Run:
+        return by_hand(problem, h, steps, moving, method.space.dimension, method.stages)
+
+    monkeypatch.setattr(galvi, "integrate", instead)
+    verdicts = {row.quantity: row.verdict for row in rows(l13.L13)}
+    broken = {quantity for quantity, verdict in verdicts.items() if verdict != HOLDS}
+    if moving:
+        assert broken == set()
+        return
+    # What it says of the end of a step is right: only the start, and what follows from it, is not.
+    # With a basis function more it is wrong by 5e-13 in a step, and only the sum shows it.
+    right = {f"largest error of {l13.SECOND}{kernel}" for kernel in ("", l13.FAST)}
+    small = {f"largest error of {name}{l13.FAST}" for name in (l13.FIRST, l13.MATCHED)}
+    assert set(verdicts) - right - small <= broken <= set(verdicts) - right
+
+
+def test_a_method_that_is_not_symplectic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    on_rotations = {k: v for k, v in l16.PROBLEMS.items() if k.endswith(" on SO(3)")}
+    monkeypatch.setattr(l16, "PROBLEMS", on_rotations)
+    monkeypatch.setattr(galvi, "integrate", runge_kutta)
+    assert len(contradicted(l16.L16)) == len(on_rotations) * len(CHARTS)
+
+
+@pytest.mark.parametrize(("moving", "low", "high"), [(True, 0.0, 1e-12), (False, 1e-6, 1.0)])
+def test_a_step_with_a_fixed_base_is_not_symplectic(moving: bool, low: float, high: float) -> None:
+    """2e-14 and 1.7e-4 were measured."""
+    problem = galvi.problems.free_rigid_body()
+
+    def step(g: Any, mu: Any) -> tuple[Any, Any]:
+        there = Problem(problem.system, g, problem.system.velocity(mu))
+        run = by_hand(there, 0.4, 1, moving, n=4, stages=4)
+        return run.q[-1], run.p[-1]
+
+    assert low <= form_defect(step, galvi.SO3(), problem.q0, problem.p0) <= high
+
+
+def test_the_form_is_that_of_galvi_and_the_method_by_hand_is_too() -> None:
+    """Two implementations of each, written apart."""
+    method = galvi.Galerkin(galvi.Polynomials(7), galvi.gauss(8))
+    problem = galvi.problems.free_rigid_body()
+    mine, run = by_hand(problem, 0.5, 8, True), galvi.integrate(problem, method, 0.5, 8)
+    assert np.allclose(mine.q, run.q, atol=1e-13)  # 3e-15 was measured
+    assert np.allclose(mine.p, run.p, atol=1e-13)  # 1e-14
+    for label, make in l16.PROBLEMS.items():
+        problem = make()
+        step = l16.step_of(l16.starts_of(problem.system), method)
+        group: Any = problem.system.group  # type: ignore[attr-defined]
+        found = form_defect(step, group, problem.q0, problem.p0)
+        assert found < 1e-12, label
+        assert galvi.symplecticity_defect(problem, method, l16.STEP) < 1e-12, label

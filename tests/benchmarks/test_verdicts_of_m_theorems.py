@@ -19,11 +19,9 @@ from benchmarks.claims.vector_spaces import v32_runge_kutta_methods as v32
 from benchmarks.claims.vector_spaces.solution_map import Stability
 from benchmarks.claims.vector_spaces.v30_solution_map import V30
 from benchmarks.claims.vector_spaces.v31_mass_and_potential_in_time import V31
-from benchmarks.claims.vector_spaces.v32_runge_kutta_methods import V32
-from benchmarks.measures import independent_space
 from benchmarks.test_problems.time_dependent import DRIVEN, FREQUENCY, GROWING_MASS, GROWTH
 from galvi import Problem
-from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
 
 INTEGRATE, COLLOCATION = galvi.integrate, v32.collocation
@@ -83,46 +81,6 @@ def test_a_force_that_is_steeper_than_its_constant_is_caught(
     found = contradicted(V30)
     places = ("oscillator", *v30.RULES)
     assert {OVER.format(v30.MOMENTUM, place) for place in places} <= found
-
-
-@pytest.mark.usefixtures("few")
-def test_a_norm_that_is_too_small_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = solution_map.exact_sizes
-    monkeypatch.setattr(v30, "exact_sizes", lambda *given: tuple(0.99 * x for x in right(*given)))
-    assert f"least of the {v30.GROWS}" in contradicted(V30)
-
-
-@pytest.mark.usefixtures("few")
-def test_a_wrong_motion_of_the_pendulum_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = solution_map.swings
-    monkeypatch.setattr(v30, "swings", lambda u, v, t: right(u, v, (1.0 + 1e-11) * t))
-    assert f"{v30.APART}, pendulum" in contradicted(V30)
-
-
-@pytest.mark.usefixtures("few")
-def test_steps_that_are_not_those_of_theorem_3_are_caught() -> None:
-    found = contradicted(V30, faulty(C=1.02, projection=1.02))
-    assert {f"largest of {v30.PRINTED}, {name}" for name in v30.RULES} <= found
-    assert {f"largest of {v30.PROVED}, {case.name}" for case in v30.COMPARISONS} <= found
-
-
-@pytest.mark.usefixtures("few")
-def test_a_curve_from_elsewhere_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    def moved(problem: Problem, *rest: Any) -> Any:
-        return INTEGRATE(replace(problem, q0=problem.q0 + 1e-3), *rest)
-
-    monkeypatch.setattr(galvi, "integrate", moved)
-    found = contradicted(V30)
-    assert {f"largest of {v30.PLACE}, {name}" for name in v30.RULES} <= found
-    assert {f"largest of {v30.PROVED}, {case.name}" for case in v30.COMPARISONS} <= found
-
-
-@pytest.mark.usefixtures("few")
-def test_a_wrong_constant_of_a_general_space_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = independent_space.farthest
-    monkeypatch.setattr(v30, "farthest", lambda *given: (1.0 + 1e-9) * right(*given))
-    name = "departure of inf-sup constant times sqrt(1 + T_N^2) from m, relative"
-    assert name in contradicted(V30)
 
 
 ACCUSED = {
@@ -221,72 +179,3 @@ def orders(name: str) -> set[str]:
         f"order of the {quantity}, {name}, Gauss N + 1, N = {degree}"
         for quantity in (v31.PLACE, v31.MOMENTUM) for degree in v31.DEGREES
     }  # fmt: skip
-
-
-@pytest.mark.usefixtures("one_rule")
-def test_wrong_tables_lose_the_order() -> None:
-    found = contradicted(V31, faulty(A=1.02, integral=1.02))
-    assert {name for timed in v31.TIMED for name in orders(timed.name) if "N = 3" in name} <= found
-
-
-@pytest.mark.usefixtures("one_rule")
-def test_a_wrong_closed_form_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = tuple(
-        replace(timed, motion=lambda t, right=timed.motion: right((1.0 + 1e-9) * t))
-        for timed in v31.TIMED
-    )
-    monkeypatch.setattr(v31, "TIMED", wrong)
-    assert {f"{v31.APART}, {timed.name}" for timed in wrong} <= contradicted(V31)
-
-
-@pytest.mark.usefixtures("one_rule")
-def test_wrong_constants_of_a_mass_in_time_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = v31.inf_sup
-    monkeypatch.setattr(v31, "friedrichs", lambda seen: 0.25)
-    monkeypatch.setattr(v31, "inf_sup", lambda *given: 0.4 * right(*given))
-    found = contradicted(V31)
-    names = (f"largest {v31.PASS}", f"least {v31.INF_SUP}")
-    assert {*names, f"{names[1]}, against 1 / sqrt(2)"} <= found
-
-
-@pytest.mark.parametrize("array", ["A", "b", "beta"])
-@pytest.mark.parametrize("name", [v32.GAUSS, v32.LOBATTO])
-def test_a_step_that_is_off_a_little_is_no_runge_kutta_step(array: str, name: str) -> None:
-    found = contradicted(V32, faulty(**{array: 1.0 + 1e-11}))
-    degrees = v32.DEGREES[1 if (array, name) == ("A", v32.LOBATTO) else 0 :]
-    assert {f"{v32.ENDS}, {name}, N = {N}" for N in degrees} <= found
-
-
-def test_a_curve_that_is_off_a_little_is_not_that_of_the_stages() -> None:
-    found = contradicted(V32, faulty(C=1.0 + 1e-11))
-    for name in (v32.GAUSS, v32.LOBATTO):
-        assert {f"{v32.STAGES}, {name}, N = {N}" for N in v32.DEGREES} <= found
-
-
-def test_another_rule_is_neither_method() -> None:
-    def more(space: Any, rule: galvi.Rule) -> Any:
-        other = galvi.lobatto if "Lobatto" in rule.name else galvi.gauss
-        return galvi.Galerkin(space, other(rule.points + 1))
-
-    found = contradicted(V32, more)
-    for name in (v32.GAUSS, v32.LOBATTO):
-        assert {f"{v32.ENDS}, {name}, N = {N}" for N in v32.DEGREES} <= found
-
-
-@pytest.mark.parametrize(
-    ("name", "wrong", "quantities"),
-    [
-        ("partner", lambda a, b: a, {f"{v32.ENDS}, {v32.LOBATTO}, N = {N}" for N in v32.DEGREES}),
-        ("verlet", lambda case, h: v32.newmark(case, h, 0.25),
-         {f"{v32.ENDS} from {v32.VERLET}, Lobatto 2, N = 1"}),
-        ("newmark", lambda case, h: (case.problem().q0, case.problem().v0),
-         {f"{v32.ENDS} from {v32.NEWMARK}, Lobatto 2, N = 1"}),
-        ("collocation", lambda c: (1.0 + 1e-11) * COLLOCATION(c),
-         {f"{v32.OWN}, {v32.GAUSS}, all N"}),
-    ],
-)  # fmt: skip
-def test_a_wrong_tableau_or_formula_is_caught(
-    monkeypatch: pytest.MonkeyPatch, name: str, wrong: Any, quantities: set[str]
-) -> None:
-    monkeypatch.setattr(v32, name, wrong)
-    assert quantities <= contradicted(V32)

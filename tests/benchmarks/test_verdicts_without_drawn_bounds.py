@@ -224,17 +224,6 @@ def test_a_rough_path_below_ms_lower_bound_is_caught() -> None:
     assert found[1:] == [CONTRADICTED] * 3  # of degree 1 the bound is 1
 
 
-@pytest.mark.parametrize("claim", [V9, V11, V22, V24], ids=lambda claim: claim.id)
-def test_a_truth_that_differs_from_the_other_oracle_is_caught(claim: Claim) -> None:
-    table = table_of(claim)
-    apart = table["quantity"].str.startswith("distance between the two references")
-    assert apart.any()
-    table.loc[apart, "value"] = 1.0
-    changed = verdicts(claim, table)
-    rows = [v for q, v in changed.items() if q.startswith("distance between the two references")]
-    assert rows and set(rows) == {CONTRADICTED}
-
-
 def test_no_verdict_about_the_cost_rests_on_a_time() -> None:
     table = table_of(V24)
     sound, random = verdicts(V24, table), np.random.default_rng(1)

@@ -6,18 +6,8 @@ agree for as many n as T is long enough.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-from benchmarks.checks.bounds import Finding, Near
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH
-from benchmarks.measures.refinement import Case, method_on_group, refine
-from benchmarks.store.frames import pick
-from galvi import Problem
 from references import Contender
 
 ENDS, CURVE = "one-step error", "curve error"
@@ -60,14 +50,14 @@ def between(problem: Problem, duration: float, second: Contender, **setting: Any
     return float(np.max(np.abs(exact.q - other.q)))
 
 
-def ratio(table: pd.DataFrame, duration: float, n: int, what: str = "") -> float:
+def ratio(table: DataFrame, duration: float, n: int, what: str = "") -> float:
     """Curve error over one-step error; NaN where one is missing."""
     study = scan_of(duration, what)
     both = [pick(table, study=study, n=n, quantity=name)["value"] for name in (CURVE, ENDS)]
     return float(both[0].iloc[0] / both[1].iloc[0]) if all(map(len, both)) else float("nan")
 
 
-def up_to(table: pd.DataFrame, duration: float, what: str = "", by_law: bool = False) -> float:
+def up_to(table: DataFrame, duration: float, what: str = "", by_law: bool = False) -> float:
     """n*: where the curve's own error is that of the ends, a ratio of SAME, between two n; with
     ``by_law`` from the ratios at the shortest of DURATIONS alone."""
     measured = DURATIONS[0] if by_law else duration
@@ -80,9 +70,7 @@ def up_to(table: pd.DataFrame, duration: float, what: str = "", by_law: bool = F
     return float(NS[k - 1] - below / (beyond - below))
 
 
-def rows_of(
-    claim: Claim, table: pd.DataFrame, setup: str, what: str = "", **texts: str
-) -> list[Row]:
+def rows_of(claim: Claim, table: DataFrame, setup: str, what: str = "", **texts: str) -> list[Row]:
     """n*(T) for all but the shortest of DURATIONS, against its law."""
     return [
         claim.row(

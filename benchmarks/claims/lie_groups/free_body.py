@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
-
-import galvi
-from benchmarks.measures.refinement import MethodOf, method_on_group
-from galvi import Problem
+from benchmarks.claims.kit import *
+from benchmarks.measures.refinement import MethodOf
 from galvi.charts import CHARTS
 
 STEP, DURATION = 0.5, 5.0
@@ -25,6 +21,17 @@ def problem() -> Problem:
     return galvi.problems.free_rigid_body()
 
 
+def _heavier(problem: Problem) -> Problem:
+    """One moment larger by a millionth."""
+    system: Any = problem.system
+    moments = system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
+    return Problem(galvi.RigidBody(moments, system.potential), problem.q0, problem.v0, problem.t0)
+
+
+OTHER_MOTIONS = (
+    of_motion("clock reversed", bool, reversed_clock),
+    of_motion("another body", bool, _heavier),
+)
 METHODS: Mapping[str, MethodOf] = {
     chart.name: partial(method_on_group, chart=chart) for chart in CHARTS
 }

@@ -7,14 +7,11 @@ is a function of R_k alone, with the centre in R_k: the centre moves with it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.printed_formulas import TINY, change_of_chart, stage_terms
 from benchmarks.measures.independent_space import gauss_points
-from galvi.arrays import Array
 from references.textbook.galerkin import Galerkin, Rotations
 
 PASSES = 30

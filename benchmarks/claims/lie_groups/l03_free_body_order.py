@@ -2,36 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from functools import partial
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import (
-    NOT_REPRODUCED,
-    ORDER_RESOLUTION,
-    AtLeast,
-    AtMost,
-    Finding,
-    Near,
-    Order,
-    Reported,
-)
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.lie_groups.free_body import BODY, DURATION, problem
+from benchmarks.claims.kit import *
+from benchmarks.claims.lie_groups.free_body import BODY, DURATION, OTHER_MOTIONS, problem
 from benchmarks.claims.lie_groups.rule_on_potential import PlanePendulum, clenshaw_curtis_points
 from benchmarks.claims.rule_orders import WHY_ORDER, order_with_clenshaw_curtis
 from benchmarks.measures.independent_space import gauss_points
-from benchmarks.measures.refinement import CAYLEY, at_fixed_time, method_on_group, refine_at_end
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.statistics.estimate import Estimate
 from benchmarks.store import frames
-from benchmarks.store.frames import frame, number, rows
 from references.closed_forms.pendulum import PENDULUM as PLANE
 from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
@@ -79,7 +55,7 @@ PENDULUM_TRUTHS = (
 PLANE_TRUTHS = f"{PLANE.name}; {DOP853.name} agrees to a tenth of the fits' floor"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Errors at the ends of steps of H's body for n = 3 to 6 and each number of Gauss points; at
     the end for a pendulum, whose errors reach the asymptotic order before round-off; and with
     Clenshaw-Curtis rules, for n = 3 to 7, on H's body and on a plane pendulum."""
@@ -137,7 +113,7 @@ def claimed_order(n: int) -> int:
     return 2 * math.floor(n / 2)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Against H's orders; both sides of 2 (n - 1); H's parity, with its candidate reading."""
     return [
         *(row for n in NS for row in _against_h(table, n)),
@@ -156,7 +132,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _against_h(table: pd.DataFrame, n: int) -> list[Row]:
+def _against_h(table: DataFrame, n: int) -> list[Row]:
     """The order with Gauss's rule of n points, and the least over the numbers that were scanned."""
     claimed = claimed_order(n)
     fits = [readings.order(table, FLOOR, study=s, quantity=QUANTITY, n=n) for s in STUDIES.values()]
@@ -202,7 +178,7 @@ def _least(fits: list[Fit]) -> Fit:
     return missing[0] if missing else min(fits, key=lambda fit: fit.rate)
 
 
-def _parity(table: pd.DataFrame) -> Row:
+def _parity(table: DataFrame) -> Row:
     four, five = (
         readings.order(table, END_FLOOR, study=PENDULUM, quantity=AT_END, n=n) for n in (4, 5)
     )
@@ -219,7 +195,7 @@ def _parity(table: pd.DataFrame) -> Row:
     )
 
 
-def _both_sides(table: pd.DataFrame, n: int) -> Row:
+def _both_sides(table: DataFrame, n: int) -> Row:
     order = 2 * (n - 1)
     return L3.row(
         f"order from both sides, n = {n}",
@@ -234,7 +210,7 @@ def _both_sides(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _candidate(table: pd.DataFrame, n: int) -> Row:
+def _candidate(table: DataFrame, n: int) -> Row:
     """A rule that would give H's orders up to n = 6, although it is not the one that H names."""
     order, claimed = order_with_clenshaw_curtis(n - 2, n - 1), claimed_order(n)
     same = "as in H" if order == claimed else f"not H's {claimed}: the reading breaks here"
@@ -251,7 +227,7 @@ def _candidate(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _stiffness(table: pd.DataFrame, n: int) -> Row:
+def _stiffness(table: DataFrame, n: int) -> Row:
     order = order_with_clenshaw_curtis(n - 2, n - 1)
     return L3.row(
         f"order with Clenshaw-Curtis n - 1 on V alone, degree n - 2, n = {n}",
@@ -266,9 +242,7 @@ def _stiffness(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _oracles(
-    table: pd.DataFrame, study: str, name: str, floor: float, setup: str, truths: str
-) -> Row:
+def _oracles(table: DataFrame, study: str, name: str, floor: float, setup: str, truths: str) -> Row:
     return L3.row(
         f"{ORACLES}, {name}",
         Finding(AtMost(floor / 10.0)),
@@ -291,4 +265,21 @@ L3 = Claim(
     statement="H fig. 3.2 reports order n for even n and n - 1 for odd n. Measured: 2 (n - 1) with "
     "every number of Gauss points, so that the figure is not reproduced. H's parity is that of "
     "Clenshaw-Curtis with n - 1 points and degree n - 2, for n = 3 to 6; H names Gauss's rule.",
+    caught=(
+        of_table("order of the one-step error, n = 5", b=1.0 + 1e-4),
+        of_table("order from both sides, n = 4", integral=1.0 + 1e-4),
+        *(
+            of_table(
+                "order from both sides, n = 4",
+                wrong={
+                    "galvi.integrate": lambda sound: (
+                        lambda *given, **how: sound(*given, **{**how, "solver": "newton"})
+                    )
+                },
+                **{array: 1.0 + 1e-4},
+            )
+            for array in ("psi", "slope")
+        ),
+        *OTHER_MOTIONS,
+    ),
 )

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pandas as pd
-
-from benchmarks.checks.bounds import AtLeast, AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import NoGrowth
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
 from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
 from benchmarks.claims.short_runs import STEPS as FEW
 from benchmarks.measures.errors import energy_errors
-from benchmarks.measures.refinement import Case, at_fixed_time, history, method_on_group, refine
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
+from benchmarks.measures.refinement import history
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
@@ -30,7 +23,7 @@ SECOND = f"{RIGID_DOP853.name}, rtol {TIGHT['rtol']:g}"
 SETUP = f"{MOTION}; {METHOD}, n = {N}; h = {STEP:g}, {STEPS} steps; relative, at step ends"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'history' of the relative energy error at step ends, from (R, p); 'h-refinement' of
     its largest value; short runs from all over the motion; how far apart it is by two oracles."""
     report(f"n = {N}, {STEPS} steps of {STEP:g}")
@@ -49,7 +42,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     return frame([*rows, row(study=ORACLES, quantity=ORACLES, value=away)])
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Small, of the method's order, and without drift."""
     drift = readings.drift(table, study="history", quantity=QUANTITY)
     limit = readings.largest(readings.values(table, study=SHORT, quantity=QUANTITY))
@@ -97,4 +90,14 @@ L8 = Claim(
     "which is near the energy although a step is a third of a swing.",
     reference="initial energy",
     statement="H fig. 3.7: the energy error is small and oscillates without growing.",
+    caught=(
+        of_table(
+            "order of the largest energy error, n = 8",
+            integral=1.0 + 1e-4,
+            wrong={
+                f"{__name__}.STEPS": always(20),
+                f"{__name__}.short_runs": always(lambda *given: []),
+            },
+        ),
+    ),
 )

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import Above, AtLeast, AtMost, Below, Bound, Finding, Near, Within
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import BODY, TRUTH
 from benchmarks.claims.lie_groups.steps_near_the_limit import (
     CHANGE,
@@ -26,12 +19,7 @@ from benchmarks.claims.lie_groups.steps_near_the_limit import (
     upside_down,
 )
 from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
-from benchmarks.measures.refinement import method_on_group
 from benchmarks.measures.rotation_angle import turns
-from benchmarks.statistics import readings
-from benchmarks.statistics.estimate import Measurement
-from benchmarks.store.frames import failure, frame, history, number, row
-from galvi import Trajectory
 from galvi.charts import CHARTS
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
@@ -74,7 +62,7 @@ def named(weight: float, chart: str) -> str:
     return f"m g = {weight:g}, {chart} chart"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series of `named` runs, up to where each ends:
 
     'energy error'    relative, in time
@@ -119,7 +107,7 @@ def _run(make_method: MakeMethod, weight: float, chart: Any) -> list[dict[str, A
     ]
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """H's statements for the weights for which they hold; the scan; what nearing the limit costs;
     other charts."""
     return [
@@ -139,7 +127,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _held(table: pd.DataFrame, weight: float) -> list[Row]:
+def _held(table: DataFrame, weight: float) -> list[Row]:
     """What H says of figures 3.8 and 3.9, for one m g."""
     run = (weight, CAYLEY.name)
     return [
@@ -159,7 +147,7 @@ def _held(table: pd.DataFrame, weight: float) -> list[Row]:
     ]
 
 
-def _scan(table: pd.DataFrame) -> list[Row]:
+def _scan(table: DataFrame) -> list[Row]:
     """Where H's statements hold in m g, and two values for which they do not."""
     light, heavy = (LIGHT, CAYLEY.name), (HEAVY, CAYLEY.name)
     range_ = {"setup": _setup((float("nan"), CAYLEY.name)), "claimed": "not in H: it gives no m g"}
@@ -198,7 +186,7 @@ def _scan(table: pd.DataFrame) -> list[Row]:
     ]  # fmt: skip
 
 
-def _single(table: pd.DataFrame) -> list[Row]:
+def _single(table: DataFrame) -> list[Row]:
     """How the energy's change grows with the turn of a step."""
     texts = {"source": "H fig. 3.9", "setup": SINGLE % CAYLEY.name}
     name = CAYLEY.name
@@ -239,7 +227,7 @@ def _single(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _beyond(table: pd.DataFrame, chart: str) -> list[Row]:
+def _beyond(table: DataFrame, chart: str) -> list[Row]:
     """A chart whose limit is a whole turn."""
     wide = (HEAVY, chart)
     return [
@@ -266,9 +254,7 @@ def _setup(run: tuple[float, str]) -> str:
     return f"{START}; {scanned}; {METHOD % chart}, {STEPS} steps, {solved}"
 
 
-def _row(
-    table: pd.DataFrame, run: tuple[float, str], quantity: str, bound: Bound, **own: str
-) -> Row:
+def _row(table: DataFrame, run: tuple[float, str], quantity: str, bound: Bound, **own: str) -> Row:
     """Of the run with this weight and chart."""
     measured: Measurement
     if quantity == DONE:
@@ -287,7 +273,7 @@ def _row(
     return L9.row(f"{quantity}, {named(*run)}", bound, measured, **texts)
 
 
-def _share(table: pd.DataFrame, run: tuple[float, str]) -> float:
+def _share(table: DataFrame, run: tuple[float, str]) -> float:
     """The share of sum |change of energy| of steps that turn by more than NEAR."""
     where = {"study": named(*run)}
     changes = abs(np.diff(readings.values(table, "t", quantity=ENERGY, **where)))
@@ -296,7 +282,7 @@ def _share(table: pd.DataFrame, run: tuple[float, str]) -> float:
     return float(np.sum(changes[turned > NEAR])) / total if total > 0.0 else float("nan")
 
 
-def _range(table: pd.DataFrame) -> tuple[float, float]:
+def _range(table: DataFrame) -> tuple[float, float]:
     """The least m g with a step beyond NEAR, and the largest whose run does all steps."""
     lightest, heaviest = float("nan"), float("nan")
     for weight in sorted(WEIGHTS):
@@ -319,4 +305,21 @@ L9 = Claim(
     reference="initial energy, exact",
     statement="H fig. 3.8, 3.9: in steps that nearly turn by pi the energy is nearly conserved, "
     "and its jumps come with these steps. H prints no m g; a scan finds this for 21 to 23.",
+    caught=(
+        of_table(
+            "largest energy error, m g = 9.81, Cayley chart",
+            b=1.0 + 1e-9,
+            wrong={
+                f"{__name__}.QUICK_WEIGHTS": always((LIGHT,)),
+                f"{__name__}.CHARTS": always(()),
+                f"{__name__}.single_steps": always(lambda *given: []),
+            },
+        ),
+        Fault(
+            "steps in the other chart, which do not jump",
+            some("growth of the median change of energy"),
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong={f"{__name__}.{name}": always(()) for name in ("QUICK_WEIGHTS", "CHARTS")},
+        ),
+    ),
 )

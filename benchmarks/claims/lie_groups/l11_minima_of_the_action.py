@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import Above, AtLeast, Below, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import MOTION, problem
 from benchmarks.measures.second_variation import constants, one_step, over_lower_form, smallest
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, rows, series
-from galvi import Problem
-from galvi.arrays import Array
 
 N = 16
 LEAST, MINIMUM, COERCIVE = "least eigenvalue", "bound on the step", "coercive bound on the step"
@@ -33,7 +22,7 @@ FORMULA = (
 )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For each case and step: the least eigenvalue of the discrete second variation against the
     integral of |dxi'|^2, H's two bounds on the step, and the second variation over H's lower form.
     """
@@ -68,7 +57,7 @@ def _step(name: str, start: Problem, method: Any, h: float) -> list[dict[str, An
     return rows(values, study=name, n=N, step=h, steps=1, status=failure(run))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The step at which the second variation loses its sign, against the bounds of H's proof."""
     zero = _crossing(*_rising(table, PENDULUM, LEAST))
     minimum, coercive = (_reached(table, quantity) for quantity in (MINIMUM, COERCIVE))
@@ -106,7 +95,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _below_the_bounds(table: pd.DataFrame, name: str) -> list[Row]:
+def _below_the_bounds(table: DataFrame, name: str) -> list[Row]:
     h, least = _rising(table, name, LEAST)
     _, limit = _rising(table, name, MINIMUM)
     _, form = _rising(table, name, FORM)
@@ -139,7 +128,7 @@ def _setup(name: str) -> str:
     )
 
 
-def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
+def _rising(table: DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
     """Steps, ascending, and values."""
     h, values = series(table, "step", study=name, quantity=quantity)
     return h[::-1], values[::-1]
@@ -160,7 +149,7 @@ def _crossing(h: Array, values: Array) -> float:
     return float(h[k - 1] + share * (h[k] - h[k - 1]))
 
 
-def _reached(table: pd.DataFrame, quantity: str) -> float:
+def _reached(table: DataFrame, quantity: str) -> float:
     """The step that is as long as the bound on it."""
     h, limit = _rising(table, PENDULUM, quantity)
     return _crossing(h, limit - h)
@@ -174,4 +163,20 @@ L11 = Claim(
     reference="second derivatives of the textbook's T and V, end points fixed",
     statement="H lemmas 3.3.1, 3.3.2: below bounds on the step stationary points are minima, and "
     "the action is coercive.",
+    caught=(
+        *(
+            Fault(
+                f"a constant that is too good: {name}",
+                bool,
+                wrong={
+                    f"{__name__}.constants": lambda sound, name=name, by=by: (
+                        lambda run: replace(
+                            known := sound(run), **{name: by * getattr(known, name)}
+                        )
+                    )
+                },
+            )
+            for name, by in (("speed", 4.0), ("well", 0.0))
+        ),
+    ),
 )

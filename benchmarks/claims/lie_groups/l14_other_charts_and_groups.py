@@ -2,29 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import partial
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Bound, Exactly, Finding, Order, Within
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import pendulum_motion
 from benchmarks.measures.chart_poles import has_pole
-from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine_at_end
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, pick, rows, series
 from benchmarks.test_problems import thrown_plate, thrown_point
 from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.hung_body import HUNG_BODY
 from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
 from benchmarks.work_precision.with_settings import WithSettings
-from galvi import Problem
-from galvi.arrays import Array
 from galvi.charts import CHARTS
 from galvi.charts.chart import Chart
 from references.closed_forms.top_motion import FREE_TOP
@@ -138,7 +123,7 @@ def _cases() -> Iterator[tuple[str, Case]]:
 CASES = dict(_cases())
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For each case the series 'one-step error', largest entry at T = 5, n = 3 to 6; for the first
     case of a problem with two oracles the distance between them; for each chart
     'error after a turn' of one step of a body that turns steadily, by its turn in `step`, and
@@ -174,7 +159,7 @@ def _limits(make_method: MakeMethod, chart: Chart) -> list[dict[str, Any]]:
     return found
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Orders of each case against 2 (n - 1); how far each chart reaches, and how it ends."""
     found = [_order(table, name, case, n) for name, case in CASES.items() for n in case.ns]
     first = {case.setup: name for name, case in reversed(CASES.items())}
@@ -184,7 +169,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return found
 
 
-def _order(table: pd.DataFrame, name: str, case: Case, n: int) -> Row:
+def _order(table: DataFrame, name: str, case: Case, n: int) -> Row:
     order = 2 * (n - 1)
     return L14.row(
         f"order of the {QUANTITY}, {name}, n = {n}",
@@ -201,7 +186,7 @@ def _order(table: pd.DataFrame, name: str, case: Case, n: int) -> Row:
     )
 
 
-def _oracles(table: pd.DataFrame, name: str) -> Row:
+def _oracles(table: DataFrame, name: str) -> Row:
     case = CASES[name]
     return L14.row(
         f"{ORACLES}, {name.rsplit(', ', 1)[0]}",
@@ -214,7 +199,7 @@ def _oracles(table: pd.DataFrame, name: str) -> Row:
     )
 
 
-def _ends(table: pd.DataFrame, chart: Chart) -> list[Row]:
+def _ends(table: DataFrame, chart: Chart) -> list[Row]:
     turn, error = series(table, "step", study=chart.name, quantity=TURNED)
     stopped = pick(table, study=chart.name, quantity=STOPPED)
     past_the_limit = stopped[stopped["step"] > chart.limit]
@@ -259,4 +244,25 @@ L14 = Claim(
     statement="H 3.6.1 leaves other charts and groups to future work; thm. 3.3.1 gives order n - "
     "1 at least. Measured: 2 (n - 1) in all of them; Cayley's chart ends at turns by pi, the "
     "exponential chart at 2 pi.",
+    caught=(
+        of_table(
+            "order of the one-step error, SE(3), Cayley chart, n = 4",
+            b=1.0 + 1e-6,
+            wrong={
+                f"{__name__}.CASES": lambda sound: {
+                    name: sound[name] for name in ("SE(3), Cayley chart",)
+                },
+                f"{__name__}.CHARTS": always(()),
+            },
+        ),
+        Fault(
+            "the exponential chart taken for Cayley's",
+            {
+                "largest turn of one step done right, over pi, Cayley chart",
+                "share of turns beyond pi that end the run with a status, Cayley chart",
+            },
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong={f"{__name__}.CASES": always({})},
+        ),
+    ),
 )

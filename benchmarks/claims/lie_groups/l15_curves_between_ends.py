@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import Geometric
-from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
+from benchmarks.claims.kit import *
+from benchmarks.claims.lie_groups.pendulum_motion import (
+    METHOD,
+    MOTION,
+    OTHER_MOTIONS,
+    TRUTH,
+    problem,
+)
 from benchmarks.measures.curve_between_ends import distance
-from benchmarks.measures.refinement import method_on_group
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, rows
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
 ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
@@ -33,7 +26,7 @@ SETUP = (
 )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Both quantities for one step, against n at h = 1 and against h for n = 3 to 6."""
     report(IN_N)
     found = _steps(IN_N, make_method, range(3, 14 if quick else 17), [STEP])
@@ -61,7 +54,7 @@ def _steps(
     return found
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The curve's base against the square root of the step's; its order against half the step's."""
     ends = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     steps = readings.base(table, FLOOR[ENDS], study=IN_N, quantity=ENDS, power=POWER)
@@ -91,7 +84,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _order(table: pd.DataFrame, n: int) -> Row:
+def _order(table: DataFrame, n: int) -> Row:
     steps, curve = (
         readings.order(table, FLOOR[quantity], study=IN_H, quantity=quantity, n=n)
         for quantity in (ENDS, CURVE)
@@ -119,4 +112,9 @@ L15 = Claim(
     reference=f"{TRUTH.name}; stored truth in quadruple precision (A9)",
     statement="H thm. 3.3.3, 3.3.4: on the group, too, the curve between exact ends converges at "
     "half the rate of the step at least.",
+    caught=(
+        of_table("base of the step's error", b=1.0 + 1e-6),
+        of_table("order of the curve's distance, n = 6", integral=1.0 + 1e-4),
+        *OTHER_MOTIONS,
+    ),
 )

@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Any
-
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.symplectic_form import StepMap, form_defect
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, rows
 from benchmarks.test_problems import thrown_plate
 from benchmarks.test_problems.body_on_cart import body_on_cart
 from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.hung_body import HUNG_BODY
 from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
-from galvi import Problem
-from galvi.arrays import Array
 from galvi.charts import CHARTS
 from galvi.systems.velocities import velocity_at
 
@@ -70,7 +58,7 @@ def step_of(start: Callable[[Array, Array], Problem], method: Any) -> StepMap:
     return step
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """'defect' of each problem, in `label`, and chart and rule, in `quantity`; and of the exact
     flow where that is known."""
     found = []
@@ -97,7 +85,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     return frame(found)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """A row for each problem and chart: the worst of the rules; and for each exact flow."""
     return [
         *(_row(table, label, type(chart).__name__) for label in PROBLEMS for chart in CHARTS),
@@ -105,7 +93,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _row(table: pd.DataFrame, label: str, chart: str) -> Row:
+def _row(table: DataFrame, label: str, chart: str) -> Row:
     defects = readings.values(table, study="defect", quantity=chart, label=label)
     return L16.row(
         f"defect of the form, {label}, {chart} chart",
@@ -114,7 +102,7 @@ def _row(table: pd.DataFrame, label: str, chart: str) -> Row:
     )
 
 
-def _flow(table: pd.DataFrame, label: str) -> Row:
+def _flow(table: DataFrame, label: str) -> Row:
     return L16.row(
         f"defect of the form, {label}, {EXACTLY}",
         Finding(AtMost(LIMIT)),
@@ -139,4 +127,23 @@ L16 = Claim(
     reference="<d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>",
     statement="H 3.1.1: steps on a group preserve the canonical symplectic form, in left "
     "trivialisation.",
+    caught=(
+        Fault(
+            "another flow of one coupled problem",
+            some(EXACTLY),
+            wrong={
+                f"{__name__}.PROBLEMS": always({}),
+                f"{__name__}.FLOWS": lambda sound: {
+                    name: replace(
+                        flow,
+                        state=lambda *given, of=flow.state: (
+                            (end := of(*given))[0],
+                            1.001 * end[1],
+                        ),
+                    )
+                    for name, flow in sound.items()
+                },
+            },
+        ),
+    ),
 )

@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import EXCEEDS, AtMost, Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import Geometric
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials
 from benchmarks.claims.vector_spaces.step_actions import action_along, discrete_lagrangian
 from benchmarks.measures.curve_between_ends import between
-from benchmarks.measures.refinement import CAYLEY, method_on_group
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit, algebraic
-from benchmarks.store.frames import failure, frame, pick, row, rows, series
 from benchmarks.work_precision.with_settings import WithSettings
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
 from references import Contender
 from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import TIGHT
@@ -90,7 +73,7 @@ def steady_lagrangian(run: Trajectory) -> float:
     return 3.4 * turn**2 / (2.0 * float(run.t[1] - run.t[0]))
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For one step: errors of L_d and of R at the end against h for each motion and n, and against
     n, with the distance of polynomials; L_d of a steady turning; two references' distance."""
     found: list[dict[str, Any]] = []
@@ -157,7 +140,7 @@ def _turnings(make_method: MakeMethod) -> list[dict[str, Any]]:
     return found
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Orders of both errors, the printed bounds in h and n, and the constants."""
     apart = readings.largest(readings.values(table, quantity=APART))
     judged = [
@@ -181,7 +164,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [replace(one, reference=reference) for one in judged]
 
 
-def _order(table: pd.DataFrame, name: str, n: int, quantity: str) -> Row:
+def _order(table: DataFrame, name: str, n: int, quantity: str) -> Row:
     """O(h^(r + 1)), r the step's order."""
     order = 2 * (n - 1)
     return L17.row(
@@ -197,7 +180,7 @@ def _order(table: pd.DataFrame, name: str, n: int, quantity: str) -> Row:
     )
 
 
-def _limited(table: pd.DataFrame, n: int, quantity: str) -> Row:
+def _limited(table: DataFrame, n: int, quantity: str) -> Row:
     """The same where the rule limits the order."""
     order = 2 * (n - 1) - 2
     return L17.row(
@@ -212,7 +195,7 @@ def _limited(table: pd.DataFrame, n: int, quantity: str) -> Row:
     )
 
 
-def _printed(table: pd.DataFrame, n: int) -> Row:
+def _printed(table: DataFrame, n: int) -> Row:
     return L17.row(
         f"order of the {ACTION}, {PENDULUM}, n = {n}, against the bound",
         Order(n),
@@ -227,7 +210,7 @@ def _printed(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _in_numbers(table: pd.DataFrame, name: str) -> list[Row]:
+def _in_numbers(table: DataFrame, name: str) -> list[Row]:
     """Geometric in n, with a base below that of the best approximation: its square."""
     where = {"study": f"{name}, {IN_N}"}
     best = readings.base(table, LONG_FLOOR, quantity=BEST, **where)
@@ -273,7 +256,7 @@ def _in_numbers(table: pd.DataFrame, name: str) -> list[Row]:
     ]
 
 
-def _constant(table: pd.DataFrame, n: int) -> Row:
+def _constant(table: DataFrame, n: int) -> Row:
     """L_d - S = h^(2n-1) J |xi^(n)|^2 ((n-1)! / (2n-2)!)^2 / (2 (2n-1)) (1 + O(h^2))."""
     chosen = pick(table, study=STEADY, quantity=ACTION, n=n).sort_values("step", ascending=False)
     h, error = chosen["step"].to_numpy(float), chosen["value"].to_numpy(float)
@@ -294,7 +277,7 @@ def _constant(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _fit(table: pd.DataFrame, study: str, n: int, quantity: str) -> Fit:
+def _fit(table: DataFrame, study: str, n: int, quantity: str) -> Fit:
     return readings.order(table, FLOOR[quantity], study=study, quantity=quantity, n=n)
 
 
@@ -315,4 +298,23 @@ L17 = Claim(
     statement="H thm. 3.1.1, 3.3.1, 3.3.2, 3.7.1: a discrete Lagrangian with an error O(h^(r + 1)) "
     "gives a step of order r, on a group as on R^d, and one with O(K^n) a geometric step; L_d is "
     "as good as the algebra's curves. Measured: as good as their square.",
+    caught=(
+        *(
+            of_table(*(f"order of the {quantity}, {case}, n = 5" for case in CASES), **{array: by})
+            for array, by, quantity in (
+                ("b", 1.0 + 1e-6, STEPPED),
+                ("integral", 1.0 + 1e-4, ACTION),
+            )
+        ),
+        Fault(
+            "a coarse reference",
+            {APART}.__eq__,
+            wrong={
+                f"{__name__}.OTHER": lambda sound: WithSettings(
+                    RIGID_DOP853, {"rtol": 1e-8, "atol": 1e-8}
+                )
+            },
+        ),
+        of_motion("clock reversed", some(STEPPED), reversed_clock),
+    ),
 )

@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from itertools import permutations
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Bound, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion, printed_formulas
 from benchmarks.claims.lie_groups.cayley_curve import cayley_rate
 from benchmarks.claims.lie_groups.held_base import BodySteps, ScaledRotations
-from benchmarks.claims.lie_groups.printed_formulas import AS_PRINTED, IN_ORDER
+from benchmarks.claims.lie_groups.printed_formulas import AS_PRINTED, IN_ORDER, lagrangian_of
 from benchmarks.measures.independent_space import gauss_points
-from benchmarks.measures.refinement import method_on_group
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, row, rows
-from galvi import Problem
-from galvi.arrays import Array
 from references.textbook import galerkin
 from references.textbook.galerkin import Rotations, cayley
 
@@ -64,20 +52,7 @@ CURVES = "x -> s x maps the space of curves onto itself"
 PROOF = "R' = -(I + R) X' (I + X)^-1, hat(w) = R^T R' = -2 hat(xi' + xi x xi') / (1 + |xi|^2)"
 
 
-def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
-    """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
-    system: Any = problem.system
-    weight = system.potential
-
-    def value(R: Array, w: Array) -> Any:
-        twice = w @ system.inertia @ w
-        fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
-        return 0.5 * twice + fall
-
-    return value
-
-
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Steps by scaled charts and by galvi; each formula beside its truth, at random states; the
     momentum of steps with the base of the chart held and moved."""
     found: list[dict[str, Any]] = []
@@ -184,12 +159,12 @@ def _stages(make_method: MakeMethod) -> list[dict[str, Any]]:
     return [row(study="stages", quantity=STAGES, value=largest, status=failure(run))]
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The charts, the change of chart, the Lagrangian, its slopes, and the momentum."""
     return [*_charts(table), *_changes_of_chart(table), *_lagrangians(table), *_momentum(table)]
 
 
-def _charts(table: pd.DataFrame) -> list[Row]:
+def _charts(table: DataFrame) -> list[Row]:
     bodies = {"free": free_body.BODY, "pendulum": pendulum_motion.MOTION}
     method = f"Polynomials({N - 1}), gauss({N}); {STEPS} steps of h = {STEP:g}"
     scales = ", ".join(f"{s:g}" for s in SCALES)
@@ -215,7 +190,7 @@ def _charts(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _changes_of_chart(table: pd.DataFrame) -> list[Row]:
+def _changes_of_chart(table: DataFrame) -> list[Row]:
     slip = (
         "The last line has dL_d / dxi_c d xi_b / d lambda_c for dL_d / dxi_b d xi_b / d lambda_c, "
         "and the line above all three dL_d / d lambda_a"
@@ -248,7 +223,7 @@ def _changes_of_chart(table: pd.DataFrame) -> list[Row]:
     ]  # fmt: skip
 
 
-def _lagrangians(table: pd.DataFrame) -> list[Row]:
+def _lagrangians(table: DataFrame) -> list[Row]:
     least = readings.least(np.array([_largest(table, name) for name in READINGS]))
     pairing = (
         f"{PROOF}, of which phi(a, b, c) is the a-component: I_1 belongs to it, and I_3 to phi(c, "
@@ -308,7 +283,7 @@ def _lagrangians(table: pd.DataFrame) -> list[Row]:
     ]  # fmt: skip
 
 
-def _momentum(table: pd.DataFrame) -> list[Row]:
+def _momentum(table: DataFrame) -> list[Row]:
     size, whole = CHANGES
     setup = (
         f"{free_body.BODY}; n = {{}}; Gauss's rule of n, n + 1 and 2 n points; {BODY_STEPS} steps "
@@ -363,7 +338,7 @@ def _momentum(table: pd.DataFrame) -> list[Row]:
 
 
 def _formula(
-    table: pd.DataFrame,
+    table: DataFrame,
     quantity: str,
     bound: Bound,
     source: str,
@@ -377,9 +352,15 @@ def _formula(
     return L18.row(f"{quantity}, departure", bound, _largest(table, quantity), **texts)
 
 
-def _largest(table: pd.DataFrame, quantity: str, **where: Any) -> float:
+def _largest(table: DataFrame, quantity: str, **where: Any) -> float:
     return readings.largest(readings.values(table, quantity=quantity, **where))
 
+
+def _reversed(sound: Callable[..., Array]) -> Callable[..., Array]:
+    return lambda first, point: -sound(-np.array(first), -np.array(point))
+
+
+FEW = fewer(__name__, NS=(3,), ORDERS=(), SCALES=(10.0,), STATES=10, STEPS=1)
 
 L18 = Claim(
     "L18",
@@ -392,4 +373,21 @@ L18 = Claim(
     statement="H 3.4: scaled Cayley transforms give one method; lambda and xi_k are each other's "
     "change of chart; L, its sum in coordinates (3.50) and its derivative (3.51); the momentum is "
     "matched by (3.9). Measured: (3.32) lacks a half, (3.50) exchanges axes, (3.9) loses momentum.",
+    caught=(
+        of_table(STAGES, integral=1.0 + 1e-9, wrong=FEW),
+        Fault(
+            "another chart",
+            {*(f"largest {GALVI}, {name}" for name in ("free", "pendulum")), STAGES}.__eq__,
+            lambda space, rule, chart=None: galvi.Galerkin(space, rule, galvi.Exponential()),
+            wrong=FEW,
+        ),
+        *(
+            Fault(
+                f"the cross product of {name} with another sign",
+                {f"{quantity}, departure"},
+                wrong={f"benchmarks.claims.lie_groups.printed_formulas.{name}": _reversed, **FEW},
+            )
+            for name, quantity in (("composed", LAMBDA), ("relative", RELATIVE))
+        ),
+    ),
 )

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
-import galvi
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.refinement import Case, method_on_group, refine
+from benchmarks.claims.kit import *
 from benchmarks.work_precision.with_settings import WithSettings
-from galvi import Problem
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
 
 WEIGHT = 9.81  # m g; H gives none
@@ -37,3 +31,16 @@ def refinement(
     """Series of the one-step and the curve error."""
     options = (make_method, report, method_on_group)
     return refine(study, problem(), TRUTH, cases, QUANTITIES, *options)
+
+
+def _heavier(problem: Problem) -> Problem:
+    """By a millionth."""
+    system: Any = problem.system
+    weight = replace(system.potential, mass=system.potential.mass * (1.0 + 1e-6))
+    return Problem(galvi.RigidBody(system.inertia, weight), problem.q0, problem.v0, problem.t0)
+
+
+OTHER_MOTIONS = (
+    of_motion("clock reversed", bool, reversed_clock),
+    of_motion("another weight", bool, _heavier),
+)

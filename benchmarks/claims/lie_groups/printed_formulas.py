@@ -7,12 +7,7 @@ moments   I_1, I_2, I_3 of J = tr(J_d) I - J_d, (3,)
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 from references.textbook.galerkin import cayley, hat, vector
 
 AS_PRINTED, IN_ORDER = (2, 1, 0), (0, 1, 2)  # the phi that I_1, I_2, I_3 multiply
@@ -106,3 +101,16 @@ def changed_slope(slope: Array, change: Array, printed: bool) -> Array:
 def inverse_cayley(R: Array) -> Array:
     """xi of R = Phi(xi), (3,): Cayley's transform once more."""
     return vector((np.eye(3) - R) @ np.linalg.inv(np.eye(3) + R))
+
+
+def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
+    """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
+    system: Any = problem.system
+    weight = system.potential
+
+    def value(R: Array, w: Array) -> Any:
+        twice = w @ system.inertia @ w
+        fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
+        return 0.5 * twice + fall
+
+    return value

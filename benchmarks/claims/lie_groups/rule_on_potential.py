@@ -8,13 +8,10 @@ polynomials of degree 1 to s less their values at 0. Stationary x of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
 from numpy.polynomial import legendre
 
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import all_of_degree, slopes, values
-from galvi.arrays import Array
 
 Rule = tuple[Array, Array]
 PASSES = 200

@@ -6,21 +6,12 @@ neighbours part like e^(0.4 t).
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
 import pandas as pd
 
-import galvi
-from benchmarks.checks.claim import MakeMethod
+from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials, turned
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH
 from benchmarks.measures.errors import energy_errors
-from benchmarks.measures.refinement import method_on_group
-from benchmarks.statistics.estimate import Estimate
-from benchmarks.store.frames import failure, pick, rows
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
 from galvi.charts import CHARTS
 
 N, STEP = 20, 0.6

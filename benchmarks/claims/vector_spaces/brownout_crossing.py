@@ -14,12 +14,9 @@ its place, by h times the velocity's error. Away from it the method has its own 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
-import numpy as np
-
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.brownout_particle import (
     STARTS,
     carried,

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
-import numpy as np
 from scipy.optimize import brentq
 
-import galvi
-from benchmarks.checks.claim import MakeMethod
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 from references.contender import Contender
 from references.newton import external_force
 from references.scipy.ivp import DOP853, TIGHT

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
-import numpy as np
-
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 
 PASSES = 400
 DONE = 1e-9  # of the first pass: below it differences are rounded

@@ -2,23 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-from benchmarks.checks.bounds import (
-    NOT_REPRODUCED,
-    ORDER_RESOLUTION,
-    AtLeast,
-    AtMost,
-    Base,
-    Finding,
-    Reported,
-)
-from benchmarks.checks.claim import MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     METHOD,
     ORBIT,
@@ -32,12 +16,6 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     truths,
 )
 from benchmarks.claims.vector_spaces.v04_kepler_curve_error_in_n import FROM, POWER, QUANTITIES
-from benchmarks.measures.refinement import Case, refine
-from benchmarks.statistics import convergence_fits, readings
-from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.statistics.estimate import Estimate, estimate
-from benchmarks.store.frames import series
-from galvi.arrays import Array
 from references.closed_forms.kepler import KEPLER
 
 IN_N = "Kepler, %d steps"
@@ -66,7 +44,7 @@ def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> li
     return [*found, *oracles("oracles", STEP * STEPS, STEPS)]
 
 
-def curve_rows(table: pd.DataFrame, row: Callable[..., Row]) -> list[Row]:
+def curve_rows(table: DataFrame, row: Callable[..., Row]) -> list[Row]:
     """Bases of the step ends' error over the curve's, 1 where both converge at one rate; in h."""
     shared = {
         "source": "H 1.3",
@@ -126,7 +104,7 @@ def worst(steps: int) -> float:
     return max(convergence_of_polynomials(start, STEP) for start in starts)
 
 
-def _both(table: pd.DataFrame, steps: int) -> tuple[Array, Array, Array]:
+def _both(table: DataFrame, steps: int) -> tuple[Array, Array, Array]:
     """(n, error of step ends, their error over the curve's), above round-off."""
     (n, ends), (_, curve) = (
         series(table, "n", study=IN_N % steps, quantity=quantity) for quantity in QUANTITIES
@@ -135,18 +113,18 @@ def _both(table: pd.DataFrame, steps: int) -> tuple[Array, Array, Array]:
     return n[kept], ends[kept], ends[kept] / curve[kept]
 
 
-def _late(table: pd.DataFrame, steps: int, power: float) -> Fit:
+def _late(table: DataFrame, steps: int, power: float) -> Fit:
     n, _, over = _both(table, steps)
     return convergence_fits.geometric(n, over, floor=0.0, ceiling=AS_GOOD, power=(power, 0.0))
 
 
-def _early(table: pd.DataFrame) -> Fit:
+def _early(table: DataFrame) -> Fit:
     n, ends, over = _both(table, STEPS)
     kept = (n < FROM) & (ends < SMALL)
     return convergence_fits.geometric(n[kept], over[kept], floor=0.0, ceiling=2.0)
 
 
-def _in_h(table: pd.DataFrame, row: Callable[..., Row]) -> list[Row]:
+def _in_h(table: DataFrame, row: Callable[..., Row]) -> list[Row]:
     setup = f"{ORBIT}; {METHOD}; %s steps of h = 2^(-j/2), j = 2, 3, ...; n = {NS[0]} to {NS[-1]}"
     other = (
         "H's step ends converge like h^(2 ceil(n/2)) only, as with rules that are exact to lower "
@@ -186,7 +164,7 @@ def _in_h(table: pd.DataFrame, row: Callable[..., Row]) -> list[Row]:
     ]
 
 
-def _own(table: pd.DataFrame, n: int) -> float:
+def _own(table: DataFrame, n: int) -> float:
     """The largest quotient of both errors above round-off, in 10 steps."""
     (_, ends), (_, curve) = (
         series(table, "step", study=fixed_number(10), quantity=quantity, n=n)
@@ -196,7 +174,7 @@ def _own(table: pd.DataFrame, n: int) -> float:
     return readings.largest(curve[kept] / ends[kept])
 
 
-def _quotient(table: pd.DataFrame) -> Estimate:
+def _quotient(table: DataFrame) -> Estimate:
     """The largest order of the angular momentum's error less that of the curve's."""
     found = []
     for n in NS:

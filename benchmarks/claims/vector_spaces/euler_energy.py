@@ -12,11 +12,9 @@ symplectic  v' = v + h a(q), q' = q + h v': conserves E + h/2 <v . a> up to h^2
 
 from __future__ import annotations
 
-import numpy as np
 from scipy.integrate import simpson
 
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 from references.newton import acceleration
 
 

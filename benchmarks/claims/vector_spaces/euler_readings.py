@@ -7,17 +7,12 @@ solved: all three are scanned here.
 from __future__ import annotations
 
 from itertools import product
-from typing import Any
 
-import numpy as np
-
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.euler_energy import symplectic_change
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import Orbits, follow, least_solvable
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.independent_invariants import energy
-from benchmarks.store.frames import failure, row
-from galvi import Problem
-from galvi.arrays import Array
 from references.contender import Contender
 
 DAYS = 365.25  # in a year

@@ -8,11 +8,7 @@ one that tends to c as h tends to 0; the smaller is next to the centre.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
-
-from galvi.arrays import Array
+from benchmarks.claims.kit import *
 
 
 def least_solvable(mu: Array, h: Array) -> Array:

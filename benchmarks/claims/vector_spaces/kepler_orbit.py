@@ -3,18 +3,8 @@
 from __future__ import annotations
 
 import cmath
-import math
-from collections.abc import Iterable
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.refinement import Case, at_fixed_time, refine, with_fixed_number
-from benchmarks.store.frames import frame, number, row
-from galvi import Problem
+from benchmarks.claims.kit import *
 from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
 
@@ -64,14 +54,14 @@ def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
     return [row(study=study, quantity=APART, value=apart)]
 
 
-def truths(table: pd.DataFrame) -> str:
+def truths(table: DataFrame) -> str:
     """Both oracles and their measured distance, as a row's reference."""
     return f"{KEPLER.name}; {IAS15.name} agrees to {number(table, quantity=APART):.0e}"
 
 
 def n_refinement(
     ns: range, quantities: tuple[str, ...], make_method: MakeMethod, report: Report
-) -> pd.DataFrame:
+) -> DataFrame:
     """Series 'n-refinement' at h = 2, 100 steps."""
     cases = [Case(n, STEP, STEPS) for n in ns]
     return frame(refine("n-refinement", problem(), KEPLER, cases, quantities, make_method, report))

@@ -7,13 +7,10 @@ without the row of the last function.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-import numpy as np
-
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
-from galvi.arrays import Array
 
 SAMPLES = 4001  # times at which a Lebesgue constant is looked for
 

@@ -6,19 +6,14 @@ I_d(q, q_k) = -(h sum_j b_j (L_q phi_1 + L_v phi_1')) . a(q_k), phi_1(0) = 1, ph
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import Any
 
-import numpy as np
 from numpy.polynomial import legendre
 
+from benchmarks.claims.kit import *
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.independent_space import gauss_points, slopes, values
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
 from references.closed_forms.double_double import DoubleDouble
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.kepler_flow import flow, orbit

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
-import galvi
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.refinement import Case, refine
-from galvi import Problem
+from benchmarks.claims.kit import *
 from references.closed_forms.oscillator import OSCILLATOR
 
 DURATION, LARGEST = 8.0, 0.8

@@ -14,17 +14,14 @@ where F = k! / (a + 2)_k P_k^(a+1, -a-1)(y) is a Jacobi polynomial.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 
-import numpy as np
 from numpy.polynomial.legendre import legvander
 from scipy.special import eval_jacobi, gammaln
 
+from benchmarks.claims.kit import *
 from benchmarks.measures.best_approximation import Motion
 from benchmarks.measures.independent_space import gauss_points
-from galvi import Trajectory
-from galvi.arrays import Array
 
 LEAST = 1e-9
 GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s

@@ -6,23 +6,25 @@ eta = 3 K h^2 / (m z0^2).
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 from numpy.polynomial import legendre, polynomial
 from scipy.integrate import solve_ivp
 
-import galvi
-from benchmarks.measures.independent_space import gauss_points, grams, lobatto_points, values, z0
+from benchmarks.claims.kit import *
+from benchmarks.measures.independent_space import (
+    farthest,
+    friedrichs,
+    gauss_points,
+    grams,
+    inf_sup,
+    lobatto_points,
+    values,
+    z0,
+)
 from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
-from galvi import Problem
-from galvi.arrays import Array
 from references.scipy.ivp import TIGHT
 
 POINTS = 40  # of exact integrals
+INF_SUP, FARTHEST, ETA, SINGULAR = "inf-sup", "T_N", "eta C_N^2", "singular value"
 Nodes = tuple[Array, Array]
 Motions = Callable[[Array, Array, Array], tuple[Array, Array]]
 
@@ -143,3 +145,19 @@ def step_equations(functions: Array, rule: Nodes, stiffness: float) -> Array:
     first, last = values(functions, np.array([0.0, 1.0])).T
     weak = np.column_stack([seen.slope - stiffness * seen.place, -last])
     return np.vstack([weak, np.append(first, 0.0)])
+
+
+def opposed(power: int) -> dict[str, float]:
+    """{1, (1 - t)^k}: the constants, and (8) for the V = -K u^2 / 2 that makes it singular, K from
+    phi = 1 - (1 - t)^k in closed form."""
+    functions, rule = powers_of_falling(power), gauss_points(1)
+    seen = grams(functions, *rule)
+    q = 2.0**-power
+    steepness = (2.0 * power * q) ** 2 / (q * (1.0 - q))
+    sizes = np.linalg.svd(step_equations(functions, rule, -steepness), compute_uv=False)
+    return {
+        INF_SUP: inf_sup(functions, seen),
+        FARTHEST: farthest(functions, seen),
+        ETA: Stability(1.0, steepness, 1.0, friedrichs(seen)).eta,
+        SINGULAR: float(sizes[-1] / sizes[0]),
+    }

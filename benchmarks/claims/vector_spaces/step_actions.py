@@ -7,15 +7,11 @@ one is the action of the motion from q0 to q1 in the time h (H 2.1.1), in closed
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-import numpy as np
 from scipy.integrate import romb
 
+from benchmarks.claims.kit import *
 from benchmarks.measures import independent_invariants
-from galvi import CentralForce, LinearSpring, Problem, RigidBody, Trajectory
-from galvi.arrays import Array
+from galvi import CentralForce, LinearSpring, RigidBody
 from references import Contender
 from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import oscillator_action

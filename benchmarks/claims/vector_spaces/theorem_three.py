@@ -5,15 +5,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 from scipy.linalg import eigvalsh
 
-import galvi
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.solution_map import POINTS, Nodes, Stability, nodes, swings
 from benchmarks.measures.best_approximation import step_error
 from benchmarks.measures.independent_space import (
@@ -28,8 +22,6 @@ from benchmarks.measures.independent_space import (
 )
 from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
 from benchmarks.test_problems.time_dependent import FREQUENCY, GROWING_MASS, GROWTH
-from galvi import Problem
-from galvi.arrays import Array
 
 FLOOR = 1e-12  # of |u - u_N|_X; below it round-off is seen
 

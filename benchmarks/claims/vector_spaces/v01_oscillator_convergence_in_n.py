@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import Geometric
-from benchmarks.measures.refinement import Case, refine
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame
+from benchmarks.claims.kit import *
 from references.closed_forms.oscillator import OSCILLATOR
 
 STEP, STEPS = 20.0, 100
@@ -23,7 +15,7 @@ SETUP = (
 QUANTITIES = ("one-step error", "curve error")
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step and the curve error."""
     cases = [Case(n, STEP, STEPS) for n in (range(14, 31) if quick else range(8, 31))]
     problem = galvi.problems.harmonic_oscillator()
@@ -32,7 +24,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     )
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
     for quantity in QUANTITIES:
@@ -63,4 +55,5 @@ V1 = Claim(
     reference=f"{OSCILLATOR.name}; SciPy DOP853 (A9)",
     statement="H fig. 2.3: at a step of three periods the errors of steps and curve fall "
     "geometrically with n, to very high accuracy.",
+    caught=(of_table("base of the one-step error", "smallest one-step error", beta=1.0 + 1e-6),),
 )

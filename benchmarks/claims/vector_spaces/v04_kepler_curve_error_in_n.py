@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pandas as pd
-
-from benchmarks.checks.bounds import Base, Near
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces import v03_kepler_step_error_in_n as v03
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FLOOR,
@@ -18,9 +14,6 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     oracles,
     truths,
 )
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 CLAIMED, RESOLUTION = 0.74, 0.005
@@ -33,7 +26,7 @@ QUANTITIES = ("one-step error", "curve error")
 POWER = (1.5, 0.0)
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step and the curve error; the distance between the two
     references, at step ends."""
     ns = range(14, 63, 3) if quick else range(7, 62)
@@ -41,7 +34,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     return frame([*found.to_dict("records"), *oracles("oracles", STEP * STEPS, STEPS)])
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The base from n = 33 on, and the n at which the two fitted lines cross."""
     where = {"study": "n-refinement"}
     ends = readings.base(table, FLOOR, quantity=QUANTITIES[0], power=v03.POWER, **where)
@@ -88,4 +81,5 @@ V4 = Claim(
     ("H fig. 2.6",),
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
     statement="H fig. 2.6: the curve error is O(0.74^n) once n is about 32.",
+    caught=(of_table("base of the curve error", C=1.0 + 1e-4),),
 )

@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from functools import partial
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import Above, AtLeast, AtMost, Below
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.contraction import Passes, passes
 from benchmarks.measures.independent_space import (
     gauss_points,
@@ -19,10 +10,7 @@ from benchmarks.measures.independent_space import (
     slopes,
     values,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, rows
 from benchmarks.test_problems.nonlinear_oscillators import NONLINEAR, NonlinearOscillator
-from galvi.arrays import Array
 
 NS = (3, 4, 6, 8, 12, 16, 20)
 SHOWN = (4, 8, 16)
@@ -44,7 +32,7 @@ PASSED = (
 )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For each n: A_1 of H (2.6)-(2.8), and the contraction of one pass in nodal values.
 
     With m = k = 1 the pass w -> A^-1 f(w) is linear with the matrix h^2 D, D the same for any h.
@@ -156,7 +144,7 @@ def _size(matrix: Any) -> float:
     return float(np.linalg.norm(matrix, np.inf))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for the lemmas, the theorem's bound, and the iteration itself."""
     over_bound = _by_n(table, LIMIT) / _by_n(table, BOUND)
     return [
@@ -221,7 +209,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _of(table: pd.DataFrame, case: NonlinearOscillator) -> list[Row]:
+def _of(table: DataFrame, case: NonlinearOscillator) -> list[Row]:
     """The rows of a nonlinear oscillator."""
     over_bound = _by_n(table, LIMIT, case.name) / _by_n(table, BOUND, case.name)
     texts = {"setup": PASSED.format(case.where, " and ".join(f"{share:g}" for share in SHARES))}
@@ -280,11 +268,11 @@ def _of(table: pd.DataFrame, case: NonlinearOscillator) -> list[Row]:
     return found
 
 
-def _by_n(table: pd.DataFrame, quantity: str, study: str = STUDY) -> Array:
+def _by_n(table: DataFrame, quantity: str, study: str = STUDY) -> Array:
     return readings.values(table, "n", study=study, quantity=quantity)
 
 
-def _over_bound(table: pd.DataFrame, quantity: str, n: int, study: str = STUDY) -> float:
+def _over_bound(table: DataFrame, quantity: str, n: int, study: str = STUDY) -> float:
     limit, bound = (number(table, study=study, quantity=name, n=n) for name in (quantity, BOUND))
     return limit / bound
 
@@ -302,4 +290,11 @@ V12 = Claim(
     reference="H's matrices, by numpy",
     statement="H lemmas 2.3.1, 2.3.2, thm. 2.3.1: the matrix A of a step is invertible, its "
     "inverse is bounded by that at h = 1, and the stage iteration contracts below a stated step.",
+    caught=(
+        of_table("galvi's pass against H's, largest relative difference, all n", C=1.0 + 1e-7),
+        *(
+            of_table(*(f"{SAME}, {case.name}, largest over all n" for case in NONLINEAR), **wrong)
+            for wrong in ({"A": 1.0 + 1e-6}, {"beta": 1.0 + 1e-6})
+        ),
+    ),
 )

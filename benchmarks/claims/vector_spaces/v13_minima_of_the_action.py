@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-import pandas as pd
 from scipy.linalg import eigvalsh, null_space
 
-import galvi
-from benchmarks.checks.bounds import Above, AtLeast, AtMost, Near
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, grams, values
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, rows, series
-from galvi import Problem
-from galvi.arrays import Array
 
 N = 8
 LEAST, FORM, NORM = "least eigenvalue", "over the lower form", "over the W11 bound"
@@ -78,7 +65,7 @@ def cases() -> dict[str, Case]:
     }
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For each case and step, along the step's curve: the least eigenvalue of the discrete second
     variation, its least ratio to H (2.22)'s form, and to the bound in W^{1,1}."""
     method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N))
@@ -174,7 +161,7 @@ def _exact_rayleigh(degree: int) -> float:
     return float(np.sqrt(least) / np.pi)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for the signs below the bounds, where they are lost, and the exactness of the rule."""
     signs = [row for name, case in cases().items() for row in _signs(table, name, case)]
     found, exact = (number(table, study=one, quantity=LEAST) for one in ("s = 7, Gauss 8", EXACT))
@@ -200,7 +187,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
+def _signs(table: DataFrame, name: str, case: Case) -> list[Row]:
     """Rows for positivity below the bounds, and for the step at which it is lost."""
 
     def least(quantity: str, below: float) -> float:
@@ -269,4 +256,13 @@ V13 = Claim(
     statement="H thm. 2.3.5, 2.3.8: below h = pi sqrt(m / (D C_R)) a step is a minimum of the "
     "action, and below a smaller bound the action is coercive, with a rule that is exact for "
     "squares of functions of the space.",
+    caught=(
+        of_table(
+            "step where the least eigenvalue is 0, over the bound, oscillator",
+            "second variation over H (2.22), least below the coercive bound, oscillator",
+            psi=1.0 + 1e-6,
+        ),
+        of_table("least eigenvalue over all steps below the bound, oscillator", psi=2.5),
+        of_table("that step over the one of exact integrals, less 1, oscillator", slope=1.0 + 1e-9),
+    ),
 )

@@ -2,27 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable
-from dataclasses import replace
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import (
-    CONTRADICTED,
-    EXCEEDS,
-    ORDER_RESOLUTION,
-    AtLeast,
-    AtMost,
-    Base,
-    Finding,
-    Order,
-)
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import FactorPerN
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     METHOD,
     ORBIT,
@@ -32,11 +13,6 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     truths,
 )
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
-from benchmarks.measures.refinement import method_of
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.statistics.estimate import Estimate, estimate
-from benchmarks.store.frames import failure, frame, pick, rows
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 
@@ -77,7 +53,7 @@ COERCIVE_SETUP = (
 )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """The three quantities for one step, against n at h = 2 and against h for n = 3 to 6; the
     first two against h on the oscillator, the largest over starts."""
     ns = range(6, 31, 4) if quick else range(5, 34)
@@ -129,7 +105,7 @@ def _oscillator_steps(make_method: MakeMethod) -> list[dict[str, Any]]:
     return found
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The bases of steps and curve against the theory's; the curve's order against half the
     step's, with C_f constant and not."""
     steps = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
@@ -162,7 +138,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [*(replace(one, reference=reference) for one in judged), *_coercive(table)]
 
 
-def _base(table: pd.DataFrame, quantity: str, source: str) -> Row:
+def _base(table: DataFrame, quantity: str, source: str) -> Row:
     power = POWERS[quantity]
     fit = readings.base(table, FLOOR[quantity], power=(power, 0.0), study=IN_N, quantity=quantity)
     return V14.row(
@@ -177,7 +153,7 @@ def _base(table: pd.DataFrame, quantity: str, source: str) -> Row:
     )
 
 
-def _largest(table: pd.DataFrame, n: int) -> Row:
+def _largest(table: DataFrame, n: int) -> Row:
     return V14.row(
         f"order of the {LARGEST}, n = {n}",
         Finding(Order(n)),
@@ -192,7 +168,7 @@ def _largest(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _lemma(table: pd.DataFrame) -> Row:
+def _lemma(table: DataFrame) -> Row:
     both = pick(table, quantity=LARGEST).merge(
         pick(table, quantity=CURVE), on=["study", "n", "step"], suffixes=("", "_whole")
     )
@@ -210,11 +186,11 @@ def _lemma(table: pd.DataFrame) -> Row:
     )
 
 
-def _fit(table: pd.DataFrame, n: int, quantity: str, study: str = IN_H) -> Fit:
+def _fit(table: DataFrame, n: int, quantity: str, study: str = IN_H) -> Fit:
     return readings.order(table, FLOOR[quantity], study=study, quantity=quantity, n=n)
 
 
-def _order(table: pd.DataFrame, n: int) -> Row:
+def _order(table: DataFrame, n: int) -> Row:
     """The theorem with C_f constant."""
     return V14.row(
         f"order of the {CURVE}, n = {n}",
@@ -230,7 +206,7 @@ def _order(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _coercive(table: pd.DataFrame) -> list[Row]:
+def _coercive(table: DataFrame) -> list[Row]:
     """The theorem with the C_f of theorem 2.3.8, which grows like 1 / h, and with its root."""
     whole, root = ([_over_bound(table, n, power) for n in NS] for power in (1.0, 0.5))
     proof = (
@@ -267,7 +243,7 @@ def _coercive(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _over_bound(table: pd.DataFrame, n: int, power: float) -> Estimate:
+def _over_bound(table: DataFrame, n: int, power: float) -> Estimate:
     """Order in h of the distance over C_f^-power sqrt(error of one step), C_f of order -1; NaN
     where either has no order."""
     curve, steps = (estimate(_fit(table, n, quantity, COERCIVE)) for quantity in (CURVE, ENDS))
@@ -293,4 +269,13 @@ V14 = Claim(
     statement="H thm. 2.3.6, 2.3.7: between exact ends the curve converges at half the rate of "
     "the step at least. Measured: at this rate in n, and faster in h; contradicted is only the "
     "last sentence of thm. 2.3.7, with a C_f that depends on h.",
+    caught=(
+        of_table(
+            "base of the step's error",
+            *(f"base of the {of}" for of in (CURVE, LARGEST)),
+            *(f"order of the {of}, n = 6" for of in (CURVE, LARGEST)),
+            beta=1.0 + 1e-9,
+            C=1.0 + 1e-4,
+        ),
+    ),
 )

@@ -2,24 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.checks.series_bounds import NoGrowth
+from benchmarks.claims.kit import *
 from benchmarks.measures import independent_invariants
 from benchmarks.measures.errors import angular_momentum_errors
-from benchmarks.measures.refinement import method_of
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, history, row
-from galvi import Problem, Trajectory
-from galvi.arrays import Array
 from references.closed_forms.kepler import KEPLER
 
 ANGULAR, LINEAR = "angular momentum", "linear momentum"
@@ -63,7 +49,7 @@ def pair_on_a_line() -> Problem:
     return Problem(galvi.Canonical(1.0, potential, gradient), [1.0, -0.5], [0.3, 0.4])
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Changes of momenta at step ends by method, in units of rounding; an order; a history."""
     numbers, points = (QUICK_NUMBERS, QUICK_POINTS) if quick else (NUMBERS, POINTS)
     problem, rows = three_bodies(), []
@@ -170,13 +156,13 @@ def _of_one_step(orbit: Problem, method: Any, q: Array, p: Array) -> float:
     return float(np.max(np.abs(angular_momentum_errors(run, t))))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Both momenta for each kind of space; degrees by component; along the curve."""
     rows = [_discrete(table, kind, quantity) for kind in kinds() for quantity in (ANGULAR, LINEAR)]
     return [*rows, *_mixed(table), _along_the_curve(table)]
 
 
-def _discrete(table: pd.DataFrame, kind: str, quantity: str) -> Row:
+def _discrete(table: DataFrame, kind: str, quantity: str) -> Row:
     changes = readings.values(table, study=kind, quantity=quantity)
     return V15.row(
         f"change of {quantity} at step ends, {kind} [roundings]",
@@ -192,7 +178,7 @@ def _discrete(table: pd.DataFrame, kind: str, quantity: str) -> Row:
     )
 
 
-def _mixed(table: pd.DataFrame) -> list[Row]:
+def _mixed(table: DataFrame) -> list[Row]:
     changes = readings.values(table, study=TRANSLATION, quantity=LINEAR)
     how = f"ComponentPolynomials%s, gauss({{points}}); T = {MIXED_TIME:g}"
     return [
@@ -230,7 +216,7 @@ def _listed(degrees: tuple[tuple[int, int], ...]) -> str:
     return ", ".join(map(str, degrees))
 
 
-def _along_the_curve(table: pd.DataFrame) -> Row:
+def _along_the_curve(table: DataFrame) -> Row:
     return V15.row(
         f"error of {ALONG}, over the largest of single steps from exact states",
         NoGrowth(1.0),
@@ -245,6 +231,17 @@ def _along_the_curve(table: pd.DataFrame) -> Row:
     )
 
 
+def _leaking(sound: Callable[..., Trajectory]) -> Callable[..., Trajectory]:
+    """The momentum grows by 1e-12 in all."""
+
+    def run(*given: Any, **more: Any) -> Trajectory:
+        found = sound(*given, **more)
+        fading = np.linspace(1.0, 1.0 + 1e-12, len(found.t))
+        return replace(found, p=found.p * fading.reshape(-1, *[1] * (found.p.ndim - 1)))
+
+    return run
+
+
 V15 = Claim(
     "V15",
     "Noether quantities for every space and rule",
@@ -254,4 +251,20 @@ V15 = Claim(
     claimed="the discrete Noether quantity is conserved",
     statement="H thm. 2.3.10, 2.3.11: steps conserve the discrete Noether quantity of a symmetry, "
     "and its error along the curve does not grow with their number.",
+    caught=(
+        of_table(
+            f"error of {ALONG}, over the largest of single steps from exact states",
+            *(f"change of angular momentum at step ends, {kind} [roundings]" for kind in kinds()),
+            beta=1.0 + 1e-6,
+            b=1.0 + 1e-3,
+        ),
+        Fault(
+            "a momentum that leaks",
+            {
+                *(f"change of linear momentum at step ends, {one} [roundings]" for one in kinds()),
+                "change of linear momentum, translation, degrees by component [roundings]",
+            },
+            wrong={"galvi.integrate": _leaking},
+        ),
+    ),
 )

@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
 from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, rows
-from galvi import Problem
 
 DEFECT, APART = "defect of DF^T J DF = J", "DF against central differences"
 NUMBERS, POINTS = (1, 2, 3, 4), (1, 2, 3, 4, 5, 6, MANY)
@@ -43,7 +32,7 @@ SETUP = (
 )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """'defect' of each method; for the first of each family DF against central differences."""
     numbers, points = (QUICK_NUMBERS, QUICK_POINTS) if quick else (NUMBERS, POINTS)
     found: list[dict[str, Any]] = []
@@ -76,7 +65,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     return frame(found)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The worst method of each kind of space and problem; then the check of DF itself."""
     return [
         *(_symplectic(table, name, kind) for name in PROBLEMS for kind in (*kinds(), MIXED)),
@@ -84,7 +73,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _symplectic(table: pd.DataFrame, name: str, kind: str) -> Row:
+def _symplectic(table: DataFrame, name: str, kind: str) -> Row:
     defects = readings.values(table, study=name, quantity=DEFECT, label=kind)
     problem, h = PROBLEMS[name]
     setup = (
@@ -105,7 +94,7 @@ def _symplectic(table: pd.DataFrame, name: str, kind: str) -> Row:
     )
 
 
-def _differences(table: pd.DataFrame, name: str) -> Row:
+def _differences(table: DataFrame, name: str) -> Row:
     return V16.row(
         f"{APART}, {name}",
         AtMost(AGREES),
@@ -129,4 +118,19 @@ V16 = Claim(
     judge,
     source="H 1.2",
     statement="H 1.2: variational integrators preserve the canonical symplectic form.",
+    caught=(
+        of_table(
+            *(f"{DEFECT}, {kind}, {name}" for kind in kinds() for name in PROBLEMS), A=1.0 + 1e-4
+        ),
+        Fault(
+            "the derivative of another step",
+            {f"{APART}, {name}" for name in PROBLEMS}.__eq__,
+            wrong={
+                f"{__name__}.QUICK_POINTS": always((3,)),
+                "galvi.step_derivative": given(
+                    lambda *these: (*these[:2], these[2] * (1.0 + 1e-6))
+                ),
+            },
+        ),
+    ),
 )

@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import Above, AtLeast, AtMost, Bound, Exactly, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_functions import Functions, broken_powers, powers, table, waves
 from benchmarks.measures.independent_space import gauss_points, lobatto_points
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, rows
-from galvi.arrays import Array
 
 NORM, SOLVABLE = "|.|_{X,N} is a norm", "free particle has a unique motion"
 DEFECT, END = "free particle off the straight line", "displacement over a step h v0"
@@ -27,6 +16,14 @@ KINDS = (
     "polynomials, Fourier, both, piecewise and Hermite, with Gauss, Lobatto and repeated Gauss "
     "rules"
 )
+LEMMA = "pairs in which the two sides of the lemma differ"
+ILL_POSED = "pairs refused as ill-posed without being so, or not refused"
+BENT = "pairs accepted with a bent free motion, or refused with a straight one"
+FEWER = "pairs of each refused kind, the fewer"
+TABLES = "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs"
+OTHERWISE = "pairs that galvi.theory judges otherwise"
+FAR = "how far a free particle comes in a step, over h v0"
+OFF = "how far a free particle is off a straight line, over h v0"
 PERIODIC, MIXED = "{1, Fourier 2}, Gauss 16", "{1, t, Fourier 2}, Gauss 5"
 
 
@@ -66,16 +63,29 @@ def _repeated(points: tuple[Array, Array], pieces: int) -> tuple[Array, Array]:
     )
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """For each pair, one row per quantity, with the pair's name in ``label``."""
-    observed = []
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
+    """Both sides of the lemma and galvi's decisions over all pairs, and two that are no methods."""
+    pairs: dict[str, dict[str, float]] = {}
     for name, (space, functions, pieces) in spaces().items():
         report(name)
         for rule_name, (rule, points) in rules(pieces).items():
             found = {**_by_hand(functions, *points), **_by_galvi(make_method, space, rule)}
             found[SAID] = _agrees(space, rule, found)
-            observed += rows(found, study="pairs", label=f"{name}, {rule_name}")
-    return frame(observed)
+            pairs[f"{name}, {rule_name}"] = found
+    wide = DataFrame.from_dict(pairs, orient="index")
+    straight, unsolved = wide[DEFECT] <= STRAIGHT, wide[SOLVABLE] == 0
+    return {
+        LEMMA: (wide[NORM] != wide[SOLVABLE]).sum(),
+        ILL_POSED: ((wide[AS_ILL_POSED] > 0) != unsolved).sum(),
+        BENT: ((wide[ACCEPTED] > 0) != straight).sum(),
+        FEWER: min(unsolved.sum(), (~straight & ~unsolved).sum()),
+        TABLES: readings.largest(wide[TABLE_DEFECT].dropna().to_numpy()),
+        OTHERWISE: (wide[SAID] == 0).sum(),
+        **{
+            f"{quantity}, {pair}": wide.loc[pair, part] if wide.loc[pair, SOLVABLE] else math.nan
+            for pair, part, quantity in ((PERIODIC, END, FAR), (MIXED, DEFECT, OFF))
+        },
+    }
 
 
 def _by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
@@ -120,118 +130,108 @@ def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:
     return float(said.well_posed == bool(found[SOLVABLE]) and said.consistent == straight)
 
 
-def judge(found: pd.DataFrame) -> list[Row]:
-    """Rows for both sides of the lemma, for galvi's decisions, and two well-posed non-methods."""
-    wide = found.pivot(index="label", columns="quantity", values="value") if len(found) else found
-    count = len(wide)
-    lemma = ill = bent = both = said = worst = float("nan")
-    if count:
-        straight = wide[DEFECT] <= STRAIGHT
-        lemma = float((wide[NORM] != wide[SOLVABLE]).sum())
-        ill = float(((wide[AS_ILL_POSED] > 0) != (wide[SOLVABLE] == 0)).sum())
-        bent = float(((wide[ACCEPTED] > 0) != straight).sum())
-        both = float(min((wide[SOLVABLE] == 0).sum(), (~straight & (wide[SOLVABLE] > 0)).sum()))
-        said = float((wide[SAID] == 0).sum())
-        worst = readings.largest(wide[TABLE_DEFECT].dropna().to_numpy())
-    setup = f"{count} pairs; {KINDS}"
-    return [
-        V19.row(
-            "pairs in which the two sides of the lemma differ",
-            Exactly(0),
-            lemma,
-            source="M lemma 1",
-            setup=setup,
-            claimed="unique solution iff a norm",
-            reason="Necessary and sufficient.",
-        ),
-        V19.row(
-            "pairs refused as ill-posed without being so, or not refused",
-            Exactly(0),
-            ill,
-            source="M lemma 1",
-            setup=setup,
-            claimed="well posed iff the free particle has a unique motion",
-            reason="galvi eliminates in 60 digits, or 16 for spaces in floats.",
-        ),
-        V19.row(
-            "pairs accepted with a bent free motion, or refused with a straight one",
-            Finding(Exactly(0)),
-            bent,
-            setup=setup,
-            claimed="consistent iff alpha = c, beta_p = 1 to 1e-13",
-            reason="A method of any order moves a free particle in a straight line.",
-        ),
-        V19.row(
-            "pairs of each refused kind, the fewer",
-            Finding(AtLeast(5)),
-            both,
-            setup=setup,
-            claimed="neither criterion is empty",
-            reason="Rules with few points; Fourier spaces, and rules that are not exact for them.",
-        ),
-        V19.row(
-            "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs",
-            Finding(AtMost(STRAIGHT)),
-            worst,
-            setup=setup,
-            claimed="straight to 1e-13",
-            reason="Rounded once.",
-        ),
-        V19.row(
-            "pairs that galvi.theory judges otherwise",
-            Finding(Exactly(0)),
-            said,
-            source="M lemma 1, ours",
-            setup=setup,
-            claimed="well posed, consistent",
-            reason="The same elimination.",
-        ),
-        _unique_but_wrong(
-            wide,
-            PERIODIC,
-            END,
-            AtMost(STRAIGHT),
-            "how far a free particle comes in a step, over h v0",
-            "The motion is unique, as lemma 1 says, but beta_p = 0: what has the step as its "
-            "period is where it was, and q never moves. A method of any order comes to 1.",
-        ),
-        _unique_but_wrong(
-            wide,
-            MIXED,
-            DEFECT,
-            Above(STRAIGHT),
-            "how far a free particle is off a straight line, over h v0",
-            "The motion is unique, as lemma 1 says, but bent: Gauss 5 does not integrate "
-            "the cosines exactly. The error is a part of every step, however short: order 0.",
-        ),
-    ]
+NOT_METHODS = {
+    "source": "M lemma 1, section 5",
+    "claimed": "well-posed if and only if it is able to solve the free particle equations: true "
+    "of a unique motion, and no more is claimed",
+}
+CHECKS = (
+    check(
+        LEMMA,
+        Exactly(0),
+        source="M lemma 1",
+        claimed="unique solution iff a norm",
+        reason="Necessary and sufficient.",
+    ),
+    check(
+        ILL_POSED,
+        Exactly(0),
+        source="M lemma 1",
+        claimed="well posed iff the free particle has a unique motion",
+        reason="galvi eliminates in 60 digits, or 16 for spaces in floats.",
+    ),
+    check(
+        BENT,
+        Finding(Exactly(0)),
+        claimed="consistent iff alpha = c, beta_p = 1 to 1e-13",
+        reason="A method of any order moves a free particle in a straight line.",
+    ),
+    check(
+        FEWER,
+        Finding(AtLeast(5)),
+        claimed="neither criterion is empty",
+        reason="Rules with few points; Fourier spaces, and rules that are not exact for them.",
+    ),
+    check(
+        TABLES,
+        Finding(AtMost(STRAIGHT)),
+        claimed="straight to 1e-13",
+        reason="Rounded once.",
+    ),
+    check(
+        OTHERWISE,
+        Finding(Exactly(0)),
+        source="M lemma 1, ours",
+        claimed="well posed, consistent",
+        reason="The same elimination.",
+    ),
+    check(
+        f"{FAR}, {PERIODIC}",
+        Finding(AtMost(STRAIGHT)),
+        setup=f"{PERIODIC}; {KINDS}",
+        reason="The motion is unique, as lemma 1 says, but beta_p = 0: what has the step as its "
+        "period is where it was, and q never moves. A method of any order comes to 1.",
+        **NOT_METHODS,
+    ),
+    check(
+        f"{OFF}, {MIXED}",
+        Finding(Above(STRAIGHT)),
+        setup=f"{MIXED}; {KINDS}",
+        reason="The motion is unique, as lemma 1 says, but bent: Gauss 5 does not integrate "
+        "the cosines exactly. The error is a part of every step, however short: order 0.",
+        **NOT_METHODS,
+    ),
+)
 
 
-def _unique_but_wrong(
-    wide: pd.DataFrame, pair: str, measured: str, bound: Bound, quantity: str, reason: str
-) -> Row:
-    """The row of a pair that is well posed but inconsistent."""
-    known = len(wide) and pair in wide.index and wide.loc[pair, SOLVABLE] == 1.0
-    return V19.row(
-        f"{quantity}, {pair}",
-        Finding(bound),
-        float(wide.loc[pair, measured]) if known else float("nan"),
-        source="M lemma 1, section 5",
-        setup=f"{pair}; {KINDS}",
-        claimed="well-posed if and only if it is able to solve the free particle equations: true "
-        "of a unique motion, and no more is claimed",
-        reason=reason,
-    )
+def _unchecked(space: Any, rule: Any) -> Any:
+    """Takes an inconsistent pair for a method."""
+    try:
+        return galvi.Galerkin(space, rule)
+    except ValueError as refusal:
+        if "is ill-posed" in str(refusal):
+            raise
+        return galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(2))
 
 
-V19 = Claim(
+def _too_strict(space: Any, rule: Any) -> Any:
+    """Refuses what has fewer points than functions: sufficient, as in H, and not necessary."""
+    if rule.points < space.dimension:
+        raise ValueError(f"{space} with {rule.name} is ill-posed.")
+    return galvi.Galerkin(space, rule)
+
+
+V19 = scalars(
     "V19",
     "Well posed iff a free particle has a unique motion",
-    study,
-    judge,
+    measure,
+    CHECKS,
     source="ours",
+    setup=f"{sum(len(rules(pieces)) for *_, pieces in spaces().values())} pairs; {KINDS}",
     reference="M's problem (9) in monomials, sines and cosines, by numpy",
     statement="M lemma 1: a step is well posed if and only if the equations of a free particle "
     "have a unique solution. Ours: the method is consistent if and only if this solution is a "
     "straight line.",
+    caught=(
+        of_table(TABLES, velocity_coefficients=1.0 + 1e-12),
+        Fault("inconsistent pairs taken", {BENT}, _unchecked),
+        Fault("fewer points than functions refused", {ILL_POSED}, _too_strict),
+        Fault(
+            "a theory that takes every pair for consistent",
+            {OTHERWISE},
+            wrong={
+                "galvi.theory": lambda sound: lambda *pair: replace(sound(*pair), consistent=True)
+            },
+        ),
+    ),
 )

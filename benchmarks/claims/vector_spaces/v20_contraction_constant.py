@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-import numpy as np
-import pandas as pd
 from scipy.linalg import eigvalsh
 
-import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, Exactly, Finding, Near
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.contraction import passes
 from benchmarks.measures.independent_space import (
     Grams,
@@ -25,10 +18,7 @@ from benchmarks.measures.independent_space import (
     values,
     z0,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, rows
 from benchmarks.test_problems.nonlinear_oscillators import NONLINEAR, NonlinearOscillator
-from galvi.arrays import Array
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
 GAUSS, GAUSS_TWICE = "Gauss N", "Gauss 2 N"
@@ -59,7 +49,7 @@ def points(name: str, degree: int) -> int | None:
     return None if name == LOBATTO and degree < 2 else number
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For each rule and degree N: C_N by numpy, the contraction of the method's own pass in
     |.|_{X,N}, the inf-sup constant of proposition 1, and runs by fixed-point iteration; and, with
     the oscillator in `label`, the passes themselves for nonlinear ones."""
@@ -169,7 +159,7 @@ def _nonlinear(
     }
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for the bound with each rule, its constants and its sharpness."""
 
     def every(quantity: str) -> Array:
@@ -257,7 +247,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _nonlinear_rows(table: pd.DataFrame, case: NonlinearOscillator) -> list[Row]:
+def _nonlinear_rows(table: DataFrame, case: NonlinearOscillator) -> list[Row]:
     """The same bound with the oscillator's own K, over all rules and degrees."""
 
     def every(quantity: str) -> Array:
@@ -319,14 +309,14 @@ def _nonlinear_rows(table: pd.DataFrame, case: NonlinearOscillator) -> list[Row]
     ]
 
 
-def _share(table: pd.DataFrame, name: str) -> Array:
+def _share(table: DataFrame, name: str) -> Array:
     """The contraction of a pass over eta C_N^2, at the same h^2 K / m, for each degree."""
     bound = 3.0 * _of(table, name, CONSTANT) ** 2 / z0() ** 2
     share: Array = _of(table, name, PASS) / bound
     return share
 
 
-def _of(table: pd.DataFrame, name: str, quantity: str) -> Array:
+def _of(table: DataFrame, name: str, quantity: str) -> Array:
     return readings.values(table, "n", study=name, quantity=quantity)
 
 
@@ -340,4 +330,19 @@ V20 = Claim(
     f"{', '.join(RULES)} nodes; eta = 3 K h^2 / (m z0^2)",
     reference="norms by numpy's Gauss rule, in Legendre polynomials",
     statement="M thm. 1, 2: M's fixed-point iteration contracts by eta C_N^2 at most.",
+    caught=(
+        of_table("largest contraction of a pass over eta C_N^2, Gauss N", C=20.0),
+        *(
+            of_table(
+                "contraction of galvi's pass less that of M's linear problem, over h^2 K / m, "
+                "largest",
+                **wrong,
+            )
+            for wrong in ({"C": 1.0 + 1e-7}, {"b": 1.0 + 1e-9}, {"slope": 1.0 + 1e-9})
+        ),
+        *(
+            of_table(*(f"largest {SAME}, {case.name}" for case in NONLINEAR), **wrong)
+            for wrong in ({"A": 1.0 + 1e-6}, {"beta": 1.0 + 1e-6})
+        ),
+    ),
 )

@@ -2,33 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import (
-    ATTAINED,
-    CONTRADICTED,
-    EXCEEDS,
-    FINDING,
-    AtLeast,
-    AtMost,
-    Finding,
-    Order,
-)
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces import oscillator
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
-from benchmarks.measures.refinement import at_fixed_time, refine
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, row, rows
 from benchmarks.test_problems.two_springs import DURATION, KINK, SMOOTHNESS, motion, two_springs
-from galvi import Problem
 from references.closed_forms.kepler import KEPLER
 from references.scipy.ivp import DOP853, TIGHT
 
@@ -93,7 +72,7 @@ IN_L2 = (
 STEP_IN_X = "one step in the middle, h = T / K, from the exact state, in |.|_X"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Errors of each series, with the degree N as n - 1:
 
     e_max, e_mean of each case, and of one step along the path with Gauss N + 1
@@ -182,7 +161,7 @@ def _path(case: Case, method: Any, count: int) -> tuple[float, str]:
     return path, failure(run)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """The rates in X of both motions, the path by rule, the orders at step ends, the rules."""
     return [
         *(
@@ -205,7 +184,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _rate(table: pd.DataFrame, name: str, quantity: str, degree: int) -> Row:
+def _rate(table: DataFrame, name: str, quantity: str, degree: int) -> Row:
     case = CASES[name]
     less, words = (1.0, "1") if quantity == LARGEST else (0.5, "1/2")
     claimed = min(case.smoothness, degree + 1) - less
@@ -243,7 +222,7 @@ def _expectation(name: str, quantity: str, degree: int) -> tuple[str, str]:
     return ATTAINED, f"{IN_L2}."
 
 
-def _path_row(table: pd.DataFrame, study: str, label: str, degree: int) -> Row:
+def _path_row(table: DataFrame, study: str, label: str, degree: int) -> Row:
     """The smooth path by rule: M's N + 1/2, and N - 1/2 for Lobatto with N nodes."""
     few = label == "Lobatto N"
     rule = "" if study == "smooth" else f", {label}"
@@ -265,7 +244,7 @@ def _path_row(table: pd.DataFrame, study: str, label: str, degree: int) -> Row:
     )
 
 
-def _rough_path(table: pd.DataFrame, degree: int) -> Row:
+def _rough_path(table: DataFrame, degree: int) -> Row:
     case = CASES["rough"]
     least = min(case.smoothness, degree + 1) - 1.0
     return V22.row(
@@ -281,7 +260,7 @@ def _rough_path(table: pd.DataFrame, degree: int) -> Row:
     )
 
 
-def _order(table: pd.DataFrame, label: str, degree: int) -> Row:
+def _order(table: DataFrame, label: str, degree: int) -> Row:
     fewer = label == "Lobatto N"
     order = 2 * degree - 2
     return V22.row(
@@ -306,7 +285,7 @@ def _order_setup(label: str) -> str:
     )
 
 
-def _rule(table: pd.DataFrame, family: str) -> Row:
+def _rule(table: DataFrame, family: str) -> Row:
     printed = 2 * NODES - (1 if family == "Gauss" else 3)
     return V22.row(
         f"order of the error of the rule, {family}, {NODES} nodes",
@@ -322,7 +301,7 @@ def _rule(table: pd.DataFrame, family: str) -> Row:
     )
 
 
-def _ours(table: pd.DataFrame) -> list[Row]:
+def _ours(table: DataFrame) -> list[Row]:
     """What the two slips should be."""
     steps = [
         V22.row(
@@ -355,7 +334,7 @@ def _ours(table: pd.DataFrame) -> list[Row]:
     return [*steps, *rules]
 
 
-def _apart(table: pd.DataFrame, name: str) -> Row:
+def _apart(table: DataFrame, name: str) -> Row:
     return V22.row(
         f"{APART}, {name}",
         Finding(AtMost(0.1 * (ENDS_FLOOR if name == "Kepler" else FLOOR))),
@@ -377,4 +356,22 @@ V22 = Claim(
     "the path, and of the step, which the rule limits. Measured: the orders of e_mean for smooth "
     "motions and of the path are attained, that of e_max is a lower bound, and those of the rule "
     "and the step are an index slip on the safe side.",
+    caught=(
+        OTHER_TRUTH,
+        of_table(
+            "order of error along the path, smooth, N = 4",
+            "order of the one-step error against 2 N, Gauss N, N = 4",
+            "order of the one-step error against 2 N, Lobatto N + 1, N = 4",
+            A=1.0 + 1e-4,
+            C=1.0 + 1e-3,
+        ),
+        Fault(
+            "approximations of degree 1",
+            {f"order of {MEAN}, {name}, N = {n}" for name in CASES for n in (2, 3, 4)},
+            wrong={
+                f"{__name__}.refine": always(lambda *given: []),
+                f"{__name__}.best_errors": given(lambda *these: (*these[:2], 1, *these[3:])),
+            },
+        ),
+    ),
 )

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, Finding, Order, Within
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.brownout_crossing import crossing
 from benchmarks.claims.vector_spaces.brownout_particle import (
     ACROSS,
@@ -23,11 +16,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
     truth,
 )
 from benchmarks.measures.refinement import outcome
-from benchmarks.statistics import readings
-from benchmarks.statistics.estimate import Estimate
-from benchmarks.store.frames import frame, number, row, series
 from benchmarks.store.frames import rows as rows_of
-from galvi import Trajectory
 from references.scipy.ivp import DOP853, RADAU
 from references.textbook.euler import SEMI_IMPLICIT_EULER
 
@@ -62,7 +51,7 @@ def step_counts(quick: bool) -> list[int]:
     return [PIECES * k for k in multiples]
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """'error of the place' [m], with N + 1 in `n`:
 
     of each start, in `study`, N = 1 to 4 in h, and semi-implicit Euler with n = 1, as if N = 0;
@@ -153,7 +142,7 @@ def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[s
     )
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for the orders from each start, the saturation of errors, and M's reference."""
     return [
         *(_order(table, AWAY, degree) for degree in (*DEGREES, 0)),
@@ -176,7 +165,7 @@ KINK = (
 OPEN = "M does not say whether w passes through 0; without it the order is 2 N = {}"
 
 
-def _order(table: pd.DataFrame, start: str, degree: int) -> Row:
+def _order(table: DataFrame, start: str, degree: int) -> Row:
     fit = readings.order(table, FLOOR, study=start, quantity=ERROR, n=degree + 1)
     if degree == 0:
         return V23.row(
@@ -198,7 +187,7 @@ def _order(table: pd.DataFrame, start: str, degree: int) -> Row:
     )
 
 
-def _envelope(table: pd.DataFrame, degree: int) -> Row:
+def _envelope(table: DataFrame, degree: int) -> Row:
     return V23.row(
         f"order of the upper envelope, N = {degree}, {ACROSS}",
         Finding(Order(3)),
@@ -214,7 +203,7 @@ def _envelope(table: pd.DataFrame, degree: int) -> Row:
     )
 
 
-def _left_beside(table: pd.DataFrame) -> Row:
+def _left_beside(table: DataFrame) -> Row:
     return V23.row(
         f"order of the {BESIDE}, N = 2, {ACROSS}",
         Finding(Order(4)),
@@ -226,7 +215,7 @@ def _left_beside(table: pd.DataFrame) -> Row:
     )
 
 
-def _departure(table: pd.DataFrame, degree: int) -> Row:
+def _departure(table: DataFrame, degree: int) -> Row:
     left, derived = (
         series(table, "step", study=PLACED, quantity=name, n=degree + 1)[1]
         for name in (BESIDE, DERIVED)
@@ -242,7 +231,7 @@ def _departure(table: pd.DataFrame, degree: int) -> Row:
     )
 
 
-def _saturation(table: pd.DataFrame) -> list[Row]:
+def _saturation(table: DataFrame) -> list[Row]:
     """Rows for the error of an early stop of the solve at the smallest steps."""
     solved = _at_small_steps(table, SOLVED)
     levels = np.array([_at_small_steps(table, stopped_at(t)) for t in SCANNED])
@@ -280,13 +269,13 @@ def _saturation(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _at_small_steps(table: pd.DataFrame, study: str) -> float:
+def _at_small_steps(table: DataFrame, study: str) -> float:
     """The geometric mean of the errors at the smallest steps; NaN where one is missing."""
     errors = series(table, "step", study=study, quantity=ERROR, n=SATURATING + 1)[1][-LAST:]
     return float(np.exp(np.mean(np.log(errors)))) if errors.size == LAST else float("nan")
 
 
-def _distance(table: pd.DataFrame, start: str) -> Row:
+def _distance(table: DataFrame, start: str) -> Row:
     away = start == AWAY
     bound = AGREED if away else number(table, study=OWN, quantity=DERIVED, label=start)
     return V23.row(
@@ -301,7 +290,7 @@ def _distance(table: pd.DataFrame, start: str) -> Row:
     )
 
 
-def _agreement(table: pd.DataFrame, start: str) -> Row:
+def _agreement(table: DataFrame, start: str) -> Row:
     return V23.row(
         f"distance between the two references [m], {DOP853.name} and {RADAU.name}, {start}",
         Finding(AtMost(AGREED)),
@@ -329,6 +318,19 @@ def _placed(words: str) -> str:
     )
 
 
+WRONG_MOTIONS: Mapping[str, Callable[[Problem], Problem]] = {
+    "drag stronger by a millionth": lambda problem: galvi.problems.brownout(
+        problem.parameters["diameter"],
+        problem.q0,
+        problem.v0,
+        drag_coefficient=0.44 * (1.0 + 1e-6),
+    ),
+    "no drag": lambda problem: replace(
+        problem, system=replace(problem.system, force=None, timed_force=False)
+    ),
+    "rotor late by a millionth of a second": lambda problem: replace(problem, t0=problem.t0 - 1e-6),
+}
+
 V23 = Claim(
     "V23",
     "Brownout particle: the order with a drag that depends on velocity",
@@ -340,4 +342,25 @@ V23 = Claim(
     statement="M 6.2, fig. 3 left: the order is 2 N although the drag depends on velocity, until "
     "the tolerance of Newton's method is reached. Measured: so while the relative velocity w "
     "stays away from 0; where it passes through 0 the order is about 3 for N > 1.",
+    caught=(
+        *(
+            of_table(
+                f"order, N = 4, {AWAY}",
+                f"distance to DOP853 [m], M's reference, N = 12, {AWAY}",
+                **{array: 1.0 + 1e-6},
+            )
+            for array in ("b", "integral")
+        ),
+        *(
+            of_motion(
+                what,
+                {
+                    *(f"order, N = {N}, {AWAY}" for N in (3, 4)),
+                    f"distance to DOP853 [m], M's reference, N = 12, {ACROSS}",
+                },
+                change,
+            )
+            for what, change in WRONG_MOTIONS.items()
+        ),
+    ),
 )

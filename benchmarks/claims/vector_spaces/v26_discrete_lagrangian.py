@@ -2,17 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import EXCEEDS, AtMost, Base, Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     METHOD,
     ORBIT,
@@ -26,11 +16,6 @@ from benchmarks.claims.vector_spaces.step_actions import (
     exact_lagrangian,
 )
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
-from benchmarks.measures.refinement import method_of
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit, algebraic
-from benchmarks.store.frames import failure, frame, pick, row, rows
-from galvi import Problem
 from references import Contender
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
@@ -64,7 +49,7 @@ def with_lobatto(make_method: MakeMethod, n: int) -> Any:
     return make_method(galvi.Polynomials(n - 1), galvi.lobatto(n - 1))
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """For one step: errors of L_d and of (q, p) at the end against h for each problem and n, and
     against n at h = 2; SQUARE for the oscillator; the distance between the two references."""
     sizes = {
@@ -110,7 +95,7 @@ def _steps(
     return found
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Orders and bases of both errors, the printed bounds, and the constants."""
     apart = readings.largest(readings.values(table, quantity=APART))
     judged = [
@@ -139,7 +124,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [replace(one, reference=reference) for one in judged]
 
 
-def _order(table: pd.DataFrame, name: str, n: int, quantity: str) -> Row:
+def _order(table: DataFrame, name: str, n: int, quantity: str) -> Row:
     """O(h^(r + 1)), r the step's order."""
     order = 2 * (n - 1)
     return V26.row(
@@ -155,7 +140,7 @@ def _order(table: pd.DataFrame, name: str, n: int, quantity: str) -> Row:
     )
 
 
-def _limited(table: pd.DataFrame, n: int, quantity: str) -> Row:
+def _limited(table: DataFrame, n: int, quantity: str) -> Row:
     """The same equivalence where the rule limits the order."""
     order = 2 * (n - 1) - 2
     return V26.row(
@@ -170,7 +155,7 @@ def _limited(table: pd.DataFrame, n: int, quantity: str) -> Row:
     )
 
 
-def _printed(table: pd.DataFrame, n: int) -> Row:
+def _printed(table: DataFrame, n: int) -> Row:
     return V26.row(
         f"order of the {ACTION}, Kepler, n = {n}, against the bound",
         Order(n),
@@ -185,7 +170,7 @@ def _printed(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _bases(table: pd.DataFrame) -> list[Row]:
+def _bases(table: DataFrame) -> list[Row]:
     base = convergence_of_polynomials(0.0, STEP) ** 2
     claimed = "L_d and the flow map have error O(K^n) with one K < 1"
     place = (
@@ -210,7 +195,7 @@ def _bases(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _square(table: pd.DataFrame) -> Row:
+def _square(table: DataFrame) -> Row:
     return V26.row(
         f"largest {SQUARE}",
         AtMost(0.5),
@@ -225,7 +210,7 @@ def _square(table: pd.DataFrame) -> Row:
     )
 
 
-def _constant(table: pd.DataFrame, n: int) -> Row:
+def _constant(table: DataFrame, n: int) -> Row:
     """L_d - S = h^(2n-1) |q^(n)|^2 ((n-1)! / (2n-2)!)^2 / (2 (2n-1)) (1 + O(h^2))."""
     chosen = pick(table, study="oscillator", quantity=ACTION, n=n).sort_values(
         "step", ascending=False
@@ -247,7 +232,7 @@ def _constant(table: pd.DataFrame, n: int) -> Row:
     )
 
 
-def _fit(table: pd.DataFrame, study: str, n: int, quantity: str) -> Fit:
+def _fit(table: DataFrame, study: str, n: int, quantity: str) -> Fit:
     return readings.order(table, FLOOR, study=study, quantity=quantity, n=n)
 
 
@@ -265,4 +250,26 @@ V26 = Claim(
     reference=EXACT,
     statement="H thm. 2.1.1, 2.3.2 to 2.3.4, 3.1.1, M thm. 4, 5: a method of order r has a "
     "discrete Lagrangian with an error O(h^(r + 1)), and in n both have one base K.",
+    caught=(
+        of_table(*(f"order of the {STEPPED}, Kepler, n = {n}" for n in (4, 5)), beta=1.0 + 1e-6),
+        of_table(
+            *(f"order of the {ACTION}, oscillator, n = {n}" for n in (5, 6)),
+            f"base of the {ACTION}, Kepler",
+            C=1.0 + 1e-4,
+        ),
+        Fault(
+            "the potential's sign, which no step sees",
+            {f"order of the {ACTION}, Kepler, n = 3", APART},
+            wrong={
+                "benchmarks.claims.vector_spaces.step_actions.lagrangian": lambda sound: (
+                    lambda p, q, v: np.sum(v * v, axis=-1) - sound(p, q, v)
+                )
+            },
+        ),
+        Fault(
+            "oracles that differ",
+            {APART},
+            wrong={f"{__name__}.exact_lagrangian": scaled(1.0 + 1e-12)},
+        ),
+    ),
 )

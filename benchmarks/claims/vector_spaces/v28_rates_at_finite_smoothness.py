@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
-import numpy as np
-import pandas as pd
 from scipy.integrate import quad
 
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
+from benchmarks.claims.vector_spaces import singular_approximation
 from benchmarks.claims.vector_spaces.singular_approximation import (
     closed_errors,
     path_error,
     quadrature_error,
 )
 from benchmarks.measures.best_approximation import best_errors
-from benchmarks.statistics import readings
-from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.statistics.estimate import Estimate
-from benchmarks.store.frames import failure, frame, pick, row, rows
 from benchmarks.test_problems.singular_drive import SingularDrive
-from galvi.arrays import Array
 
 BEST, CLOSED = "error of the best polynomial", "the same in closed form"
 LARGEST, PATH = "e_max", "error along the path"
@@ -68,7 +57,7 @@ def named(place: float, b: float) -> str:
     return f"t* = {place:g}, b = {b:g}"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """By degree, n = N + 1, the error of one best polynomial on [0, 1], by two means; by the number
     of subintervals, e_max, and the error of galvi's step through t*; the motion by two means.
     """
@@ -124,7 +113,7 @@ def _distance(drive: SingularDrive) -> float:
     return max(apart)
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for the power of N by place and exponent, then for the order in h."""
     return [
         *(_middle(table, b) for b in EXPONENTS),
@@ -154,17 +143,17 @@ def _smoothness(b: float) -> int:
     return SingularDrive(0.5, b).smoothness
 
 
-def _power(table: pd.DataFrame, place: float, b: float) -> Fit:
+def _power(table: DataFrame, place: float, b: float) -> Fit:
     return readings.power(table, FLOOR, study=named(place, b), quantity=BEST)
 
 
-def _rates(table: pd.DataFrame, places: Iterable[float], exponents: Iterable[float]) -> Array:
+def _rates(table: DataFrame, places: Iterable[float], exponents: Iterable[float]) -> Array:
     """The fitted powers, (places, exponents)."""
     chosen = tuple(exponents)
     return np.array([[_power(table, place, b).rate for b in chosen] for place in places])
 
 
-def _printed(table: pd.DataFrame, s: int, b: str, place: str) -> dict[str, str]:
+def _printed(table: DataFrame, s: int, b: str, place: str) -> dict[str, str]:
     return {
         "setup": f"{DRIVE.format(s)}; t* = {place}, b = {b}; {WHOLE}; {SCAN}",
         "claimed": PRINTED.format(s),
@@ -172,7 +161,7 @@ def _printed(table: pd.DataFrame, s: int, b: str, place: str) -> dict[str, str]:
     }
 
 
-def _middle(table: pd.DataFrame, b: float) -> Row:
+def _middle(table: DataFrame, b: float) -> Row:
     s = _smoothness(b)
     return V28.row(
         f"power of 1 / N, {named(INSIDE[0], b)}",
@@ -184,7 +173,7 @@ def _middle(table: pd.DataFrame, b: float) -> Row:
     )
 
 
-def _elsewhere(table: pd.DataFrame, place: float) -> Row:
+def _elsewhere(table: DataFrame, place: float) -> Row:
     smooth = [b for b in EXPONENTS if _smoothness(b) == 2]
     return V28.row(
         f"largest power of 1 / N over b, s = 2, t* = {place:g}",
@@ -196,7 +185,7 @@ def _elsewhere(table: pd.DataFrame, place: float) -> Row:
     )
 
 
-def _at_end(table: pd.DataFrame, b: float) -> Row:
+def _at_end(table: DataFrame, b: float) -> Row:
     s = _smoothness(b)
     return V28.row(
         f"power of 1 / N, {named(END, b)}",
@@ -208,7 +197,7 @@ def _at_end(table: pd.DataFrame, b: float) -> Row:
     )
 
 
-def _powers_found(table: pd.DataFrame) -> list[Row]:
+def _powers_found(table: DataFrame) -> list[Row]:
     said = 1.5 - np.array(EXPONENTS)
     inside, ends = _rates(table, INSIDE, EXPONENTS), _rates(table, [END], EXPONENTS)
     fits = [(_power(table, place, b), _smoothness(b)) for place in INSIDE for b in EXPONENTS]
@@ -246,11 +235,11 @@ def _powers_found(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _order(table: pd.DataFrame, quantity: str, b: float, degree: int) -> Fit:
+def _order(table: DataFrame, quantity: str, b: float, degree: int) -> Fit:
     return readings.order(table, FLOOR, study=named(PLACE, b), quantity=quantity, n=degree + 1)
 
 
-def _in_h(table: pd.DataFrame) -> dict[str, str]:
+def _in_h(table: DataFrame) -> dict[str, str]:
     return {
         "setup": f"{DRIVEN}; t* = 1/3; K = 3 m + 1 = 4 to 256 (91 in the quick form) "
         "subintervals of [0, 1]",
@@ -260,7 +249,7 @@ def _in_h(table: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def _largest(table: pd.DataFrame) -> list[Row]:
+def _largest(table: DataFrame) -> list[Row]:
     orders = np.array([[_order(table, LARGEST, b, N).rate for N in DEGREES] for b in ROUGH])
     return [
         V28.row(
@@ -283,7 +272,7 @@ def _largest(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _path(table: pd.DataFrame, b: float, degree: int) -> Row:
+def _path(table: DataFrame, b: float, degree: int) -> Row:
     return V28.row(
         f"order of the error along the path, b = {b:g}, N = {degree}",
         Finding(Order(1.5 - b, resolution=H_RESOLUTION)),
@@ -300,7 +289,7 @@ def _path(table: pd.DataFrame, b: float, degree: int) -> Row:
     )
 
 
-def _oracles(table: pd.DataFrame) -> list[Row]:
+def _oracles(table: DataFrame) -> list[Row]:
     shared = {
         "claimed": "no claim: check of the reference",
         "setup": f"{DRIVE.format('2 or 3')}; {SCAN}",
@@ -326,7 +315,7 @@ def _oracles(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _apart(table: pd.DataFrame) -> float:
+def _apart(table: DataFrame) -> float:
     """Of quadrature and closed form, the largest relative distance."""
     by = ["study", "n"]
     best, other = (pick(table, quantity=name).set_index(by)["value"] for name in (BEST, CLOSED))
@@ -334,7 +323,7 @@ def _apart(table: pd.DataFrame) -> float:
     return readings.largest(apart[np.isfinite(apart)])
 
 
-def _motion(table: pd.DataFrame) -> float:
+def _motion(table: DataFrame) -> float:
     return readings.largest(readings.values(table, quantity=MOTION))
 
 
@@ -348,4 +337,27 @@ V28 = Claim(
     statement="M (13): at smoothness s the best approximation converges like N^-s. Measured: "
     "where the singularity is inside the interval down to N^(1 - s), so that the claim is "
     "contradicted; where it is at an end the claim holds.",
+    caught=(
+        Fault(
+            "a coarse quadrature",
+            {"distance between the two references, best approximation, relative"},
+            wrong={
+                f"{singular_approximation.__name__}.graded_nodes": given(
+                    lambda *these: (*these[:3], these[3] // 4)
+                )
+            },
+        ),
+        Fault(
+            "another motion",
+            {"distance between the two references, motion"},
+            wrong={
+                "benchmarks.test_problems.singular_drive.SingularDrive.motion": scaled(1.0 + 1e-4)
+            },
+        ),
+        of_motion(
+            "a singularity elsewhere",
+            {f"order of the error along the path, b = 0.49, N = {N}" for N in (2, 4)},
+            lambda problem: replace(problem, t0=problem.t0 - 0.01),
+        ),
+    ),
 )

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, Finding, Within
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, rows
-from galvi import Problem
-from galvi.arrays import Array
 from references.scipy.ivp import DOP853
 from references.stored.planets import STORED_TRUTH
 
@@ -24,9 +12,10 @@ FROM_EXACT = "defect, from the step's exact derivative"
 APART = "DF against central differences"
 LINEAR, ANGULAR = "change of the linear momentum", "change of the angular momentum"
 ENERGY, PLACE = "error of the energy", "error of the place at the end"
+PLANETS = (LINEAR, ANGULAR, ENERGY, PLACE)
 NOISE = "root mean square of the energy's error"
 EXACT = "error after 50 steps of h omega = 100"
-LIGHT, TWO, STARTS = "planets", "planets, two passes", "planets, nearby starts"
+TWICE = f"{ENERGY}, over that of converged passes, two passes"
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3)
 STARS = Problem(
     galvi.NBody([1.0, 1.0, 1.0]),
@@ -49,38 +38,31 @@ LIMIT = 1e-11  # 1e-13 was measured, by differences
 AGREES = 1e-10  # 2e-13 was measured
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
     """Orders and defects in each frame; momenta and energies of the outer planets."""
-    found: list[dict[str, Any]] = []
+    found: dict[str, float] = {}
     for name, (problem, chart, longest, duration) in FRAMES.items():
         report(name)
         truth = DOP853.run(problem, duration, {"samples": 1, "tolerance": 1e-13}).q[-1]
         for degree in DEGREES:
             method = _method(make_method, degree, chart)
             slope = _slope(problem, method, longest, duration, truth)
-            found += rows({ORDER: slope}, study=name, n=degree + 1, step=longest)
+            found[f"{ORDER}, {name}, {degree} stages"] = slope
         method = _method(make_method, 3, chart)
         exact = galvi.step_derivative(problem, method, longest)
         DF = map_derivative(problem, method, longest)
-        values = {
-            FROM_EXACT: canonical_defect(exact),
-            DEFECT: canonical_defect(DF),
-            APART: float(np.max(np.abs(exact - DF))),
-        }
-        found += rows(values, study=name, n=4, step=longest)
+        found[f"{FROM_EXACT}, {name}"] = canonical_defect(exact)
+        found[f"{DEFECT}, {name}"] = canonical_defect(DF)
+        found[f"{APART}, {name}"] = float(np.max(np.abs(exact - DF)))
     report("oscillator")
-    found += rows(
-        {EXACT: _oscillation(_method(make_method, 1, galvi.HarmonicFrame()))},
-        study="oscillator", n=2, step=1.0,
-    )  # fmt: skip
-    for name, passes in ((LIGHT, None), (TWO, 2)):
-        report(name)
-        used = _method(make_method, 8, galvi.KeplerFrame(passes=passes))
-        found += rows(_planets(used, quick), study=name, n=9, step=STEP)
-    report(STARTS)
-    noise = _noise(_method(make_method, 8, galvi.KeplerFrame()), quick)
-    found += rows({NOISE: noise}, study=STARTS, n=9, step=SHORT)
-    return frame(found)
+    found[EXACT] = _oscillation(_method(make_method, 1, galvi.HarmonicFrame()))
+    report("planets")
+    found |= _planets(_method(make_method, 8, galvi.KeplerFrame()), quick)
+    few = _planets(_method(make_method, 8, galvi.KeplerFrame(passes=2)), quick)
+    found[TWICE] = few[ENERGY] / found[ENERGY] if found[ENERGY] else math.nan
+    report("planets, nearby starts")
+    found[NOISE] = _noise(_method(make_method, 8, galvi.KeplerFrame()), quick)
+    return found
 
 
 def _method(make_method: MakeMethod, degree: int, chart: Any) -> Any:
@@ -136,153 +118,150 @@ def _noise(method: Any, quick: bool) -> float:
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
-    """Orders from both sides, the symplectic form, exact oscillations, and the outer planets."""
-    return [
-        *(_order(table, name, degree) for name in FRAMES for degree in DEGREES),
-        *(_form(table, name) for name in FRAMES),
-        *(_exact_form(table, name) for name in FRAMES),
-        *(_differences(table, name) for name in FRAMES if not _moved(name)),
-        V29.row(
-            EXACT,
-            AtMost(1e-11),
-            _value(table, EXACT, "oscillator", 2),
-            setup="x'' = -1e4 x from (1, 0), h = 1, one stage; against cos(100 t)",
-            claimed="what the frame holds is exact at any step",
-            reason="Nothing is left to collocate; t omega is known to 1e-12.",
-            reference="cos(100 t)",
-        ),
-        *(_kept(table, quantity) for quantity in (LINEAR, ANGULAR)),
-        V29.row(
-            ENERGY,
-            AtMost(2e-14),
-            _value(table, ENERGY, LIGHT, 9),
-            setup=f"{_setup()}; relative, at the largest",
-            claimed="converged passes leave no drift",
-            reason="Rounding errors are a random walk, and the step's own error is less.",
-            reference="the energy at the start",
-        ),
-        V29.row(
-            NOISE,
-            AtMost(2e-14),
-            _value(table, NOISE, STARTS, 9),
-            setup=f"outer planets, h = {SHORT:g} d, 8 stages; {MANY} starts that differ by 1e-9, "
-            f"after 100,000 years ({FEW} after 10,000 when quick); relative",
-            claimed="rounding errors of the energy are a random walk of less than an ulp a step",
-            reason="What rounding changes in an orbit's energy is taken from its speed.",
-            reference="the energy at the start",
-        ),
-        V29.row(
-            f"{ENERGY}, over that of converged passes, two passes",
-            AtLeast(10.0),
-            _value(table, ENERGY, TWO, 9) / _value(table, ENERGY, LIGHT, 9),
-            setup=f"{_setup()}; the largest error with two passes over that with as many as needed",
-            claimed="two passes are not symplectic: their energy drifts",
-            reason="Two passes leave the square of the contraction, 1e-6, of what is left.",
-            reference="converged passes",
-        ),
-        V29.row(
-            PLACE,
-            AtMost(1e-9),
-            _value(table, PLACE, LIGHT, 9),
-            setup=f"{_setup()}; au",
-            claimed="steps of a tenth of the shortest period are accurate",
-            reason="What the frame leaves is a thousandth of the attraction, and slow.",
-            reference=STORED_TRUTH.name,
-        ),
-    ]
-
-
-def _value(table: pd.DataFrame, quantity: str, study: str, n: int) -> float:
-    return readings.largest(readings.values(table, study=study, quantity=quantity, n=n))
-
-
-def _order(table: pd.DataFrame, name: str, degree: int) -> Row:
-    problem, _, longest, duration = FRAMES[name]
-    order = 2 * degree
-    return V29.row(
-        f"{ORDER}, {name}, {degree} stages",
-        Within(order - CLOSE, order + CLOSE),
-        _value(table, ORDER, name, degree + 1),
-        setup=f"{problem.name}, T = {duration:g}, h from {longest:g} to half of it",
-        claimed=f"the order is that of Gauss collocation, {order}",
-        reason="The frame's map is analytic in h, and its nodes are moved in proportion to h.",
-        reference=DOP853.name,
-    )
-
-
 def _moved(name: str) -> bool:
     """Whether the frame's nodes follow the start, so that the map is not that of held nodes."""
     return bool(FRAMES[name][1] == galvi.KeplerFrame())
 
 
-def _form(table: pd.DataFrame, name: str) -> Row:
-    return V29.row(
+def _of_frame(name: str) -> Iterator[Check]:
+    """Orders from both sides, and the symplectic form."""
+    problem, _, longest, duration = FRAMES[name]
+    step, moved = f"{problem.name}, a step of {longest:g}, 3 stages", _moved(name)
+    for degree in DEGREES:
+        yield check(
+            f"{ORDER}, {name}, {degree} stages",
+            Within(2 * degree - CLOSE, 2 * degree + CLOSE),
+            setup=f"{problem.name}, T = {duration:g}, h from {longest:g} to half of it",
+            claimed=f"the order is that of Gauss collocation, {2 * degree}",
+            reason="The frame's map is analytic in h, and its nodes are moved in proportion to h.",
+            reference=DOP853.name,
+        )
+    yield check(
         f"{DEFECT}, {name}",
-        Finding() if _moved(name) else AtMost(LIMIT),
-        _value(table, DEFECT, name, 4),
-        setup=f"{_step(name)}; DF by central differences of order eight over starts; relative to "
-        "|DF|^2",
-        claimed="none: nodes that follow the start" if _moved(name) else "a step is symplectic",
+        Finding() if moved else AtMost(LIMIT),
+        setup=f"{step}; DF by central differences of order eight over starts; relative to |DF|^2",
+        claimed="none: nodes that follow the start" if moved else "a step is symplectic",
         reason="As a map of its start the step is not symplectic: the nodes follow the start, and "
         "their derivative adds to DF, by the order of the step's own error."
-        if _moved(name)
+        if moved
         else "Collocation at Gauss nodes is symplectic whatever their weights in time are.",
         reference="J",
     )
-
-
-def _exact_form(table: pd.DataFrame, name: str) -> Row:
-    return V29.row(
+    yield check(
         f"{FROM_EXACT}, {name}",
         AtMost(1e-14),
-        _value(table, FROM_EXACT, name, 4),
-        setup=f"{_step(name)}, with its nodes held; relative to |DF|^2",
+        setup=f"{step}, with its nodes held; relative to |DF|^2",
         claimed="with its nodes held a step is symplectic, wherever they are",
         reason="The derivatives of slopes are J times symmetric matrices, and M = 0.",
         reference="J",
     )
+    if not moved:
+        yield check(
+            f"{APART}, {name}",
+            AtMost(AGREES),
+            setup=f"{step}; largest entry",
+            claimed="DF is the derivative of the step",
+            reason="The same map, whose nodes are the same for all starts, differenced to order "
+            "eight.",
+            reference="central differences of the run's states",
+        )
 
 
-def _differences(table: pd.DataFrame, name: str) -> Row:
-    return V29.row(
-        f"{APART}, {name}",
-        AtMost(AGREES),
-        _value(table, APART, name, 4),
-        setup=f"{_step(name)}; largest entry",
-        claimed="DF is the derivative of the step",
-        reason="The same map, whose nodes are the same for all starts, differenced to order eight.",
-        reference="central differences of the run's states",
-    )
+SETUP = f"outer planets, 10,000 years (1,000 when quick), h = {STEP:g} d, 8 stages"
+CHECKS = (
+    *(one for name in FRAMES for one in _of_frame(name)),
+    check(
+        EXACT,
+        AtMost(1e-11),
+        setup="x'' = -1e4 x from (1, 0), h = 1, one stage; against cos(100 t)",
+        claimed="what the frame holds is exact at any step",
+        reason="Nothing is left to collocate; t omega is known to 1e-12.",
+        reference="cos(100 t)",
+    ),
+    *(
+        check(
+            quantity,
+            AtMost(1e-13),
+            setup=f"{SETUP}; relative, at the largest",
+            claimed="the Kepler frame keeps the linear and the angular momentum",
+            reason="Each orbit keeps its own, and collocation keeps what is quadratic.",
+            reference="the momenta at the start",
+        )
+        for quantity in (LINEAR, ANGULAR)
+    ),
+    check(
+        ENERGY,
+        AtMost(2e-14),
+        setup=f"{SETUP}; relative, at the largest",
+        claimed="converged passes leave no drift",
+        reason="Rounding errors are a random walk, and the step's own error is less.",
+        reference="the energy at the start",
+    ),
+    check(
+        NOISE,
+        AtMost(2e-14),
+        setup=f"outer planets, h = {SHORT:g} d, 8 stages; {MANY} starts that differ by 1e-9, "
+        f"after 100,000 years ({FEW} after 10,000 when quick); relative",
+        claimed="rounding errors of the energy are a random walk of less than an ulp a step",
+        reason="What rounding changes in an orbit's energy is taken from its speed.",
+        reference="the energy at the start",
+    ),
+    check(
+        TWICE,
+        AtLeast(10.0),
+        setup=f"{SETUP}; the largest error with two passes over that with as many as needed",
+        claimed="two passes are not symplectic: their energy drifts",
+        reason="Two passes leave the square of the contraction, 1e-6, of what is left.",
+        reference="converged passes",
+    ),
+    check(
+        PLACE,
+        AtMost(1e-9),
+        setup=f"{SETUP}; au",
+        claimed="steps of a tenth of the shortest period are accurate",
+        reason="What the frame leaves is a thousandth of the attraction, and slow.",
+        reference=STORED_TRUTH.name,
+    ),
+)
 
 
-def _step(name: str) -> str:
-    problem, _, longest, _ = FRAMES[name]
-    return f"{problem.name}, a step of {longest:g}, 3 stages"
+def _sheared(sound: Callable[..., Array]) -> Callable[..., Array]:
+    """DF of a step after a shear of the state."""
+
+    def derivative(*given: Any) -> Array:
+        DF = sound(*given)
+        d = len(DF) // 2
+        shear = np.eye(2 * d)
+        shear[:d, d:] = 1e-8 * np.eye(d)
+        return DF @ shear
+
+    return derivative
 
 
-def _kept(table: pd.DataFrame, quantity: str) -> Row:
-    return V29.row(
-        quantity,
-        AtMost(1e-13),
-        _value(table, quantity, LIGHT, 9),
-        setup=f"{_setup()}; relative, at the largest",
-        claimed="the Kepler frame keeps the linear and the angular momentum",
-        reason="Each orbit keeps its own, and collocation keeps what is quadratic.",
-        reference="the momenta at the start",
-    )
-
-
-def _setup() -> str:
-    return f"outer planets, 10,000 years (1,000 when quick), h = {STEP:g} d, 8 stages"
-
-
-V29 = Claim(
+V29 = scalars(
     "V29",
     "Moving frames keep the order, the form and the momenta",
-    study,
-    judge,
+    measure,
+    CHECKS,
     source="ours; docs/frames.md",
     statement="Ours, see docs/frames.md: in moving frames a method keeps its order, the "
     "symplectic form and the momenta.",
+    caught=(
+        of_table(
+            *(ANGULAR, ENERGY, PLACE),
+            *(f"{DEFECT}, {name}" for name in ("harmonic frame", "Kepler frame")),
+            *(f"{FROM_EXACT}, {name}" for name in FRAMES),
+            *(f"{ORDER}, {name}, {k} stages" for name in FRAMES for k in DEGREES),
+            integral=1.5,
+        ),
+        Fault(
+            "a state sheared before the step: symplectic, so that only differences tell",
+            {f"{APART}, {name}" for name in FRAMES if not _moved(name)}.__eq__,
+            wrong={
+                "galvi.step_derivative": _sheared,
+                f"{__name__}._planets": always(lambda *given: dict.fromkeys(PLANETS, 0.0)),
+                f"{__name__}._noise": always(lambda *given: 0.0),
+            },
+        ),
+    ),
 )

@@ -2,44 +2,32 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import astuple
-from typing import Any
 
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, Above, AtLeast, AtMost, Below, Bound, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.solution_map import (
+    ETA,
+    FARTHEST,
+    INF_SUP,
+    SINGULAR,
     Motions,
     Stability,
     differences,
     discrete_sizes,
     exact_sizes,
     nodes,
+    opposed,
     oscillations,
-    powers_of_falling,
-    step_equations,
     swings,
 )
 from benchmarks.claims.vector_spaces.theorem_three import COMPARISONS, terms
 from benchmarks.measures.independent_space import (
     all_of_degree,
-    farthest,
     friedrichs,
-    gauss_points,
     grams,
-    inf_sup,
     z0,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row, rows
 from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
-from galvi import Problem
-from galvi.arrays import Array
 from references.closed_forms.pendulum import PENDULUM as EXACT_PENDULUM
 
 MOTIONS: Mapping[str, Motions] = {"oscillator": oscillations, "pendulum": swings}
@@ -57,7 +45,6 @@ RULES: Mapping[str, Any] = {
 DEGREES = (1, 2, 4, 8)
 SHARES = (0.02, 0.25, 0.5, 0.9)  # of the step at which eta C_N^2 = 1
 OPPOSED, POWERS = "{1, (1 - t)^k}, midpoint rule", (3, 6, 11)
-INF_SUP, FARTHEST, ETA, SINGULAR = "inf-sup", "T_N", "eta C_N^2", "singular value"
 SIZES, THIRD_DEGREES = (0.4, 0.2, 0.1, 0.05, 0.025), (1, 2, 3, 4, 6)
 PROVED, PRINTED = "left side over right side", "printed left side over right side"
 PROOF, PLACE = "the proof's bound on F", "|u - u_N|_(0,N) / (h |u - u_N|_X)"
@@ -66,7 +53,7 @@ ROUND_OFF = 1e-11
 APART = "distance between the two references"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Differences of two solutions over their bounds, by problem in `label` (exact ones) or by rule
     in `study` (of methods); the constants of {1, (1 - t)^k}; theorem 3, by rule and problem."""
     found: list[dict[str, Any]] = []
@@ -92,7 +79,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
                     values = dict(zip(TERMS, astuple(seen), strict=True)) if seen else {}
                     found += rows(values, study=name, **where)
     for power in POWERS:
-        found += rows(_opposed(power), study=OPPOSED, n=power)
+        found += rows(opposed(power), study=OPPOSED, n=power)
     return frame(found)
 
 
@@ -135,23 +122,7 @@ def _apart() -> float:
     return float(max(np.max(abs(exact.q[-1] - u[:, 0])), np.max(abs(exact.p[-1] - v[:, 0]))))
 
 
-def _opposed(power: int) -> dict[str, float]:
-    """{1, (1 - t)^k}: the constants, and (8) for the V = -K u^2 / 2 that makes it singular, K from
-    phi = 1 - (1 - t)^k in closed form."""
-    functions, rule = powers_of_falling(power), gauss_points(1)
-    seen = grams(functions, *rule)
-    q = 2.0**-power
-    steepness = (2.0 * power * q) ** 2 / (q * (1.0 - q))
-    sizes = np.linalg.svd(step_equations(functions, rule, -steepness), compute_uv=False)
-    return {
-        INF_SUP: inf_sup(functions, seen),
-        FARTHEST: farthest(functions, seen),
-        ETA: Stability(1.0, steepness, 1.0, friedrichs(seen)).eta,
-        SINGULAR: float(sizes[-1] / sizes[0]),
-    }
-
-
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows for theorem 1, for theorem 2 and where it fails, then for theorem 3."""
     return [*_first(table), *_second(table), *_where_it_fails(table), *_third_rows(table)]
 
@@ -177,7 +148,7 @@ EXPLICIT = {
 }
 
 
-def _first(table: pd.DataFrame) -> list[Row]:
+def _first(table: DataFrame) -> list[Row]:
     where = f"h = {', '.join(f'{h:g}' for h in STEPS)}, eta up to 0.97; random data and differences"
     setups = {"oscillator": "V = u^2 / 2", "pendulum": "V = -cos u, K = 1 on the whole line"}
     apart = number(table, quantity=APART)
@@ -220,7 +191,7 @@ def _first(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _second(table: pd.DataFrame) -> list[Row]:
+def _second(table: DataFrame) -> list[Row]:
     return [
         V30.row(
             f"largest of {quantity} over its bound, {name}",
@@ -241,7 +212,7 @@ def _second(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _where_it_fails(table: pd.DataFrame) -> list[Row]:
+def _where_it_fails(table: DataFrame) -> list[Row]:
     def of(quantity: str, **where: Any) -> Array:
         return readings.values(table, "n", study=OPPOSED, quantity=quantity, **where)
 
@@ -305,7 +276,7 @@ def _where_it_fails(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _third_rows(table: pd.DataFrame) -> list[Row]:
+def _third_rows(table: DataFrame) -> list[Row]:
     cases = "; ".join(case.where for case in COMPARISONS)
     constant = "here 1 + sqrt(2) + 3 M / (m lambda_N^2)"
     start = (
@@ -379,6 +350,8 @@ def _third_rows(table: pd.DataFrame) -> list[Row]:
     ]
 
 
+FEW = fewer(__name__, DEGREES=(1, 4), THIRD_DEGREES=(1, 4))
+
 V30 = Claim(
     "V30",
     "The solution map is Lipschitz continuous, and the error of a step is bounded (theorem 3)",
@@ -390,4 +363,38 @@ V30 = Claim(
     "of a step is at most a constant times best approximation and consistency errors. Measured, "
     "with explicit constants: so for all consistent pairs. For a general X_N theorem 2 is "
     "contradicted, and a step of theorem 3's proof, which another replaces.",
+    caught=(
+        of_table(
+            *(f"largest of {PRINTED}, {name}" for name in RULES),
+            *(f"largest of {PROVED}, {case.name}" for case in COMPARISONS),
+            C=1.02,
+            projection=1.02,
+            wrong=FEW,
+        ),
+        of_motion(
+            "a curve from elsewhere",
+            {f"largest of {PLACE}, {name}" for name in RULES}
+            | {f"largest of {PROVED}, {case.name}" for case in COMPARISONS},
+            lambda problem: replace(problem, q0=problem.q0 + 1e-3),
+            wrong=FEW,
+        ),
+        Fault(
+            "a norm that is too small",
+            {f"least of the {GROWS}"},
+            wrong={f"{__name__}.exact_sizes": scaled(0.99), **FEW},
+        ),
+        Fault(
+            "another motion of the pendulum",
+            {f"{APART}, pendulum"},
+            wrong={
+                f"{__name__}.swings": lambda sound: lambda u, v, t: sound(u, v, (1.0 + 1e-11) * t),
+                **FEW,
+            },
+        ),
+        Fault(
+            "a wrong constant of a general space",
+            {"departure of inf-sup constant times sqrt(1 + T_N^2) from m, relative"},
+            wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **FEW},
+        ),
+    ),
 )

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-import pandas as pd
 from scipy.integrate import solve_ivp
 
-import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, Finding, Order
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import (
     all_of_degree,
     friedrichs,
@@ -25,8 +18,6 @@ from benchmarks.measures.independent_space import (
     z0,
 )
 from benchmarks.measures.refinement import completed
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, number, row, rows
 from benchmarks.test_problems.time_dependent import FREQUENCY, TIMED, TimedOscillator
 from references.scipy.ivp import TIGHT
 
@@ -51,7 +42,7 @@ GROWTHS, SIZES, PASS_DEGREES = (0.5, 3.0, -3.0, 10.0), (0.05, 0.3, 1.0), (1, 2, 
 PASS, INF_SUP = "contraction of a pass over eta C_N^2", "inf-sup constant over m"
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Errors at T = 4 by rule, in `study`, and problem, in `label`; for mu = e^(g t) the pass and
     the inf-sup constant by rule."""
     found: list[dict[str, Any]] = []
@@ -122,7 +113,7 @@ def _apart(timed: TimedOscillator) -> float:
     return float(np.max(abs(found - [u[1], p[1]])))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Orders by problem, rule and degree, then theorems 1 and 2, then the closed forms."""
     return [
         *(
@@ -137,9 +128,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _order(
-    table: pd.DataFrame, timed: TimedOscillator, name: str, quantity: str, degree: int
-) -> Row:
+def _order(table: DataFrame, timed: TimedOscillator, name: str, quantity: str, degree: int) -> Row:
     where = {"label": timed.name, "study": name, "n": degree + 1}
     return V31.row(
         f"order of the {quantity}, {timed.name}, {name}, N = {degree}",
@@ -154,7 +143,7 @@ def _order(
     )
 
 
-def _constants(table: pd.DataFrame) -> list[Row]:
+def _constants(table: DataFrame) -> list[Row]:
     setup = (
         "mu = e^(g t), V = w^2 mu u^2 / 2 on [0, h], w = 1.3; g = "
         f"{', '.join(f'{g:g}' for g in GROWTHS)}; h = {', '.join(f'{h:g}' for h in SIZES)}; "
@@ -195,7 +184,7 @@ def _constants(table: pd.DataFrame) -> list[Row]:
     ]
 
 
-def _oracle(table: pd.DataFrame, timed: TimedOscillator) -> Row:
+def _oracle(table: DataFrame, timed: TimedOscillator) -> Row:
     return V31.row(
         f"{APART}, {timed.name}",
         Finding(AtMost(0.1 * FLOOR)),
@@ -207,6 +196,11 @@ def _oracle(table: pd.DataFrame, timed: TimedOscillator) -> Row:
     )
 
 
+ONE_RULE = {
+    f"{__name__}.RULES": lambda sound: {"Gauss N + 1": sound["Gauss N + 1"]},
+    f"{__name__}.QUICK_COUNTS": always(COUNTS[6:11]),
+}
+
 V31 = Claim(
     "V31",
     "A mass and a potential that depend on time: order 2 N",
@@ -216,4 +210,36 @@ V31 = Claim(
     reference="closed form; SciPy DOP853 agrees, see the last rows",
     statement="M sec. 2: the mass may depend on time, and the potential, too. Measured: order 2 N "
     "of q and p with both, and M's constants with the bounds m and M of the mass.",
+    caught=(
+        of_table(
+            *(
+                f"order of the {quantity}, {timed.name}, Gauss N + 1, N = 3"
+                for timed in TIMED
+                for quantity in (PLACE, MOMENTUM)
+            ),
+            A=1.02,
+            integral=1.02,
+            wrong=ONE_RULE,
+        ),
+        Fault(
+            "wrong closed forms",
+            {f"{APART}, {timed.name}" for timed in TIMED},
+            wrong={
+                f"{__name__}.TIMED": lambda sound: tuple(
+                    replace(timed, motion=lambda t, of=timed.motion: of((1.0 + 1e-9) * t))
+                    for timed in sound
+                ),
+                **ONE_RULE,
+            },
+        ),
+        Fault(
+            "wrong constants of a mass in time",
+            {f"largest {PASS}", f"least {INF_SUP}", f"least {INF_SUP}, against 1 / sqrt(2)"},
+            wrong={
+                f"{__name__}.friedrichs": always(lambda seen: 0.25),
+                f"{__name__}.inf_sup": scaled(0.4),
+                **ONE_RULE,
+            },
+        ),
+    ),
 )

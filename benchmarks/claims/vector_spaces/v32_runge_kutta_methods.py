@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-import galvi
-from benchmarks.checks.bounds import AtMost, Finding
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.kit import *
 from benchmarks.measures.independent_space import (
     all_of_degree,
     gauss_points,
     lobatto_points,
     values,
 )
-from benchmarks.statistics import readings
-from benchmarks.store.frames import failure, frame, rows
-from galvi import Problem
-from galvi.arrays import Array
 
 DEGREES = (1, 2, 3, 4)
 GAUSS, LOBATTO = "Gauss N", "Lobatto N + 1"
@@ -106,7 +93,7 @@ def newmark(
     return q, case.mass * (v0 + h * ((1.0 - gamma) * before + gamma * after))
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Distances of one step from the Runge-Kutta method's, by rule, in `study`, degree, n = N + 1,
     and problem, in `label`; of Lobatto 2 from two formulas; of a tableau from its partner."""
     found: list[dict[str, Any]] = []
@@ -140,7 +127,7 @@ def _apart(run: galvi.Trajectory, q: Array, p: Array) -> float:
     return float(max(np.max(abs(run.q[-1] - q)), np.max(abs(run.p[-1] - p))))
 
 
-def judge(table: pd.DataFrame) -> list[Row]:
+def judge(table: DataFrame) -> list[Row]:
     """Rows by rule and degree, then for the two formulas, then for the tableaux."""
 
     def largest(quantity: str, **where: Any) -> float:
@@ -210,4 +197,49 @@ V32 = Claim(
     "methods fit in the framework, and some Galerkin variational integrators are Runge-Kutta "
     "methods. Measured: Gauss N is collocation at these points, and Lobatto N + 1 the pair "
     "IIIA-IIIB.",
+    caught=(
+        *(
+            of_table(
+                *(
+                    f"{ENDS}, {name}, N = {N}"
+                    for name in (GAUSS, LOBATTO)
+                    for N in DEGREES[1 if (array, name) == ("A", LOBATTO) else 0 :]
+                ),
+                **{array: 1.0 + 1e-11},
+            )
+            for array in ("A", "b", "beta")
+        ),
+        of_table(
+            *(f"{STAGES}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES),
+            C=1.0 + 1e-11,
+        ),
+        Fault(
+            "a rule of one point more",
+            {f"{ENDS}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES},
+            lambda space, rule: galvi.Galerkin(
+                space, (galvi.lobatto if "Lobatto" in rule.name else galvi.gauss)(rule.points + 1)
+            ),
+        ),
+        *(
+            Fault(f"a wrong {name}", seen, wrong={f"{__name__}.{name}": change})
+            for name, change, seen in (
+                (
+                    "partner",
+                    always(lambda a, b: a),
+                    {f"{ENDS}, {LOBATTO}, N = {N}" for N in DEGREES},
+                ),
+                (
+                    "verlet",
+                    always(lambda case, h: newmark(case, h, 0.25)),
+                    {f"{ENDS} from {VERLET}, Lobatto 2, N = 1"},
+                ),
+                (
+                    "newmark",
+                    always(lambda case, h: (case.problem().q0, case.problem().v0)),
+                    {f"{ENDS} from {NEWMARK}, Lobatto 2, N = 1"},
+                ),
+                ("collocation", scaled(1.0 + 1e-11), {f"{OWN}, {GAUSS}, all N"}),
+            )
+        ),
+    ),
 )

@@ -1,0 +1,143 @@
+"""Deliberate mistakes that a claim must see, declared in its file; one test plants them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from galvi import Problem
+
+ORACLES = "distance between the two references"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A mistake in the methods, in a function or in what was measured.
+
+    what   in words
+    seen   quantities of rows that become contradicted; or a function of them all, true if enough do
+    make   instead of `galvi.Galerkin`
+    wrong  dotted name -> what stands there instead, a function of the sound one
+    table  changes a copy of the study's frame
+    """
+
+    what: str
+    seen: set[str] | Callable[[set[str]], object]
+    make: Callable[..., Any] = galvi.Galerkin
+    wrong: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
+    table: Callable[[pd.DataFrame], Any] | None = None
+
+    def is_seen(self, contradicted: set[str]) -> bool:
+        return bool(self.seen(contradicted) if callable(self.seen) else self.seen <= contradicted)
+
+
+def faulty(**scale: float) -> Callable[..., Any]:
+    """Methods with these arrays of their table multiplied.
+
+    Those with a degree for each component stay as they are: their table is not what they step by.
+    """
+
+    def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
+        sound = galvi.Galerkin(space, rule, *chart)
+        if hasattr(space, "degrees"):
+            return sound
+        wrong = {name: getattr(sound.table, name) * by for name, by in scale.items()}
+        return with_table(sound, f"wrong {scale}", replace(sound.table, **wrong))
+
+    return make
+
+
+def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
+    """The method with another table; its rule's name tells it from the sound one.
+
+    Made without its constructor, which would tabulate the renamed rule once more.
+    """
+    method = copy(sound)
+    rule: Any = sound.rule
+    vars(method).update(rule=replace(rule, name=f"{rule.name}, {why}"), table=table)
+    return method
+
+
+def of_table(*seen: str, wrong: Mapping[str, Any] | None = None, **scale: float) -> Fault:
+    """Arrays of the method's table multiplied."""
+    what = ", ".join(f"{name} {by - 1.0:+.0e}" for name, by in scale.items())
+    return Fault(what, set(seen), faulty(**scale), wrong or {})
+
+
+def of_motion(what: str, seen: Any, change: Callable[[Problem], Problem], **more: Any) -> Fault:
+    """galvi solves a changed problem."""
+
+    def other(sound: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda problem, *rest, **how: sound(change(problem), *rest, **how)
+
+    return Fault(what, seen, wrong={"galvi.integrate": other, **more.pop("wrong", {})}, **more)
+
+
+def always(value: Any) -> Callable[[Any], Any]:
+    """That value in any case."""
+    return lambda sound: value
+
+
+def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
+    """A shorter study: names of its module have these values."""
+    return {f"{module}.{name}": always(value) for name, value in values.items()}
+
+
+def scaled(by: float) -> Callable[[Any], Any]:
+    """A function whose value, or each of its values, is multiplied."""
+
+    def wrong(found: Any) -> Any:
+        return tuple(by * one for one in found) if isinstance(found, tuple) else by * found
+
+    return lambda sound: lambda *given, **how: wrong(sound(*given, **how))
+
+
+def given(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
+    """A function that receives other arguments."""
+    return lambda sound: lambda *these: sound(*change(*these))
+
+
+def some(words: str) -> Callable[[set[str]], object]:
+    """Some contradicted quantity holds these words."""
+    return lambda found: any(words in one for one in found)
+
+
+def heavier(problem: Problem) -> Problem:
+    """The centre, or the Sun, heavier by a millionth."""
+    system: Any = problem.system
+    if isinstance(system, galvi.NBody):
+        by = np.where(np.arange(system.masses.size) == 0, 1.0 + 1e-6, 1.0)
+        return replace(problem, system=galvi.NBody(system.masses * by, system.G))
+    mu = system.potential.mu * (1.0 + 1e-6)
+    return replace(problem, system=replace(system, potential=galvi.CentralForce(mu)))
+
+
+def reversed_clock(problem: Problem) -> Problem:
+    """The start with its velocity reversed."""
+    return replace(problem, v0=-problem.v0)
+
+
+def _set_apart(table: pd.DataFrame) -> None:
+    table.loc[table["quantity"].str.startswith(ORACLES), "value"] = 1.0
+
+
+def times(by: float, **where: str) -> Callable[[pd.DataFrame], None]:
+    """Values of these rows multiplied."""
+
+    def change(table: pd.DataFrame) -> None:
+        chosen = pd.Series(True, index=table.index)
+        for name, value in where.items():
+            chosen &= table[name] == value
+        assert chosen.any(), where
+        table.loc[chosen, "value"] *= by
+
+    return change
+
+
+OTHER_TRUTH = Fault("a truth of another motion", some(ORACLES), table=_set_apart)
