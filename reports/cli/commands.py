@@ -1,8 +1,10 @@
 """The commands of ``galvi``, which are those of ``python -m reports``, and their exit status.
 
-0    success: every verdict is as expected, nothing got worse
-1    a verdict is not as expected, something was not run, or something got worse
-2    usage error, nothing to compare with, or another build is running in the folder
+0    nothing worse and nothing unexpected; absent engines that were not required, new integrators,
+     and benchmarks that neither side can run are listed, and are no failure
+1    something got worse, a verdict is not as expected, a study failed, a required engine is absent,
+     or a judged run does not reach its error
+2    the command could not be carried out, with one sentence why: in CI, treat it as a failure
 130  interrupted
 """
 
@@ -18,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from benchmarks.store.atomic import write
 from reports.cli.errors import UsageError, choose_claims, choose_engines, sentence
-from reports.results.options import OUT, Options
+from reports.results.options import OUT, OWN_FOLDER, Options
 
 if TYPE_CHECKING:
     from reports.results.suite import Suite
@@ -364,6 +367,8 @@ def check_folder(out: Path) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
+        if OWN_FOLDER in out.parts[:1] and not (Path(OWN_FOLDER) / ".gitignore").exists():
+            write(Path(OWN_FOLDER) / ".gitignore", "*\n")
     except OSError as error:
         raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
 

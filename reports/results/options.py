@@ -7,7 +7,8 @@ from pathlib import Path
 
 from benchmarks.store.provenance import ROOT
 
-OUT = Path("reports/out" if (ROOT / "galvi").is_dir() else "galvi-out")  # in a checkout, or not
+OWN_FOLDER = "galvi-out"  # of another project
+OUT = Path("reports/out" if Path.cwd() == ROOT and (ROOT / "galvi").is_dir() else OWN_FOLDER)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -36,9 +37,9 @@ def pages() -> Iterator[tuple[str, str]]:
 def _exit_codes() -> Iterator[str]:
     """A definition list, from the docstring of the commands."""
     _, table = (commands.__doc__ or "").strip().split("\n\n")
-    for line in table.splitlines():
-        code, meaning = line.split(maxsplit=1)
-        yield from (f"`{code}`", f": {meaning}", "")
+    for entry in re.split(r"\n(?=\d)", table):
+        code, meaning = entry.split(maxsplit=1)
+        yield from (f"`{code}`", f": {' '.join(meaning.split())}", "")
 
 
 def _usage(name: str, command: Any) -> Iterator[str]:

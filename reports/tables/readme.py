@@ -155,7 +155,7 @@ def choices(runs: pd.DataFrame) -> str:
             if is_ours(str(best["contender"])):
                 cell = f"**{cell}**"
             elif ours["contender"] != NOBODY:
-                cell += f"; galvi: {_choice(ours)}"
+                cell += f"; {_choice(ours)}"
             cells.append(cell)
         lines.append(f"| {label_of(problem).title} | {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -17,7 +17,7 @@ from galvi.charts import CHARTS
 from galvi.command import called, main
 from galvi.fast.lanes import vectors
 from reports.build.warm import run_all
-from reports.cli.commands import run
+from reports.cli.commands import check_folder, run
 
 ROOT = Path(__file__).parents[2]
 
@@ -224,3 +224,11 @@ def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
     run_all(galvi.problems.free_rigid_body())
     lengths = {8} if widest else {4, 8}
     assert asked == set(product(CHARTS, ("auto", "newton"), lengths, (False, True)))
+
+
+def test_what_is_written_in_another_project_is_ignored_by_its_git(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    check_folder(Path("galvi-out/judge"))
+    assert (tmp_path / "galvi-out" / ".gitignore").read_text() == "*\n"
+    check_folder(tmp_path / "elsewhere")
+    assert not list((tmp_path / "elsewhere").iterdir())
