@@ -44,7 +44,8 @@ def own_run(found: Judgement) -> list[str]:
     result = [
         f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
         f"{readable(abs(found.duration))}{time}{backwards}, and by "
-        f"{readable(own['last_error'])} at the end. The worst {found.kind.PART} is {worst.iloc[0]}; errors are those at "
+        f"{readable(own['last_error'])} at the end. The worst {found.kind.PART} is "
+        f"{worst.iloc[0]}; errors are those at "
         f"{len(found.own_errors) - 1} times, not between them. {energy} It takes {timing(own)}."
     ]
     return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])

@@ -15,7 +15,7 @@ import galvi
 from benchmarks.applications.judging import bodies, clock
 from benchmarks.applications.judging.candidate import Candidate, Kind
 from benchmarks.applications.judging.judgement import YOURS, Judgement, judge
-from benchmarks.applications.judging.scan import Limits, Tried, Search, scan
+from benchmarks.applications.judging.scan import Limits, Search, Tried, scan
 from galvi import Problem, Trajectory
 from references.closed_forms.kepler import KEPLER
 from references.rebound.leapfrog import LEAPFROG
