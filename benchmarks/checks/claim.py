@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -196,15 +196,19 @@ def scalars(
     id: str,
     title: str,
     measure: Callable[[MakeMethod, bool, Report], Mapping[str, float]],
-    checks: Sequence[Check],
+    checks: Sequence[Check] | Callable[[], Iterable[Check]],
     **more: Any,
 ) -> Claim:
     """A claim that is a list of numbers: ``measure`` returns them by name, and study and judge
-    follow. KeyError where a check names none of them."""
+    follow. KeyError where a check names none of them. Checks made by a function are made when
+    they are needed."""
+
+    def listed() -> list[Check]:
+        return list(checks() if callable(checks) else checks)
 
     def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         found = measure(make_method, quick, report)
-        names = [one.of or one.quantity for one in checks if isinstance(one.of, str)]
+        names = [one.of or one.quantity for one in listed() if isinstance(one.of, str)]
         if lost := [name for name in names if name not in found]:
             raise KeyError(f"{id} measures no {', '.join(lost)}.")
         return frame(rows(found, study=id))
@@ -212,12 +216,8 @@ def scalars(
     def judge(table: pd.DataFrame) -> list[Row]:
         found = _Numbers(zip(table.get("quantity", ()), table.get("value", ()), strict=True))
         return [
-            claim.row(one.quantity, one.bound, _read(one, found), **one.texts) for one in checks
+            claim.row(one.quantity, one.bound, one.read(found), **one.texts) for one in listed()
         ]
 
     claim = Claim(id, title, study, judge, **more)
     return claim
-
-
-def _read(one: Check, found: Mapping[str, float]) -> float:
-    return float(one.of(found) if callable(one.of) else found[one.of or one.quantity])

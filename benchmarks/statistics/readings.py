@@ -70,3 +70,13 @@ def largest(numbers: Array) -> float:
 def least(numbers: Array) -> float:
     """The least number; NaN when one is NaN or there are none."""
     return float(np.min(numbers)) if len(numbers) else float("nan")
+
+
+def largest_of(table: pd.DataFrame, **where: Any) -> float:
+    """The largest value of these rows."""
+    return largest(values(table, **where))
+
+
+def least_of(table: pd.DataFrame, **where: Any) -> float:
+    """The least value of these rows."""
+    return least(values(table, **where))

@@ -30,6 +30,11 @@ class Variational:
         """For titles and tables, e.g. 'galvi Gauss collocation, 8 stages'."""
         return f"galvi {self.method.name}"
 
+    @property
+    def order(self) -> int:
+        """Of convergence."""
+        return self.method.order
+
     def supports(self, problem: Problem) -> bool:
         """True for any `galvi.Problem`."""
         return isinstance(problem.system, SYSTEMS)

@@ -11,7 +11,6 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from benchmarks.applications.judging.bodies import unit
 from benchmarks.applications.judging.judgement import Judgement
 from benchmarks.applications.judging.truth import time_text
 from galvi import NBody
@@ -79,12 +78,18 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
     """The page."""
     best = found.table.drop_duplicates("integrator")  # the first is the best of each
     told = best["error"].notna()
+    ends = zip(best["seconds_low"], best["seconds_high"], strict=True)
+    spread = [f"{seconds(low)} to {seconds(high)}" if low == low else "" for low, high in ends]
     tried = best.assign(
         error=best["error"].map(readable),
+        last_error=best["last_error"].map(readable),
         seconds=best["seconds"].map(seconds),
+        seconds_low=spread,
         energy=best["energy"].map(readable),
         reached=best["reached"].map({True: "yes", False: "no"}).where(told, ""),
-    ).rename(columns={"seconds": "time"})
+    ).drop(columns="seconds_high").rename(columns={
+        "last_error": "at the end", "seconds": "time", "seconds_low": "quartiles",
+    })  # fmt: skip
     tried = tried[[name for name in tried if (tried[name] != "").any()]]
     parts = found.parts.sort_values("largest_error", ascending=False).head(MOST_PARTS)
     parts = parts.assign(**{
@@ -103,7 +108,9 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
             lambda t: time_text(found.truth, t) if t == t else "beyond the end"
         ),
     ).rename(columns={"start_known_to": "start known to", "until": "predicts until t ="})
-    numbers = dict.fromkeys(("error", "time", "energy", "distance", "Hill radii"), NUMBER)
+    numbers = dict.fromkeys(
+        ("error", "at the end", "time", "quartiles", "energy", "distance", "Hill radii"), NUMBER
+    )
     return page_environment(HERE).get_template("judge.html.j2").render(
         css=style(), name=name, sentences=sentences(found), notes=found.notes,
         picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
@@ -111,6 +118,7 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
         meetings=grid(meetings, numbers), ends=grid(ends),
         part=found.kind.PART, can_meet=len(found.encounters.columns) > 0,
         left_out=max(0, len(found.parts) - MOST_PARTS), meetings_in_all=len(found.encounters),
-        facts=facts, length=unit(found.problem, "length").strip(),
+        facts=facts, samples=found.samples, compared=len(found.own_errors) - 1,
+        **{one: found.kind.unit(found.problem, one).strip() for one in ("length", "time")},
         rebuilt=isinstance(found.problem.system, NBody),
     )  # fmt: skip

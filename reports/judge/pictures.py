@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
 from benchmarks.applications.judging import trees
-from benchmarks.applications.judging.bodies import names, unit
+from benchmarks.applications.judging.bodies import names
 from benchmarks.applications.judging.judgement import Judgement
 from galvi import Multibody
 from reports.figures.picture import STYLE
@@ -50,7 +50,11 @@ def _joints(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
     qpos, _ = system.to_mujoco(truth.q, np.zeros((len(truth.t), found.problem.v0.size)))  # type: ignore[attr-defined]
     for k, name in enumerate(trees.entries(found.problem)):
         axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=name if k < NAMED else None)
-    axes.set(xlabel="t (s)", ylabel="entries of qpos (rad, m, quaternions)", title="the motion")
+    axes.set(
+        xlabel=f"t{_in(found, 'time')}",
+        ylabel="entries of qpos (rad, m, quaternions)",
+        title="the motion",
+    )
     axes.legend(fontsize=7, ncols=2)
 
 
@@ -81,10 +85,7 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
             label=f"truth against {one.source.label}",
         )  # fmt: skip
     axes.axhline(found.error, color=GUIDE, linestyle=(0, (4, 2)), label="error asked for")
-    if isinstance(found.problem.system, Multibody):
-        time, length = " (s)", " (rad or m)"
-    else:
-        time, length = (_in(found, kind) for kind in ("time", "length"))
+    time, length = (_in(found, kind) for kind in ("time", "length"))
     axes.set(
         xlabel=f"t{time}", ylabel=f"largest error of a {found.kind.PART}{length}", title="errors"
     )
@@ -95,7 +96,6 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
     axes.legend(fontsize=7)
 
 
-def _in(found: Judgement, kind: str) -> str:
-    """The unit in brackets, where REBOUND knows it."""
-    name = unit(found.problem, kind).strip()
-    return f" ({name})" if name else ""
+def _in(found: Judgement, dimension: str) -> str:
+    """The unit in brackets."""
+    return f" ({found.kind.unit(found.problem, dimension).strip()})"

@@ -3,94 +3,123 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
-from benchmarks.applications.judging.bodies import MOST_STATES, unit
-from benchmarks.applications.judging.judgement import Judgement
+from benchmarks.applications.judging.bodies import MOST_STATES
+from benchmarks.applications.judging.judgement import YOURS, Judgement
 from benchmarks.applications.judging.truth import Agreement, time_text
 from reports.tables.number_format import readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
+ENCOUNTERS = (
+    "IAS15, which adapts its step, and TRACE and MERCURIUS, which switch methods, are made for "
+    "them. Codes of fixed step (WHFast, SABA, leapfrog, galvi's) are not: one that reaches the "
+    "error here may miss it in a closer encounter."
+)
 
 
 def sentences(found: Judgement) -> list[str]:
     """What a reader wants to know first, the user's own run before all."""
-    length = unit(found.problem, "length")
-    asked = f"an error of {readable(found.error)}{length}"
+    length = found.kind.unit(found.problem, "length")
     result = [*own_run(found), _truth(found)]
-    own, best = found.own, found.recommended
+    asked, best = f"an error of {readable(found.error)}{length}", found.recommended
     if best is not None:
-        faster = own["seconds"] / best["seconds"]
-        whole = faster > 1.0 and not math.isnan(own["error"])
-        compared = f", {float(f'{faster:.2g}'):g} times as fast as your run" if whole else ""
-        result.append(
-            f"The cheapest that reaches {asked} is {best['integrator']}, "
-            f"{best['setting']}: {readable(best['error'])} in {seconds(best['seconds'])}{compared}."
-        )
+        result.append(_cheapest(found, best, asked))
     elif found.truth_agreement <= found.error or math.isnan(found.truth_agreement):
         result.append(f"Nothing that was tried reaches {asked}.")
-    result += _encounters(found)
-    return result + _horizon(found)
+    return result + _encounters(found) + _horizon(found)
 
 
 def own_run(found: Judgement) -> list[str]:
     """What is found of the user's own run."""
     own, worst = found.own, found.parts.iloc[found.parts["largest_error"].argmax()]
-    length, time = (unit(found.problem, kind) for kind in ("length", "time"))
+    length, time = (found.kind.unit(found.problem, one) for one in ("length", "time"))
     if math.isnan(own["error"]):
         return [f"Your run ({own['integrator']}) does not reach the end. {own['status']}"]
-    changed = f"the energy changes by {readable(own['energy'])} of itself"
+    energy = f"Its relative energy error is {readable(own['energy'])}."
     if math.isnan(own["energy"]):
-        changed = "its energy is not conserved, as it is damped"
+        energy = "It is damped, so its energy is not conserved."
     backwards = ", backwards" if found.duration < 0.0 else ""
     result = [
-        f"Your run ({own['integrator']}) is wrong by up to {readable(own['error'])}{length} "
-        f"over a time of {readable(abs(found.duration))}{time}{backwards}, most for "
-        f"{worst.iloc[0]}; {changed}. It takes {seconds(own['seconds'])}."
+        f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
+        f"{readable(abs(found.duration))}{time}{backwards}, and by "
+        f"{readable(own['last_error'])} at the end. The worst {found.kind.PART} is "
+        f"{worst.iloc[0]}; errors are those at "
+        f"{len(found.own_errors) - 1} times, not between them. {energy} It takes {timing(own)}."
     ]
     return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])
 
 
+def timing(row: Mapping[str, Any]) -> str:
+    """The seconds of a run with their spread."""
+    if math.isnan(row["seconds_low"]):
+        return f"{seconds(row['seconds'])} (timed once)"
+    low, high = (seconds(row[f"seconds_{one}"]) for one in ("low", "high"))
+    return f"{seconds(row['seconds'])} (quartiles {low} and {high})"
+
+
+def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
+    own, others = found.own, found.table[found.table["reached"]].iloc[1:]
+    ties = others[others["seconds_low"] <= best["seconds_high"]]["integrator"]
+    ties = ties[ties != best["integrator"]].drop_duplicates().tolist()
+    text = (
+        f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
+        f"{readable(best['error'])}, in {timing(best)}"
+    )
+    if best["integrator"].endswith(YOURS) and best["setting"] == own["setting"]:
+        text = f"Of all that was tried, your own run reaches {asked} at the lowest cost"
+    elif own["seconds"] > best["seconds"] and not math.isnan(own["error"]):
+        faster = float(f"{own['seconds'] / best['seconds']:.2g}")
+        text += f", {faster:g} times as fast as your run"
+    also = f" The quartiles of its time overlap with those of {listed(ties)}." if ties else ""
+    return f"{text}.{also}"
+
+
 def _truth(found: Judgement) -> str:
-    text = f"The truth is {found.source.label}."
-    agreeing = [one for one in found.agreements if one.largest <= found.error]
-    agreeing = [one for one in agreeing if one.t.size > 1 and not (one.stopped and _opinion(one))]
-    parting = [one for one in found.agreements if one not in agreeing and not _opinion(one)]
-    if agreeing:
-        text += f" With it agree {'; '.join(_until(found, one) for one in agreeing)}."
-    for one in parting:
+    text = f"The truth is {found.source.label}; it is never galvi's."
+    compared = [one for one in found.agreements if one.t.size > 1]
+    agreeing = [one for one in compared if one.largest <= found.error]
+    theirs = [one for one in agreeing if not one.source.opinion]
+    if theirs:
+        text += f" With it agree {'; '.join(_until(found, one) for one in theirs)}."
+    for one in found.agreements:
+        if one.source.opinion or one in agreeing:
+            continue
         text += (
-            f" It differs from {one.source.label} by up to {_until(found, one, prefix='')}."
+            f" {one.source.label} differs from it by up to {_extent(found, one)}."
             if one.t.size > 1
             else f" {one.source.label} ends too early to be compared."
         )
+    for one in agreeing:
+        if one.source.opinion and not one.stopped:
+            text += f" {_until(found, one)}, agrees too, but is not counted."
     if len(found.engines) == 1:
-        more = f": {found.kind.MORE} adds another" if found.kind.MORE else ""
-        text += f" All but galvi's are of one engine only, {found.engines[0]}{more}."
+        text += f" Its only engine is {found.engines[0]}: {found.kind.MORE}."
     if math.isfinite(found.trusted_until):
         elapsed = abs(found.trusted_until - found.problem.t0)
         text += (
-            f" After t = {time_text(found.truth, found.trusted_until)} these part, and nothing can "
-            f"be judged: take --duration {elapsed:.6g}, in galvi.judge duration={elapsed:.6g}."
+            f" After t = {time_text(found.truth, found.trusted_until)} the sources part, and "
+            f"nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
+            f"duration={elapsed:.6g}."
             if elapsed > 0.0
-            else " These part at once: nothing can be judged."
+            else " The sources part at once: nothing can be judged."
         )
     elif found.truth_agreement > found.error:
-        text += " Errors below that cannot be told: ask for a larger one or a shorter duration."
+        text += " Smaller errors cannot be measured: ask for a larger one or a shorter duration."
     elif found.truth_agreement > TRUSTED * found.error:
-        text += " That is not far below the error asked for: errors near it are bounds."
+        text += " That is close to the error asked for: errors near it are uncertain."
     return text
 
 
-def _opinion(one: Agreement) -> bool:
-    return one.source.opinion
+def _until(found: Judgement, one: Agreement) -> str:
+    return f"{one.source.label}, to {_extent(found, one)}"
 
 
-def _until(found: Judgement, one: Agreement, prefix: str = "to ") -> str:
-    words = f"{prefix}{readable(one.largest)}"
-    if prefix:
-        words = f"{one.source.label}, {words}"
+def _extent(found: Judgement, one: Agreement) -> str:
+    words = readable(one.largest)
     if one.stopped:
-        words += f" until t = {time_text(found.truth, one.t[-1])}, as {one.stopped}"
+        words += f" up to t = {time_text(found.truth, one.t[-1])}, where {one.stopped}"
     return words
 
 
@@ -106,13 +135,12 @@ def _encounters(found: Judgement) -> list[str]:
             "There is a close encounter; it"
         )  # fmt: skip
         fixed = found.table["reached"] & found.table["setting"].str.startswith("dt")
-        unresolved = ", and no fixed step that was tried resolves them" if count > 1 else (
-            ", and no fixed step that was tried resolves it"
-        )  # fmt: skip
+        unresolved = f", and no fixed step that was tried resolves {'them' if count > 1 else 'it'}"
         when = time_text(found.truth, nearest["time"])
         result.append(
-            f"{many} is of {nearest['bodies']} at t = {when}, at "
-            f"{readable(nearest['hill_radii'])} Hill radii{'' if fixed.any() else unresolved}."
+            f"{many} is that of {nearest['bodies']} at t = {when}, at "
+            f"{readable(nearest['hill_radii'])} mutual Hill radii"
+            f"{'' if fixed.any() else unresolved}. {ENCOUNTERS}"
         )
     return result
 
@@ -123,16 +151,22 @@ def _horizon(found: Judgement) -> list[str]:
     t0, rows = found.problem.t0, list(found.horizons.itertuples())
     whole = [row.start_known_to for row in rows if math.isnan(row.until)]
     later = [row for row in rows if not math.isnan(row.until) and row.until != t0]
-    text = "Neighbouring starts stay together: " if not later else "Neighbouring starts part: "
-    ends = []
-    if later:
-        ends.append(
-            f"one known to {later[-1].start_known_to:g} of itself predicts the motion to that "
-            f"error until t = {time_text(found.truth, later[-1].until)}, whichever integrator is "
-            f"used"
-        )
-    if whole:
-        ends.append(f"starts known to {max(whole):g} of themselves predict all of this time")
+    ends = [(row.start_known_to, f"until t = {time_text(found.truth, row.until)}")
+            for row in later[-1:]]  # fmt: skip
+    ends += [(max(whole), "to the end")] if whole else []
     if not ends:
-        return ["Even a start known to 1e-15 of itself is soon wrong by more than this error."]
-    return [text + "; ".join(ends) + "."]
+        return [
+            "Even from a start known to a relative 1e-15 the motion is soon unpredictable to that "
+            "error, whatever the integrator."
+        ]
+    (known, until), *longer = ends
+    text = (
+        f"From a start known to a relative {known:g} the motion is predictable to that error "
+        f"{until}, whatever the integrator"
+    )
+    return [text + "".join(f"; from one known to {one:g}, {end}" for one, end in longer) + "."]
+
+
+def listed(names: list[str]) -> str:
+    """A, B and C."""
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

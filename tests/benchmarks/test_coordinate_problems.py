@@ -17,7 +17,7 @@ from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import COORDINATES, MOTION, Participant
-from benchmarks.work_precision.problems.brownout import brownout
+from benchmarks.work_precision.problems.arms import brownout
 from benchmarks.work_precision.problems.pendulums import (
     elastic_pendulum,
     fermi_pasta_ulam_tsingou,

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import galvi
 from benchmarks.applications.judging import trees
-from benchmarks.applications.judging.judgement import Judgement, judge
+from benchmarks.applications.judging.candidate import Kind, Model
+from benchmarks.applications.judging.judgement import Judgement, judge, own_setting
 from galvi import Problem
+from galvi.interop import from_mujoco
 from references.closed_forms.pendulum import PENDULUM
 from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
 from reports.judge.sentences import sentences
 
 pytest.importorskip("mujoco")
+ROOT = Path(__file__).parents[2]
 
 
 def swing(damping: float = 0.0, **own: object) -> Problem:
@@ -42,9 +47,9 @@ def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgemen
     assert found.truth_agreement < 1e-9 and found.own["energy"] > 0.0
     assert list(found.parts["joint"]) == ["hinge of rod"]
     assert found.recommended is not None and found.recommended["error"] <= 1e-6
-    assert {"MuJoCo RK4", "MuJoCo Euler", "galvi degree 8, Gauss 8"} <= set(
-        found.table["integrator"]
-    )
+    tried = found.table["integrator"].drop_duplicates().tolist()
+    assert {"MuJoCo RK4 (yours)", "MuJoCo Euler", "galvi degree 8, Gauss 8"} <= {*tried}
+    assert "MuJoCo RK4" not in tried  # the same model with the same options
     assert len(found.encounters.columns) == 0
 
 
@@ -55,13 +60,14 @@ def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
     parted = replace(one, apart=np.where(one.t > 4.0, 0.1, one.apart))
     wrong = replace(found, agreements=(parted, *found.agreements[1:]))
     assert wrong.trusted_until == 4.0
-    assert "After t = 4 these part, and nothing can be judged" in sentences(wrong)[1]
+    assert "After t = 4 the sources part, and nothing can be judged" in sentences(wrong)[1]
     opinion = replace(parted, source=found.agreements[-1].source)
     assert math.isinf(replace(found, agreements=(opinion,)).trusted_until)
 
 
 def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> None:
-    alone = "All but galvi's are of one engine only, MuJoCo: pip install pin adds another."
+    assert "it is never galvi's" in sentences(found)[1]
+    alone = "Its only engine is MuJoCo: Pinocchio, of the extra trees (pip install pin), would be"
     assert (alone in sentences(found)[1]) is bool(PINOCCHIO_ACCELERATIONS.missing)
     first, *others = found.agreements
     second = replace(first, source=replace(first.source, label="another", engine="Pinocchio"))
@@ -95,6 +101,21 @@ def test_a_start_at_which_nothing_moves_is_refused() -> None:
     still = swing().with_initial_state(*swing().system.from_mujoco([0.0], [0.0]))
     with pytest.raises(ValueError, match=r"nothing moves from this start: .*--key 0"):
         judge(still)
+
+
+FLOATING = (ROOT / "docs" / "models" / "floating_arm.xml").read_text()
+
+
+@pytest.mark.parametrize(("start", "warned"), [({}, 1), ({"key": 0}, 0), ({"qvel": [0.0] * 9}, 1),
+                                               ({"qvel": [0.0] * 8 + [0.1]}, 0)])  # fmt: skip
+def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned: int) -> None:
+    text = FLOATING.replace('gravity="0 0 0"', "")
+    problem, _ = from_mujoco.read(text, (), start.get("key"), None, start.get("qvel"))
+    truth = trees.INTEGRATORS["rk4"].run(problem, 1.0, {"step": 0.001, "save_every": 100})
+    own = own_setting(cast(Kind, trees), Model(problem), {})
+    found = trees.notes(Model(problem), own, truth)
+    assert len(found) == warned
+    assert all("moves as one rigid body" in one and "--key" in one for one in found)
 
 
 def test_a_run_that_fails_is_told_and_has_no_error() -> None:

@@ -303,7 +303,7 @@ def test_a_chart_that_stays_at_the_identity_is_not_equivariant(
     monkeypatch.setattr(l10, "interpolated", at_the_identity)
     found = contradicted(l10.L10)
     curved = {
-        f"largest defect {l10.CURVE}, {group}, {chart}"
+        f"{l10.CURVE}{group}, {chart}"
         for group in ("SO3", "SE3", "SO3 x R1 x SO2")
         for chart in ("Cayley", "Exponential")
     }

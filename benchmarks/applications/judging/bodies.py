@@ -50,8 +50,9 @@ INTEGRATORS = {  # by their names in REBOUND
 ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
 LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
-PART, ENGINE, MORE, ANOTHER = "body", "rebound", "pip install heyoka", ""
-COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
+PART, ENGINE, ANOTHER = "body", "rebound", ""
+MORE = "heyoka, of the extra peers (pip install heyoka), would be another"
+COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 
 
@@ -135,15 +136,21 @@ def check(model: Model, truth: Trajectory) -> None:
 
 
 def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
-    """On the order of the particles, and on the distances at which the user's run ends."""
+    """On units that are not set, on the order of the particles, and on the distances at which the
+    user's run ends."""
     problem, found = model.problem, []
+    if not problem.units:
+        found.append(
+            f"Lengths and times are in the units of the simulation, in which G = "
+            f"{cast(NBody, problem.system).G:g}: sim.units is not set."
+        )
     masses, labels = cast(NBody, problem.system).masses, names(problem)
     star = int(np.argmax(masses))
     integrator = getattr(own.contender, "integrator", "")
     if star and integrator in CENTRED:
         found.append(
-            f"The heaviest body, {labels[star]}, is particle {star}; {own.contender.name} wants it "
-            f"first. Your run keeps your order; those that it is compared with have it first."
+            f"The heaviest body, {labels[star]}, is particle {star}, but {own.contender.name} "
+            f"expects it first. Your run keeps your order; what it is compared with has it first."
         )
     for name, sizes, beyond in (
         ("exit_max_distance", np.linalg.norm(truth.q, axis=2).max(axis=1), np.greater),
@@ -154,9 +161,9 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
             continue
         over = np.flatnonzero(beyond(sizes, distance))
         ends = f"ends there at about t = {time_text(truth, truth.t[over[0]])}" if over.size else (
-            "does not come to it"
+            "never reaches it"
         )  # fmt: skip
-        found.append(f"{name} = {distance:g} is left out here: your own run {ends}.")
+        found.append(f"{name} = {distance:g} is ignored here: your own run {ends}.")
     return found
 
 
@@ -167,8 +174,8 @@ def _nearest(q: Array) -> Array:
     return np.min(pairs, axis=0)
 
 
-def candidates(model: Model, duration: float) -> Iterator[list[Candidate]]:
-    """For each integrator its settings from coarse to fine, or the coarsest of its steps, on a
+def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+    """For each integrator its settings from coarse to fine, or the steps to begin with, on a
     simulation that is made anew, with the heaviest body first."""
     problem = model.problem
     revolutions = abs(duration) / shortest_period(problem)
@@ -210,10 +217,11 @@ def errors(run: Trajectory, truth: Trajectory) -> Array:
     return found
 
 
-def unit(problem: Problem, kind: str) -> str:
-    """The unit of length or time with a space before it, where REBOUND knows it; else ""."""
+def unit(problem: Problem, dimension: str) -> str:
+    """The unit of length or time with a space before it, by name where REBOUND knows it."""
     words = [part.split(" ") for part in problem.units.split(", ")]
-    return next((f" {word[1]}" for word in words if len(word) == 2 and word[0] == kind), "")
+    known = (word[1] for word in words if len(word) == 2 and word[0] == dimension)
+    return f" {next(known, f'units of {dimension}')}"
 
 
 def names(problem: Problem) -> list[str]:

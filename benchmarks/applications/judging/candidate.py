@@ -13,6 +13,8 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
 
+FEWEST = 20  # states at which a run is compared
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -62,10 +64,15 @@ class Source:
 class Own:
     """The user's integrator; ``step``, negative backwards, is None where it chooses its own."""
 
-    label: str
+    name: str
     contender: Contender
     options: Mapping[str, Any]
     step: float | None
+
+    @property
+    def label(self) -> str:
+        """With its step."""
+        return f"{self.name}, as it is" if self.step is None else f"{self.name}, dt = {self.step:g}"
 
 
 @dataclass(frozen=True)
@@ -77,12 +84,30 @@ class Candidate:
     options: Mapping[str, Any]
     steps: int | None
 
+    def states(self, samples: int) -> int:
+        """How many are kept: so many, or FEWEST at least of them where it takes fewer steps."""
+        if self.steps is None or self.steps >= samples:
+            return samples
+        return max((k for k in range(FEWEST, self.steps + 1) if samples % k == 0), default=samples)
+
+    def count(self, samples: int) -> int:
+        """Of its steps, rounded up to a multiple of its states; 0 where it chooses them."""
+        kept = self.states(samples)
+        return -(-(self.steps or 0) // kept) * kept
+
     def setting(self, duration: float, samples: int) -> dict[str, Any]:
-        """With so many states; steps are rounded up to a multiple of that."""
-        if self.steps is None:
-            return {"samples": samples, **self.options}
-        count = -(-self.steps // samples) * samples
-        return {"step": duration / count, "save_every": count // samples, **self.options}
+        """With these states."""
+        kept, count = self.states(samples), self.count(samples)
+        if not count:
+            return {"samples": kept, **self.options}
+        return {"step": duration / count, "save_every": count // kept, **self.options}
+
+    def text(self, duration: float, samples: int) -> str:
+        """The step, or what stands for it."""
+        if self.steps is not None:
+            return f"dt = {duration / self.count(samples):.4g}"
+        given = [f"{k} = {v:g}" for k, v in self.options.items() if k == "epsilon"]
+        return ", ".join(["adaptive", *given])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with these states."""
@@ -96,7 +121,7 @@ class Kind(Protocol):
     ADAPTIVE: Sequence[str]  # those that choose their steps
     PART: str  # what a part of the model is called
     ENGINE: str  # to install where no source of the truth can be run
-    MORE: str  # to install where all sources are of one engine
+    MORE: str  # what adds another engine, and how to install it, where all sources are of one
     ANOTHER: str  # how to choose another start, after a sentence that ends with "another"
 
     def model(self, problem: Problem) -> Model:
@@ -125,11 +150,15 @@ class Kind(Protocol):
         """ValueError, with both numbers, where at states of the truth the engine's accelerations of
         the user's own model are not those of the problem."""
 
+    def unit(self, problem: Problem, dimension: str) -> str:
+        """That of "length", in which errors are, or of "time", with a space before it."""
+
     def notes(self, model: Model, own: Own, truth: Trajectory) -> list[str]:
         """What a reader should know of the run and of what is compared with it, in sentences."""
 
-    def candidates(self, model: Model, duration: float) -> Iterator[list[Candidate]]:
-        """For each integrator its settings from coarse to fine, or the coarsest of its steps."""
+    def candidates(self, model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+        """For each integrator but one that the own setting is of in all its options, its settings
+        from coarse to fine, or the steps to begin with."""
 
     def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
         """The problem from a start whose coordinates differ by this amount, relatively.

@@ -13,21 +13,24 @@ import pandas as pd
 
 from benchmarks.applications.judging import bodies, trees
 from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.clock import expected, steps_of, timed
 from benchmarks.applications.judging.neighbours import horizons
 from benchmarks.applications.judging.scan import (
     COLUMNS,
     Limits,
+    Tried,
     energy_change,
     momentum_change,
     scan,
-    timed,
 )
-from benchmarks.applications.judging.truth import Agreement, agreements
+from benchmarks.applications.judging.truth import Agreement, agreements, states_of, thinned
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 
+YOURS = " (yours)"  # after the name of the own integrator in the table
 PIECES = 20  # times at which sources of the truth are compared
 SAMPLES = 100  # states of the user's own run and of the candidates, at most
 PARTS, AWAITED = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
+LOOKED = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
 FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
 LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
 
@@ -41,16 +44,18 @@ class Judgement:
     error        that is asked for, largest distance from the truth of any part at any time
     source       of the truth
     agreements   of the truth with other sources
-    own          the user's: integrator, error, seconds, energy and momentum (their largest relative
-                 changes), status
+    own          the user's: integrator with its step, setting (the step), error, last_error (at the
+                 end), seconds, seconds_low and seconds_high (median and quartiles; NaN where it was
+                 timed once), energy and momentum (their largest relative changes), status
     own_errors   t, error: of the user's run
     parts        the errors of each part in that run
-    table        the candidates that were tried, those that reach the error first, by their time
+    table        the own run and all that was tried, those that reach the error first, by their time
     encounters   close passages
     horizons     until when a start known to so many digits predicts the motion to ``error``; empty
                  where that was not asked for
     truth        the trajectory of the truth
     notes        what a reader should know of the run, in sentences
+    samples      times at which the candidates are compared with the truth
     """
 
     kind: Kind
@@ -67,6 +72,7 @@ class Judgement:
     horizons: pd.DataFrame
     truth: Trajectory
     notes: tuple[str, ...] = field(default=())
+    samples: int = SAMPLES
 
     @property
     def truth_agreement(self) -> float:
@@ -93,7 +99,7 @@ class Judgement:
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
-        """The cheapest candidate that reaches the error; None where none does."""
+        """The cheapest that reaches the error, be it the own run; None where none does."""
         reached = self.table[self.table["reached"]]
         return None if reached.empty else reached.iloc[0].to_dict()
 
@@ -157,33 +163,37 @@ def judge(
     began = time.perf_counter()
     truth, source, stopped = _truth(kind, problem, span, samples * dense, every, report)
     limits = Limits.of(time.perf_counter() - began, quick)
-    thin = _thinned(truth, dense)
+    thin = thinned(truth, dense)
     kind.check(model, thin)
     report(f"own: {mine.label}")
-    found, over_time, parts = _own(
-        kind, mine, problem, span, _thinned(truth, dense // finer), samples
+    found, over_time, parts, tried = _own(
+        kind, mine, problem, span, thinned(truth, dense // finer), samples
     )  # fmt: skip
     nothing = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
     known = found["error"] if error is None else error
     before = Judgement(
         kind, problem, span, known, source, (), found, over_time, parts, nothing,
         kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
-        (*model.notes, *kind.notes(model, mine, truth)),
+        (*model.notes, *kind.notes(model, mine, truth)), samples,
     )  # fmt: skip
     first(before)
     others = [one for one in every if one is not source and one not in stopped]
     checks = agreements(
         thin, others, kind.errors, min(PIECES, samples), report, limits.source
     )  # fmt: skip
-    checks += [Agreement(one, thin.t[:1], np.zeros(1), "it stops there") for one in stopped]
+    checks += [Agreement(one, thin.t[:1], np.zeros(1), "its run fails") for one in stopped]
     apart = max((one.largest for one in checks if not one.source.opinion), default=0.0)
     wanted = float(np.fmax(found["error"], 10.0 * apart)) if error is None else error
     ends = before.horizons
     if limits.neighbours:
         report("neighbouring starts")
         ends = horizons(kind, source, thin, wanted)
-    table = scan(kind, model, span, thin, wanted, report, limits)
-    return replace(before, error=wanted, agreements=tuple(checks), horizons=ends, table=table)
+    groups = list(kind.candidates(model, span, mine))
+    table, spread = scan(kind, groups, span, thin, wanted, report, limits, tried)
+    found = found | dict(zip(("seconds", "seconds_low", "seconds_high"), spread, strict=True))
+    return replace(
+        before, error=wanted, own=found, agreements=tuple(checks), horizons=ends, table=table
+    )
 
 
 def _say_early(
@@ -196,16 +206,19 @@ def _say_early(
         return
     steps = max(1, round(span / own.step / PARTS)) if own.step else None
     part = steps * own.step if steps and own.step else span / PARTS
-    clock = time.perf_counter()
+    seconds = expected(
+        lambda n: source.run(problem, n * span / LOOKED, 1), LOOKED, enough=AWAITED
+    )  # fmt: skip
+    if seconds < AWAITED:
+        return
     truth = source.run(problem, part, 1)
-    expected = (time.perf_counter() - clock) * span / part
-    if expected < AWAITED or not truth.success:
+    if not truth.success:
         return
     run = Candidate(own.label, own.contender, own.options, steps).run(problem, part, 1)
     off = float(np.max(kind.errors(run, truth)))
     report(
-        f"First answer: after {part:g} of {span:g} your run ({own.label}) is wrong by {off:.2g}; "
-        f"the truth of all of it takes about {expected:.0f} s, the rest several times that"
+        f"First answer: after {part:g} of {span:g} your run ({own.label}) is off by {off:.2g}. The "
+        f"truth of the whole run takes about {seconds:.0f} s, everything else several times that"
     )
 
 
@@ -245,20 +258,6 @@ def kind_of(problem: Problem) -> Kind:
     )
 
 
-def _until(run: Trajectory, states: int) -> Trajectory:
-    """The first states of a run."""
-    velocities = None if run.velocities is None else run.velocities[:states]
-    return replace(run, t=run.t[:states], q=run.q[:states], p=run.p[:states], velocities=velocities)
-
-
-def _thinned(truth: Trajectory, every: int) -> Trajectory:
-    rows = slice(None, None, every)
-    return Trajectory(
-        truth.problem, truth.t[rows], truth.q[rows], truth.p[rows], velocities=truth.v[rows],
-        method=truth.method,
-    )  # fmt: skip
-
-
 def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
     """The user's own integrator and step, as asked for or as the model has them.
 
@@ -284,13 +283,13 @@ def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
         given = {key: value for key, value in options.items() if key in known} | given
     label = kind.label(contender, given)
     if name in kind.ADAPTIVE:
-        return Own(f"{label}, as it is", contender, given, None)
+        return Own(label, contender, given, None)
     if step is None:
         raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
     step = input_checks.real("own dt", step)
     if step == 0.0:
         raise ValueError("own dt must not be 0; received 0.")
-    return Own(f"{label}, dt = {step:g}", contender, given, step)
+    return Own(label, contender, given, step)
 
 
 def _samples(whole: int, steps: float) -> tuple[int, int]:
@@ -303,26 +302,31 @@ def _samples(whole: int, steps: float) -> tuple[int, int]:
 
 def _own(
     kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory, samples: int
-) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame, Tried]:
     """The findings of the user's setting, over time, and by part: at the states of the truth, or
-    where that takes long at ``samples`` of them."""
+    where that takes long at ``samples`` of them. And as a row of the table."""
     steps = None if own.step is None else round(span / own.step)
-    mine = Candidate(own.label, own.contender, own.options, steps)
+    mine = Candidate(f"{own.name}{YOURS}", own.contender, own.options, steps)
+    if steps is not None:  # what a first call costs is not its speed
+        steps_of(mine, problem, span, samples, 2)
+    begun = time.perf_counter()
     run, seconds = timed(mine, problem, span, samples)
+    wall = time.perf_counter() - begun
     finer = (len(truth.t) - 1) // samples
     if finer > 1 and seconds < LONG:
         run = mine.run(problem, span, samples * finer)
     else:
-        truth = _thinned(truth, finer)
+        truth = thinned(truth, finer)
     worst = kind.errors(run, truth).max(axis=1)
-    whole = np.flatnonzero(np.isfinite(worst))  # up to where it failed
+    whole = slice(len(np.flatnonzero(np.isfinite(worst))))  # up to where it failed
+    error, last, energy = float(np.max(worst)), float(worst[-1]), energy_change(run)
     found = {
-        "integrator": own.label,
-        "error": float(np.max(worst)),
-        "seconds": seconds,
-        "energy": energy_change(run),
-        "momentum": momentum_change(run),
-        "status": run.status,
-    }
+        "integrator": own.label, "setting": mine.text(span, samples), "error": error,
+        "last_error": last, "seconds": seconds, "seconds_low": math.nan, "seconds_high": math.nan,
+        "energy": energy, "momentum": momentum_change(run), "status": run.status,
+    }  # fmt: skip
+    status = "" if run.success else run.status
+    row = Tried(mine.label, mine.text(span, samples), mine, error, last, seconds, energy,
+                status=status, wall=wall)  # fmt: skip
     over_time = pd.DataFrame({"t": run.t, "error": worst})
-    return found, over_time, kind.by_part(_until(run, len(whole)), _until(truth, len(whole)))
+    return found, over_time, kind.by_part(states_of(run, whole), states_of(truth, whole)), row

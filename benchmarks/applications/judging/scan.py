@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.applications.judging.candidate import Candidate, Kind, Model
-from galvi import NBody, Problem, Trajectory
+from benchmarks.applications.judging.candidate import Candidate, Kind
+from benchmarks.applications.judging.clock import expected, quartiles, race, steps_of, timed
+from benchmarks.applications.judging.truth import thinned
+from galvi import NBody, Trajectory
 from galvi.arrays import Array
 from galvi.run.energies import conserves_energy
-from references.engine_clock import heard
 
-REPEATED = 0.05  # seconds below which a run is timed several times
-REPEATS = 3
-SLOWER = 20.0  # times as long as one that reaches the error: not tried any further
 MOST_RUNS = 12  # of one integrator
 LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
-UNKNOWN = (math.nan,) * 3  # error, seconds and energy
-COLUMNS = ("integrator", "setting", "error", "seconds", "energy", "reached", "status")
+LOW = 4  # orders up to this try twice the step wherever they reach the error
+AIM = 0.8  # of the error, so that one more run is not needed for a last percent
+Spread = tuple[float, float, float]  # median and quartiles of seconds
+REACHED, MISSED = "reached", "not reached with this setting"
 
 
 @dataclass(frozen=True)
@@ -32,146 +32,212 @@ class Limits:
     """Seconds that parts of a judgement may take, beside the truth and the user's own run.
 
     source      another source of the truth
-    integrator  the settings of one integrator
-    candidates  all of them; none is begun after these
+    integrator  the settings of one integrator, once it is compiled
+    candidates  all of them, in equal shares; what one leaves is for those that follow
+    spread      timings of those that reach the error
     neighbours  whether neighbouring starts are run
     """
 
     source: float
     integrator: float
     candidates: float
+    spread: float
     neighbours: bool = True
 
     @classmethod
     def of(cls, truth: float, quick: bool) -> Limits:
         """Where the truth took so many seconds."""
         if quick:
-            return cls(max(0.5, 0.25 * truth), max(0.3, 0.25 * truth), max(2.0, truth), False)
-        return cls(max(0.7, truth), max(1.0, truth), max(20.0, 4.0 * truth))
+            return cls(max(0.5, 0.25 * truth), max(0.3, 0.25 * truth), max(2.0, truth), 1.0, False)
+        return cls(max(0.7, truth), max(1.0, truth), max(20.0, 4.0 * truth), max(1.0, truth))
 
 
-def timed(
-    candidate: Candidate, problem: Problem, span: float, samples: int,
-    worth: Callable[[Trajectory], bool] = lambda run: True,
-) -> tuple[Trajectory, float]:  # fmt: skip
-    """A run with so many states, and the seconds of its engine, the least of several where it is
-    short and worth it: of galvi those of the whole call, of others without our conversion of their
-    states."""
-    seconds, run = math.inf, None
-    if candidate.steps is not None:  # what compiles, and what a first call costs, is not its speed
-        _brief(candidate, problem, span, samples)
-    for _ in range(1 + REPEATS):
-        with heard() as spent:
-            clock = time.perf_counter()
-            run = candidate.run(problem, span, samples)
-            whole = time.perf_counter() - clock
-        seconds = min(seconds, spent.seconds or whole)
-        if whole > REPEATED or not worth(run):
-            break
-    assert run is not None
-    return run, seconds
+@dataclass(frozen=True)
+class Tried:
+    """A row of the table, but for the spread of its times.
+
+    candidate   what was run; None where nothing was
+    last_error  that at the end
+    seconds     of one run
+    wall        of it with what is beside the engine
+    """
+
+    integrator: str
+    setting: str
+    candidate: Candidate | None = None
+    error: float = math.nan
+    last_error: float = math.nan
+    seconds: float = math.nan
+    energy: float = math.nan
+    reached: bool = False
+    status: str = ""
+    wall: float = 0.0
 
 
-def _brief(candidate: Candidate, problem: Problem, span: float, samples: int) -> float:
-    """The seconds of a step, measured where it is long."""
-    step = candidate.setting(span, samples)["step"]
-    clock = time.perf_counter()
-    candidate.contender.run(problem, 2 * step, {**candidate.options, "step": step, "save_every": 2})
-    return 0.5 * (time.perf_counter() - clock)
+COLUMNS = (
+    "integrator", "setting", "error", "last_error", "seconds", "seconds_low", "seconds_high",
+    "energy", "reached", "status",
+)  # fmt: skip
 
 
 def scan(
-    kind: Kind, model: Model, span: float, truth: Trajectory, wanted: float,
-    report: Callable[[str], None], limits: Limits,
-) -> pd.DataFrame:  # fmt: skip
-    """Each integrator from coarse to fine until it reaches the error, or would take far longer than
-    one that does; the rows in order of usefulness."""
-    rows: list[tuple[Any, ...]] = []
-    best, begun = math.inf, time.perf_counter()
-    for settings in kind.candidates(model, span):
-        left = begun + limits.candidates - time.perf_counter()
-        report(f"{settings[0].label} (all others end within {max(left, 0.0):.0f} s)")
-        if left < 0.0:
-            why = "not tried: the time for other integrators was over"
-            rows.append((settings[0].label, "", *UNKNOWN, False, why))
-            continue
-        rows += _one_integrator(
-            kind, list(settings), model.problem, span, truth, wanted, best,
-            min(limits.integrator, left),
-        )  # fmt: skip
-        best = min([best, *(row[3] for row in rows if row[5])])
-    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    kind: Kind, groups: Sequence[list[Candidate]], span: float, truth: Trajectory, wanted: float,
+    report: Callable[[str], None], limits: Limits, own: Tried,
+) -> tuple[pd.DataFrame, Spread]:  # fmt: skip
+    """The user's own run, its integrator at other steps, and each other integrator, as far as its
+    time goes: the rows in order of usefulness, with times measured in turns; and those of the own
+    run."""
+    search = Search(kind, span, truth, wanted)
+    rows = [replace(own, reached=own.error <= wanted, status=own.status or search.word(own.error))]
+    if own.candidate is not None and own.candidate.steps is not None:
+        report(f"{own.integrator}, with other steps")
+        rows = search.of([], limits.integrator, rows)
+    left = limits.candidates
+    for place, settings in enumerate(groups):
+        report(f"{settings[0].label} (at most {max(left, 0.0):.0f} s more, beside compilation)")
+        share = min(limits.integrator, left / (len(groups) - place))
+        found = search.of(settings, share)
+        left -= min(share, sum(row.wall for row in found))  # what compiles is no loss to others
+        rows += found
+    again = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
+    report("times, in turns")
+    times = race(
+        [cast(Candidate, rows[k].candidate) for k in again], [rows[k].wall for k in again],
+        truth.problem, span, search.samples, limits.spread,
+    )  # fmt: skip
+    taken = {k: quartiles(one) for k, one in zip(again, times, strict=True) if one.size}
+    once = [(row.seconds, math.nan, math.nan) for row in rows]
+    table = pd.DataFrame([
+        (row.integrator, row.setting, row.error, row.last_error, *taken.get(k, once[k]),
+         row.energy, row.reached, row.status)
+        for k, row in enumerate(rows)
+    ], columns=list(COLUMNS))  # fmt: skip
     keys = [~table["reached"], table["seconds"].where(table["reached"], table["error"])]
-    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True)
+    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True), taken.get(0, once[0])
 
 
-def _one_integrator(
-    kind: Kind, waiting: list[Candidate], problem: Problem, span: float, truth: Trajectory,
-    wanted: float, best: float, limit: float,
-) -> list[tuple[Any, ...]]:  # fmt: skip
-    """Its rows. `best` seconds of what reaches the error; ``limit`` seconds for all of them."""
-    rows: list[tuple[Any, ...]] = []
-    begun, last, samples = time.perf_counter(), math.nan, len(truth.t) - 1
+@dataclass(frozen=True)
+class Search:
+    """For settings of an integrator that reach the error."""
 
-    def reaches(run: Trajectory) -> bool:
-        return run.success and bool(np.max(kind.errors(run, truth)) <= wanted)
+    kind: Kind
+    span: float
+    truth: Trajectory
+    wanted: float
 
-    for _ in range(MOST_RUNS):
-        if not waiting:
-            break
-        candidate = waiting.pop(0)
-        row = (candidate.label, _setting(candidate, span, samples))
-        try:
-            if not rows and candidate.steps is not None:
-                _brief(candidate, problem, span, samples)  # compiles
-                expected = candidate.steps * _brief(candidate, problem, span, samples)
-                if expected > 2.0 * limit + 1.0:
-                    why = f"not tried: it would take about {expected:.2g} s"
-                    rows.append((*row, *UNKNOWN, False, why))
-                    break
-            run, seconds = timed(candidate, problem, span, samples, reaches)
-        except ValueError as refused:
-            rows.append((candidate.label, "", *UNKNOWN, False, refused))
-            break
-        off = float(np.max(kind.errors(run, truth))) if run.success else math.nan
-        reached = off <= wanted
-        change = energy_change(run) if run.success else math.nan
-        rows.append((*row, off, seconds, change, reached, "" if run.success else run.status))
-        spent = time.perf_counter() - begun
-        if reached or seconds > SLOWER * best or spent > limit:
-            break
-        if candidate.steps is not None:
-            order = _order(off, last)
-            if order and (off / wanted) ** (1.0 / order) * seconds > min(
-                SLOWER * best, 4.0 * (limit - spent)
-            ):
-                break
-            finer = _factor(off, order, wanted)
-            done = candidate.setting(span, samples)["save_every"] * samples
-            waiting.append(replace(candidate, steps=math.ceil(finer * done)))
-        last = off
-    return rows
+    @property
+    def samples(self) -> int:
+        return len(self.truth.t) - 1
+
+    def word(self, error: float) -> str:
+        """The status of a run that completes."""
+        return REACHED if error <= self.wanted else MISSED
+
+    def of(self, waiting: list[Candidate], limit: float, known: Sequence[Tried] = ()
+           ) -> list[Tried]:  # fmt: skip
+        """Its rows after these: coarser while they reach the error, else finer, for so many
+        seconds."""
+        rows, waiting, begun = list(known), list(waiting), time.perf_counter()
+        while True:
+            candidate, why = waiting.pop(0) if not rows else None, ""
+            if candidate is None:
+                candidate, why = self._next(rows, waiting, limit - (time.perf_counter() - begun))
+            if candidate is None:
+                return _explained(rows, why)
+            label, setting = candidate.label, candidate.text(self.span, self.samples)
+            try:
+                if candidate.steps is not None and not rows:
+                    enough = 2.0 * limit + 1.0
+                    seconds = self._expected(candidate, enough)
+                    if seconds > enough:
+                        why = f"not tried: it would take about {_rounded(seconds)} s"
+                        return [Tried(label, setting, status=why)]
+                    begun = time.perf_counter()  # it is compiled
+                rows.append(self._tried(candidate))
+            except ValueError as refused:
+                return [*rows, Tried(label, "", status=str(refused))]
+
+    def _expected(self, candidate: Candidate, enough: float) -> float:
+        problem = self.truth.problem
+        return expected(
+            lambda n: steps_of(candidate, problem, self.span, self.samples, n),
+            candidate.count(self.samples), enough,
+        )  # fmt: skip
+
+    def _tried(self, candidate: Candidate) -> Tried:
+        begun = time.perf_counter()
+        run, seconds = timed(candidate, self.truth.problem, self.span, self.samples)
+        wall = time.perf_counter() - begun
+        found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
+                      seconds=seconds, wall=wall, status=run.status)  # fmt: skip
+        if not run.success:
+            return found
+        off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
+        worst = float(np.max(off))
+        return replace(
+            found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
+            reached=worst <= self.wanted, status=self.word(worst),
+        )  # fmt: skip
+
+    def _next(
+        self, rows: list[Tried], waiting: list[Candidate], rest: float
+    ) -> tuple[Candidate | None, str]:
+        """What to try next in so many seconds; or None, and why nothing."""
+        last = rows[-1]
+        assert last.candidate is not None
+        many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
+        if any(row.reached for row in rows):
+            coarser = replace(last.candidate, steps=-(-many // 2))
+            bracketed = not all(row.reached for row in rows)
+            order = getattr(last.candidate.contender, "order", 0)
+            hopeless = order > LOW and 2.0**order * last.error > self.wanted
+            ends = not many or bracketed or hopeless or rest < 0.0
+            return (None if ends or coarser.count(self.samples) >= many else coarser), ""
+        if len(rows) >= MOST_RUNS:
+            return None, f"{MOST_RUNS} settings were tried"
+        if not many:
+            if not waiting:
+                return None, "no finer one is offered"
+            return (waiting.pop(0), "") if rest > 0.0 else (None, "its time was over")
+        order = _order(rows, self.samples)
+        factor = _factor(last.error, order, self.wanted)
+        within = rest / max(last.wall, 1e-9)
+        if min(factor, within) < LEAST:
+            needed = last.seconds * (last.error / self.wanted) ** (1.0 / (order or math.inf))
+            more = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
+            return None, f"its time was over{more}"
+        return replace(last.candidate, steps=math.ceil(min(factor, within) * many)), ""
 
 
-def _setting(candidate: Candidate, span: float, samples: int) -> str:
-    text = ("adaptive" if candidate.steps is None
-            else f"dt = {candidate.setting(span, samples)['step']:.4g}")  # fmt: skip
-    extra = ", ".join(f"{k} = {v:g}" for k, v in candidate.options.items() if k == "epsilon")
-    return f"{text} {extra}".strip()
+def _rounded(number: float) -> str:
+    return f"{float(f'{number:.2g}'):g}"
 
 
-def _order(error: float, before: float) -> float:
-    """Of convergence, at least, as the errors of the last two runs suggest, one with MOST times
-    fewer steps at most; 0 where they do not converge yet."""
-    converging = math.isfinite(before) and before > 1.5 * error > 0.0
-    return math.log(before / error) / math.log(MOST) if converging else 0.0
+def _explained(rows: list[Tried], why: str) -> list[Tried]:
+    """With the reason in words at the finest setting, where none reaches the error."""
+    last = rows[-1]
+    if any(row.reached for row in rows) or math.isnan(last.error):
+        return rows
+    text = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
+    return [*rows[:-1], replace(last, status=text + why)]
+
+
+def _order(rows: list[Tried], samples: int) -> float:
+    """Of convergence, as the errors of the last two runs suggest; 0 where they do not converge."""
+    if len(rows) < 2:
+        return 0.0
+    before, last = rows[-2:]
+    if not before.error > 1.5 * last.error > 0.0:
+        return 0.0
+    counts = [one.candidate.count(samples) for one in (before, last) if one.candidate is not None]
+    return math.log(before.error / last.error) / math.log(counts[1] / counts[0])
 
 
 def _factor(error: float, order: float, wanted: float) -> float:
     """By how many times more steps to take next; cautiously where the order is low."""
     if not (math.isfinite(error) and error > 0.0):
         return 2.0
-    return min(max((error / wanted) ** (1.0 / max(order, 2.0)), LEAST), MOST)
+    return min(max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), LEAST), MOST)
 
 
 def energy_change(run: Trajectory) -> float:

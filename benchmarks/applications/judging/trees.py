@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -36,14 +37,17 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
     "discrete": MUJOCO_DISCRETE,
 }
 ADAPTIVE: tuple[str, ...] = ()
-PART, ENGINE, MORE = "joint", "mujoco-core", "pip install pin"
+PART, ENGINE = "joint", "mujoco-core"
+MORE = "Pinocchio, of the extra trees (pip install pin), would be another"
+UNITS = {"length": " rad or m", "time": " s"}
+STILL = 1e-9  # rad or m by which a joint that rests moves at most
 ANOTHER = (
     ", with --key 0 for the first keyframe, where the model has one, or --qpos and --qvel, in "
     "galvi.judge key=0, qpos=..., qvel=..."
 )
 TIGHT, LOOSER = 1e-13, 1e-11  # tolerances
 FINE = 30_000  # steps of the second source
-COARSEST = 200  # steps of MuJoCo's integrators in the whole time
+COARSEST = 200  # steps of MuJoCo's integrators in the whole time, to begin with
 OURS = (4, 8)  # degrees
 OURS_COARSEST = 100
 ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
@@ -96,9 +100,24 @@ def check(model: Model, truth: Trajectory) -> None:
         check_reading(model.own, model.problem, [(truth.q[k], truth.v[k]) for k in rows])
 
 
+def unit(problem: Problem, dimension: str) -> str:
+    """MuJoCo's, with a space before it."""
+    return UNITS[dimension]
+
+
 def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
-    """None beside what the model has."""
-    return []
+    """That a floating model falls, or drifts, as one rigid body."""
+    system = cast(Multibody, truth.problem.system)
+    still = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
+    inner = np.array([joint.type != "free" for joint in system.tree.joints])
+    moved = errors(truth, still).max(axis=0)
+    if inner.all() or not inner.any() or moved[inner].max() > STILL:
+        return []
+    return [
+        "Warning: from this start the model moves as one rigid body, and nothing moves in its "
+        "joints, so that this run says nothing of their errors. Start from a keyframe (--key, in "
+        "galvi.judge key=...) or from velocities (--qvel, qvel=...) at which the joints move."
+    ]
 
 
 def sources(model: Model, duration: float, own: Own) -> list[Source]:
@@ -121,12 +140,13 @@ def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
     return Source(label, engine, contender, {"tolerance": tolerance})
 
 
-def candidates(model: Model, duration: float) -> Iterator[list[Candidate]]:
-    """For each integrator the coarsest of its steps; MuJoCo's on the user's own model."""
+def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+    """For each integrator but the own one the steps to begin with; MuJoCo's on the user's model."""
     for degree in OURS:
         yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
     for contender in INTEGRATORS.values():
-        if not contender.missing and contender.supports(model.problem):
+        usable = not contender.missing and contender.supports(model.problem)
+        if usable and contender.name != own.name:
             yield [Candidate(contender.name, _on(model, contender), {}, COARSEST)]
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -45,15 +46,16 @@ def in_pieces(
     between steps; it ends with the last one that is a success, or after ``limit`` seconds. And why
     it ended early, or ""."""
     t, q, v, stopped = [problem.t0], [problem.q0], [problem.v0], ""
-    here, begun = problem, time.perf_counter()
+    here, begun = problem, math.inf  # the first piece may compile
     for end in ends.tolist():
-        if len(t) > 1 and time.perf_counter() - begun > limit:
-            stopped = "it takes long"
+        if time.perf_counter() - begun > limit:
+            stopped = "it was given up as slow"
             break
         run = source.run(here, end - here.t0, 1)
         if not run.success:
-            stopped = "it stops there"
+            stopped = "its run fails"
             break
+        begun = min(begun, time.perf_counter())
         t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
         here = Problem(problem.system, run.q[-1], run.v[-1], end)
     places, speeds, times = np.stack(q), np.stack(v), np.array(t)
@@ -71,18 +73,27 @@ def agreements(
     """
     problem = truth.problem
     rows = np.unique(np.linspace(0, len(truth.t) - 1, pieces + 1).round().astype(int))
-    thinned = Trajectory(problem, truth.t[rows], truth.q[rows], truth.p[rows],
-                         velocities=truth.v[rows])  # fmt: skip
+    few = states_of(truth, rows)
     found = []
     for source in others:
         report(f"truth: {source.label}")
-        run, stopped = in_pieces(source, problem, thinned.t[1:], limit)
+        run, stopped = in_pieces(source, problem, few.t[1:], limit)
         reached = len(run.t)  # fewer where it stopped
-        until = replace(thinned, t=thinned.t[:reached], q=thinned.q[:reached],
-                        p=thinned.p[:reached], velocities=thinned.v[:reached])  # fmt: skip
+        until = states_of(few, slice(reached))
         apart = errors(run, until).reshape(reached, -1).max(axis=1)
         found.append(Agreement(source, until.t, apart, stopped))
     return found
+
+
+def states_of(run: Trajectory, rows: Any) -> Trajectory:
+    """These states of a run."""
+    return Trajectory(run.problem, run.t[rows], run.q[rows], run.p[rows], velocities=run.v[rows],
+                      method=run.method)  # fmt: skip
+
+
+def thinned(run: Trajectory, every: int) -> Trajectory:
+    """Its first state, and every so many."""
+    return states_of(run, slice(None, None, every))
 
 
 def time_text(truth: Trajectory, t: float) -> str:

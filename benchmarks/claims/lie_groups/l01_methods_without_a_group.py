@@ -133,7 +133,7 @@ def _row(table: DataFrame, label: str, quantity: str) -> Row:
     return L1.row(
         f"largest {quantity}, {label}",
         bound,
-        readings.largest(readings.values(table, study=label, quantity=quantity)),
+        readings.largest_of(table, study=label, quantity=quantity),
         setup=SETUPS[label],
         claimed=claimed,
         reason=REASONS[label, quantity],

@@ -64,7 +64,7 @@ def judge(table: DataFrame) -> list[Row]:
         COARSE: f"the largest error of {FEW} steps from any of {PLACES} places on the motion by "
         f"{FREE_TOP.name}",
     }
-    largest = readings.largest(readings.values(table, study=SHORT, quantity=QUANTITIES[COARSE]))
+    largest = readings.largest_of(table, study=SHORT, quantity=QUANTITIES[COARSE])
     bounds = {N: NoGrowth(ROUND_OFF, ROUND_OFF), COARSE: NoGrowth(largest)}
     histories = [
         L4.row(

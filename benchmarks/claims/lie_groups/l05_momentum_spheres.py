@@ -77,7 +77,7 @@ def judge(table: DataFrame) -> list[Row]:
             L5.row(
                 f"largest {quantity}",
                 AtMost(limit),
-                readings.largest(readings.values(table, study="sphere", quantity=quantity)),
+                readings.largest_of(table, study="sphere", quantity=quantity),
                 claimed="trajectories lie on the intersections of sphere and ellipsoids",
                 reason=REASONS[quantity],
                 reference=FREE_TOP.name if quantity == DISTANCE else "the value at the start",

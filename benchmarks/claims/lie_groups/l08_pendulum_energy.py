@@ -45,7 +45,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def judge(table: DataFrame) -> list[Row]:
     """Small, of the method's order, and without drift."""
     drift = readings.drift(table, study="history", quantity=QUANTITY)
-    limit = readings.largest(readings.values(table, study=SHORT, quantity=QUANTITY))
+    limit = readings.largest_of(table, study=SHORT, quantity=QUANTITY)
     return [
         L8.row(
             f"{QUANTITY}, n = {N}",

@@ -79,7 +79,7 @@ def _row(table: DataFrame, quantity: str, limit: float, reason: str) -> Row:
     return L13.row(
         f"largest error of {quantity}",
         AtMost(limit),
-        readings.largest(readings.values(table, study="history", quantity=quantity)),
+        readings.largest_of(table, study="history", quantity=quantity),
         setup=f"{BODY}; Polynomials({N if FAST in quantity else N - 1}), gauss({N}); "
         f"h = {STEP:g}, {STEPS} steps ({QUICK_STEPS} in the quick form); relative to |mu0|",
         reason=reason,

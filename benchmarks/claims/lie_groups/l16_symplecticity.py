@@ -33,6 +33,7 @@ FLOWS: Mapping[str, Coupled] = {
     "joined pendulums on SO(3) x SO(3)": JOINED_PENDULUMS,
 }
 EXACTLY = "exact flow"
+FLOW = f"defect of the form, {{}}, {EXACTLY}"
 
 
 def starts_of(system: Any) -> Callable[[Array, Array], Problem]:
@@ -58,67 +59,57 @@ def step_of(start: Callable[[Array, Array], Problem], method: Any) -> StepMap:
     return step
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """'defect' of each problem, in `label`, and chart and rule, in `quantity`; and of the exact
-    flow where that is known."""
-    found = []
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
+    """The largest defect over the rules, for each problem and chart; and that of exact flows."""
+    found: dict[str, float] = {}
     for label, make_problem in PROBLEMS.items():
         report(label)
         problem = make_problem()
         group: Any = problem.system.group  # type: ignore[attr-defined]
         at = starts_of(problem.system)
         for chart in CHARTS:
+            defects = []
             for rule, (degree, points) in PAIRS.items():
                 method = make_method(galvi.Polynomials(degree), getattr(galvi, rule)(points), chart)
                 run = galvi.integrate(problem, method, STEP, 1)
-                value = float("nan")
-                if run.success:
-                    value = form_defect(step_of(at, method), group, problem.q0, problem.p0)
-                where = {"study": "defect", "label": label, "n": degree + 1, "step": STEP}
-                found += rows({type(chart).__name__: value}, status=failure(run), **where)
+                step = step_of(at, method)
+                done = run.success
+                defects.append(form_defect(step, group, problem.q0, problem.p0) if done else np.nan)
+            found[_defect(label, chart)] = float(np.max(defects))
     for label, known in FLOWS.items():
         report(f"{label}, {EXACTLY}")
         start = known.problem()
         group = start.system.group  # type: ignore[attr-defined]
-        value = form_defect(partial(known.flow, duration=STEP), group, start.q0, start.p0)
-        found += rows({EXACTLY: value}, study="defect", label=label, step=STEP)
-    return frame(found)
+        flow = partial(known.flow, duration=STEP)
+        found[FLOW.format(label)] = form_defect(flow, group, start.q0, start.p0)
+    return found
 
 
-def judge(table: DataFrame) -> list[Row]:
-    """A row for each problem and chart: the worst of the rules; and for each exact flow."""
-    return [
-        *(_row(table, label, type(chart).__name__) for label in PROBLEMS for chart in CHARTS),
-        *(_flow(table, label) for label in FLOWS),
-    ]
+def _defect(label: str, chart: Any) -> str:
+    return f"defect of the form, {label}, {type(chart).__name__} chart"
 
 
-def _row(table: DataFrame, label: str, chart: str) -> Row:
-    defects = readings.values(table, study="defect", quantity=chart, label=label)
-    return L16.row(
-        f"defect of the form, {label}, {chart} chart",
-        AtMost(LIMIT),
-        readings.largest(defects) if len(defects) == len(PAIRS) else float("nan"),
-    )
+def checks() -> Iterator[Check]:
+    """For each problem and chart the worst of the rules; then for each exact flow."""
+    for label in PROBLEMS:
+        for chart in CHARTS:
+            yield check(_defect(label, chart), AtMost(LIMIT))
+    for label in FLOWS:
+        yield check(
+            FLOW.format(label),
+            Finding(AtMost(LIMIT)),
+            setup=f"flow over {STEP:g} from the problem's start, by Newton's and Euler's "
+            "equations; derivative by central differences of order eight",
+            claimed="no claim of H about this problem: a check of the form and of mu",
+            reason="The flow of a Hamiltonian system preserves its canonical form.",
+        )
 
 
-def _flow(table: DataFrame, label: str) -> Row:
-    return L16.row(
-        f"defect of the form, {label}, {EXACTLY}",
-        Finding(AtMost(LIMIT)),
-        number(table, study="defect", quantity=EXACTLY, label=label),
-        setup=f"flow over {STEP:g} from the problem's start, by Newton's and Euler's equations; "
-        "derivative by central differences of order eight",
-        claimed="no claim of H about this problem: a check of the form and of mu",
-        reason="The flow of a Hamiltonian system preserves its canonical form.",
-    )
-
-
-L16 = Claim(
+L16 = scalars(
     "L16",
     "A step is symplectic on every group, in left trivialisation",
-    study,
-    judge,
+    measure,
+    checks,
     source="H 3.1.1",
     setup=SETUP,
     claimed="discrete flows preserve the canonical symplectic form",

@@ -142,7 +142,7 @@ def _turnings(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 def judge(table: DataFrame) -> list[Row]:
     """Orders of both errors, the printed bounds in h and n, and the constants."""
-    apart = readings.largest(readings.values(table, quantity=APART))
+    apart = readings.largest_of(table, quantity=APART)
     judged = [
         *(_order(table, name, n, what) for what in (ACTION, STEPPED) for name in CASES for n in NS),
         *(_limited(table, n, quantity) for quantity in (ACTION, STEPPED) for n in LOBATTO_NS),

@@ -177,7 +177,7 @@ def _charts(table: DataFrame) -> list[Row]:
         L18.row(
             f"largest {quantity}, {name}",
             AtMost(ROUND_OFF),
-            _largest(table, quantity, study=name),
+            readings.largest_of(table, quantity=quantity, study=name),
             setup=f"{setup}; {method}; {versions}; R and p at the ends",
             reason=f"{CURVES}, and the action is that of the curve on the group.",
             **shared,
@@ -224,7 +224,9 @@ def _changes_of_chart(table: DataFrame) -> list[Row]:
 
 
 def _lagrangians(table: DataFrame) -> list[Row]:
-    least = readings.least(np.array([_largest(table, name) for name in READINGS]))
+    least = readings.least(
+        np.array([readings.largest_of(table, quantity=name) for name in READINGS])
+    )
     pairing = (
         f"{PROOF}, of which phi(a, b, c) is the a-component: I_1 belongs to it, and I_3 to phi(c, "
         "a, b). As printed axes 1 and 3 are exchanged, another body"
@@ -273,7 +275,7 @@ def _lagrangians(table: DataFrame) -> list[Row]:
         L18.row(
             STAGES,
             AtMost(KEPT),
-            _largest(table, STAGES),
+            readings.largest_of(table, quantity=STAGES),
             source="H (3.51)",
             setup=f"{free_body.BODY}; Polynomials({N - 1}), gauss({N}); {STEPS} steps of h = "
             f"{STEP:g}; xi and xi' from R(t) and the body velocity",
@@ -298,7 +300,7 @@ def _momentum(table: DataFrame) -> list[Row]:
             L18.row(
                 f"{size}, {HELD} as printed, least over the rules, n = {n}",
                 AtMost(KEPT),
-                readings.least(readings.values(table, study=HELD, quantity=size, n=n)),
+                readings.least_of(table, study=HELD, quantity=size, n=n),
                 source="H (3.9), H 3.4.3",
                 setup=setup.format(n),
                 claimed="D_1 L_d = dL_d / dxi_k d xi_k / d lambda_k, (3.51) at i = 1 in the chart "
@@ -313,7 +315,7 @@ def _momentum(table: DataFrame) -> list[Row]:
         L18.row(
             f"largest {whole}, {MOVED}, all n and rules",
             Finding(AtMost(KEPT)),
-            _largest(table, whole, study=MOVED),
+            readings.largest_of(table, quantity=whole, study=MOVED),
             source="H (3.9), H 3.4.3",
             setup=setup.format(", ".join(str(n) for n in NS)),
             claimed="the rows above; our value: the base moves along",
@@ -349,11 +351,9 @@ def _formula(
     """The largest departure of a formula from its truth over all states."""
     texts = {"expected": expected} if expected else {}
     texts |= {"source": source, "claimed": claimed, "reason": reason}
-    return L18.row(f"{quantity}, departure", bound, _largest(table, quantity), **texts)
-
-
-def _largest(table: DataFrame, quantity: str, **where: Any) -> float:
-    return readings.largest(readings.values(table, quantity=quantity, **where))
+    return L18.row(
+        f"{quantity}, departure", bound, readings.largest_of(table, quantity=quantity), **texts
+    )
 
 
 def _reversed(sound: Callable[..., Array]) -> Callable[..., Array]:

@@ -31,7 +31,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def judge(table: DataFrame) -> list[Row]:
     """Bounded and without drift."""
     energy, angular = (readings.drift(table, study="history", quantity=name) for name in MEASURES)
-    limit = readings.largest(readings.values(table, study=SHORT, quantity=ENERGY))
+    limit = readings.largest_of(table, study=SHORT, quantity=ENERGY)
     return [
         V8.row(
             f"{ENERGY}, n = {N}",

@@ -198,7 +198,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         V9.row(
             f"{ORACLES}, Mercury",
             Finding(AtMost(0.1 * FLOORS[DISTANCE])),
-            readings.largest(readings.values(table, quantity=ORACLES)),
+            readings.largest_of(table, quantity=ORACLES),
             setup=SETUP.split("; Poly")[0],
             claimed="no claim: check of the reference",
             reason="At most a tenth of the smallest error that a row rests on.",

@@ -243,7 +243,7 @@ def _end_of_implicit(table: DataFrame, implicit: str) -> list[Row]:
         V11.row(
             f"{STOPPED}, largest over h, implicit Euler",
             Finding(Below(1.0)),
-            readings.largest(readings.values(table, study=implicit, quantity=STOPPED)),
+            readings.largest_of(table, study=implicit, quantity=STOPPED),
             setup=UNTIL_STOP,
             reason=f"{cubic}: below it the step has no solution but next to another planet, and "
             "no solver can go on. H does not mention it.",
@@ -253,7 +253,7 @@ def _end_of_implicit(table: DataFrame, implicit: str) -> list[Row]:
         V11.row(
             f"{SOLVED}, least over h, implicit Euler",
             Finding(AtLeast(1.0)),
-            readings.least(readings.values(table, study=implicit, quantity=SOLVED)),
+            readings.least_of(table, study=implicit, quantity=SOLVED),
             setup=UNTIL_STOP,
             reason=f"{cubic}: where Newton's method converges, a solution exists.",
             **caption,
@@ -312,8 +312,8 @@ def _share(seen: Array) -> float:
 
 def _apart(table: DataFrame) -> float:
     """The distance of the two truths, over the smallest error measured by them."""
-    apart = readings.largest(readings.values(table, quantity=APART))
-    return apart / readings.least(readings.values(table, quantity=ORDER))
+    apart = readings.largest_of(table, quantity=APART)
+    return apart / readings.least_of(table, quantity=ORDER)
 
 
 V11 = Claim(

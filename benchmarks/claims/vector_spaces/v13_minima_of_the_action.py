@@ -238,7 +238,7 @@ def _signs(table: DataFrame, name: str, case: Case) -> list[Row]:
     farthest = V13.row(
         "largest |q| at the stages, all steps",
         AtMost(REACH),
-        readings.largest(readings.values(table, study=name, quantity=FARTHEST)),
+        readings.largest_of(table, study=name, quantity=FARTHEST),
         setup=setup,
         claimed="on the stated interval",
         reason="The energy keeps the motion in [-1, 1], but for the step's error.",

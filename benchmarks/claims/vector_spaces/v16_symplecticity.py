@@ -98,7 +98,7 @@ def _differences(table: DataFrame, name: str) -> Row:
     return V16.row(
         f"{APART}, {name}",
         AtMost(AGREES),
-        readings.largest(readings.values(table, study=name, quantity=APART)),
+        readings.largest_of(table, study=name, quantity=APART),
         setup=f"{_setup(name)}; one method of each family for each kind of space; largest entry",
         claimed="DF is the derivative of the step",
         reason="The same map, differenced to order eight.",

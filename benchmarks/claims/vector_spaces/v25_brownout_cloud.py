@@ -177,7 +177,7 @@ def judge(table: DataFrame) -> list[Row]:
             V25.row(
                 f"{quantity}, largest over sizes and grounds",
                 Finding(bound),
-                readings.largest(readings.values(table, quantity=quantity)),
+                readings.largest_of(table, quantity=quantity),
                 setup="2 Gauss points, 384 steps; grains stay on the ground, or rebound with 0.5",
                 reason=why,
             )

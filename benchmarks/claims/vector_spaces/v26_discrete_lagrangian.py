@@ -97,7 +97,7 @@ def _steps(
 
 def judge(table: DataFrame) -> list[Row]:
     """Orders and bases of both errors, the printed bounds, and the constants."""
-    apart = readings.largest(readings.values(table, quantity=APART))
+    apart = readings.largest_of(table, quantity=APART)
     judged = [
         *(
             _order(table, name, n, quantity)
@@ -199,7 +199,7 @@ def _square(table: DataFrame) -> Row:
     return V26.row(
         f"largest {SQUARE}",
         AtMost(0.5),
-        readings.largest(readings.values(table, quantity=SQUARE)),
+        readings.largest_of(table, quantity=SQUARE),
         source="M thm. 5",
         setup=f"{CIRCLE}; {METHOD}; one step, n = 3 to 6, h below pi, errors of L_d above "
         f"{LEAST_SQUARE:g}",

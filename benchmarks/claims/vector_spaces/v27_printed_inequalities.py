@@ -304,7 +304,7 @@ def _nodes(table: DataFrame) -> list[Row]:
         V27.row(
             "entries of the step's matrix that differ between the two nodes, all n",
             Finding(Exactly(0.0)),
-            readings.largest(readings.values(table, quantity=DIFFERENT)),
+            readings.largest_of(table, quantity=DIFFERENT),
             setup=f"oscillator, m = k = h = 1; n = {EXACTLY[0]} to {EXACTLY[-1]} points (to "
             f"{EXACTLY[-2]} in the quick form), exact integrals, rational arithmetic",
             reason="Both bases span the polynomials of degree n - 1, and the step depends on the "
@@ -315,7 +315,7 @@ def _nodes(table: DataFrame) -> list[Row]:
         V27.row(
             "distance of galvi's step from it, all n",
             Finding(AtMost(1e-13)),
-            readings.largest(readings.values(table, quantity=GALVI)),
+            readings.largest_of(table, quantity=GALVI),
             setup="oscillator, m = k = h = 1; Polynomials(n - 1), gauss(n), which integrates "
             "products of two exactly",
             reason="galvi's basis, of integrated Legendre polynomials, spans the same space.",

@@ -324,7 +324,7 @@ def _apart(table: DataFrame) -> float:
 
 
 def _motion(table: DataFrame) -> float:
-    return readings.largest(readings.values(table, quantity=MOTION))
+    return readings.largest_of(table, quantity=MOTION)
 
 
 V28 = Claim(

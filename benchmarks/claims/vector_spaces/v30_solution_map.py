@@ -158,7 +158,7 @@ def _first(table: DataFrame) -> list[Row]:
             V30.row(
                 f"largest of {quantity} over its bound, {name}",
                 AtMost(1.0),
-                readings.largest(readings.values(table, label=name, study="", quantity=quantity)),
+                readings.largest_of(table, label=name, study="", quantity=quantity),
                 source="M thm. 1",
                 setup=f"{setups[name]}; m = 1; {where}",
                 claimed=f"{CONTINUOUS}; no constant printed, here {bound}",
@@ -171,7 +171,7 @@ def _first(table: DataFrame) -> list[Row]:
         V30.row(
             f"least of the {GROWS}",
             Finding(AtLeast(1.0)),
-            readings.least(readings.values(table, quantity=GROWS)),
+            readings.least_of(table, quantity=GROWS),
             source="M thm. 1",
             setup=f"{setups['oscillator']}; m = 1; dp = 0 or du = 0, which are the worst",
             claimed="a constant; ours: of size h^(-1/2), no smaller",
@@ -196,7 +196,7 @@ def _second(table: DataFrame) -> list[Row]:
         V30.row(
             f"largest of {quantity} over its bound, {name}",
             AtMost(1.0),
-            readings.largest(readings.values(table, study=name, label="", quantity=quantity)),
+            readings.largest_of(table, study=name, label="", quantity=quantity),
             source="M thm. 2",
             setup=f"V = -cos u, m = K = 1; one step; polynomials of degree N = "
             f"{', '.join(map(str, DEGREES))}; h at {', '.join(f'{x:g}' for x in SHARES)} of the "
@@ -289,7 +289,7 @@ def _third_rows(table: DataFrame) -> list[Row]:
         return V30.row(
             f"largest of {quantity}, {of}",
             bound,
-            readings.largest(readings.values(table, quantity=quantity, **where)),
+            readings.largest_of(table, quantity=quantity, **where),
             source="M thm. 3",
             setup=f"one step from the exact state; {motions}; N = "
             f"{', '.join(map(str, THIRD_DEGREES))}; h = {', '.join(f'{h:g}' for h in SIZES)}; "

@@ -151,12 +151,12 @@ def _constants(table: DataFrame) -> list[Row]:
         "points; m = min mu, K = max V''"
     )
     shared = {"setup": setup, "reference": "numpy"}
-    least = readings.least(readings.values(table, quantity=INF_SUP))
+    least = readings.least_of(table, quantity=INF_SUP)
     return [
         V31.row(
             f"largest {PASS}",
             AtMost(1.0),
-            readings.largest(readings.values(table, quantity=PASS)),
+            readings.largest_of(table, quantity=PASS),
             source="M sec. 2, thm. 1, thm. 2",
             claimed="at most eta C_N^2, with mu(t) between m and M",
             reason="Proposition 1 and Friedrichs' inequality at the worst time.",

@@ -129,10 +129,6 @@ def _apart(run: galvi.Trajectory, q: Array, p: Array) -> float:
 
 def judge(table: DataFrame) -> list[Row]:
     """Rows by rule and degree, then for the two formulas, then for the tableaux."""
-
-    def largest(quantity: str, **where: Any) -> float:
-        return readings.largest(readings.values(table, quantity=quantity, **where))
-
     kinds = {
         GAUSS: (
             "collocation at Gauss's points",
@@ -150,7 +146,7 @@ def judge(table: DataFrame) -> list[Row]:
             V32.row(
                 f"{quantity}, {name}, N = {degree}",
                 AtMost(ROUND_OFF),
-                largest(quantity, study=name, n=degree + 1),
+                readings.largest_of(table, quantity=quantity, study=name, n=degree + 1),
                 claimed=f"some Galerkin variational integrators are Runge-Kutta methods: {kind}",
                 reason=reason,
             )
@@ -162,7 +158,7 @@ def judge(table: DataFrame) -> list[Row]:
             V32.row(
                 f"distance of q and p at the end from {name}, Lobatto 2, N = 1",
                 AtMost(ROUND_OFF),
-                largest(name),
+                readings.largest_of(table, quantity=name),
                 claimed=f"{name.split(',')[0]} fits in this framework",
                 reason=reason,
                 reference="its formula in numpy",
@@ -175,7 +171,7 @@ def judge(table: DataFrame) -> list[Row]:
         V32.row(
             f"{OWN}, {GAUSS}, all N",
             Finding(AtMost(ROUND_OFF)),
-            largest(OWN),
+            readings.largest_of(table, quantity=OWN),
             claimed="no claim: one tableau stands for both halves of the pair",
             reason="Collocation at Gauss's points is symplectic by itself.",
             reference="numpy",

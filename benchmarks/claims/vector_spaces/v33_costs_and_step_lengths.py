@@ -126,7 +126,7 @@ def _decades(table: DataFrame, label: str, n: int = N) -> float:
 
 
 def _error(table: DataFrame, n: int, label: str = FIXED_POINT) -> float:
-    return readings.largest(readings.values(table, quantity=ERROR, label=label, n=n))
+    return readings.largest_of(table, quantity=ERROR, label=label, n=n)
 
 
 def _of_one_error(table: DataFrame) -> list[Row]:

@@ -178,16 +178,12 @@ BOUNDED = (
 )
 
 
-def _largest(table: DataFrame, quantity: str, **where: Any) -> float:
-    return readings.largest(readings.values(table, quantity=quantity, **where))
-
-
 def _curve(table: DataFrame) -> list[Row]:
     return [
         V34.row(
             f"largest of {PRINTED}, all rules, phi_1, n and h",
             AtMost(1.0),
-            _largest(table, PRINTED),
+            readings.largest_of(table, quantity=PRINTED),
             source="H lemma 2.3.3",
             claimed=f"{BOUNDED}, C = max(L_1 + L_3, 2 L_2) |phi_1| + 1 independent of n and h",
             reason="L_1 is the largest |V''| between curve and motion, L_2 = 1. Curves have no "
@@ -197,7 +193,7 @@ def _curve(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest {NOETHER}, all rules, phi_1, n and h",
             AtMost(ROUND_OFF),
-            _largest(table, NOETHER),
+            readings.largest_of(table, quantity=NOETHER),
             source="H lemma 2.3.3",
             claimed="I_d(curve, q_k) = p_k . a(q_k)",
             reason="p_k = -D_1 L_d, and the curve is stationary: any phi_1 with the same ends "
@@ -206,7 +202,7 @@ def _curve(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest of {PROVED}, phi_1 = {LINE}, all rules, n and h",
             Finding(AtMost(1.0)),
-            _largest(table, PROVED, label=LINE),
+            readings.largest_of(table, quantity=PROVED, label=LINE),
             source="H lemma 2.3.3",
             claimed=f"{BOUNDED}; our bound: |a| (L_1 |d|_L1 + the rule's error)",
             reason="With phi_1' constant the integral of d' phi_1' is 0, since both ends are met: "
@@ -236,7 +232,7 @@ def _hypotheses(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest {RULE}, {RICH}",
             AtMost(1.0),
-            _largest(table, RULE, study=RICH),
+            readings.largest_of(table, quantity=RULE, study=RICH),
             source="H lemma 2.3.3",
             setup=f"{STEPPED}; {RICH}",
             claimed="|d|_W11 is bounded below by the error of the rule, which may not strictly "
@@ -246,7 +242,7 @@ def _hypotheses(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest {RULE}, {POOR}, phi_1 = {HATS}",
             Finding(Above(1.0)),
-            _largest(table, RULE, study=POOR, label=HATS),
+            readings.largest_of(table, quantity=RULE, study=POOR, label=HATS),
             source="H lemma 2.3.3",
             setup=f"{STEPPED}; {POOR}",
             claimed="as in the row before: here it does not strictly hold",
@@ -286,7 +282,7 @@ def _exact(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest of {SECOND}, all rules, phi_1, n and h",
             AtMost(1.0, round_off=1e-4),
-            _largest(table, SECOND),
+            readings.largest_of(table, quantity=SECOND),
             source="H lemma 2.3.4",
             setup=f"{STEPPED}; t = 0, h / 2, h; where the rule errs by {SEEN:g} or more",
             claimed="|I_d(local motion) - I(p(t), q(t))| <= C_a |e_q|, e_q the error of the rule",
@@ -295,7 +291,7 @@ def _exact(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest of {GLOBAL}",
             AtMost(1.0),
-            _largest(table, GLOBAL),
+            readings.largest_of(table, quantity=GLOBAL),
             source="H (2.23)",
             setup=setup,
             claimed="|I(local motion) - I(start)| <= 4 C C_a times the three norms, at any step",
@@ -305,7 +301,7 @@ def _exact(table: DataFrame) -> list[Row]:
         V34.row(
             "|I(local motion) - I(start)| in the first step",
             Finding(Above(ROUND_OFF)),
-            _largest(table, FIRST),
+            readings.largest_of(table, quantity=FIRST),
             source="H (2.23)",
             setup=setup,
             claimed="for (q_1, q_2) the local motion is the global one; H does not say whether "
@@ -322,7 +318,7 @@ def _motions(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest {KEPT} on exact motions",
             AtMost(ROUND_OFF),
-            _largest(table, KEPT),
+            readings.largest_of(table, quantity=KEPT),
             source="H thm. 1.2.1, H thm. 2.3.9",
             setup=f"{setup}; rotations",
             claimed="a symmetry makes p . a(q) constant",
@@ -331,7 +327,7 @@ def _motions(table: DataFrame) -> list[Row]:
         V34.row(
             f"largest {GENERATED}",
             AtMost(DIFFERENCES),
-            _largest(table, GENERATED),
+            readings.largest_of(table, quantity=GENERATED),
             source="H 2.1.1",
             setup=f"{setup}; differences of order 6, {APART:g} apart",
             claimed="the exact discrete Lagrangian generates an exact sampling of the flow",

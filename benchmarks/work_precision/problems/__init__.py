@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.work_precision.problem import WorkPrecisionProblem
-from benchmarks.work_precision.problems.arms import floating_arm, skew_arm
-from benchmarks.work_precision.problems.brownout import brownout
+from benchmarks.work_precision.problems.arms import brownout, floating_arm, skew_arm
 from benchmarks.work_precision.problems.pendulums import (
     double_pendulum,
     elastic_pendulum,

@@ -1,24 +1,19 @@
-"""Work-precision on robots' arms with skew hinges."""
+"""Robots' arms with skew hinges, and a grain of sand in a rotor's wind."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import galvi
-from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.entries import Entry, compared, general_kernel, ours
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
     COORDINATES,
     MOTION,
-    Participant,
-    Setting,
     Truth,
     WorkPrecisionProblem,
     adaptive,
-    fixed,
-    galvi_label,
     largest_difference,
-    stopped_early_too,
 )
 from galvi import Problem
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
@@ -30,6 +25,8 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
+from references.scipy.ivp import DOP853, ODE45
+from references.scipy.ivp import TIGHT as TIGHTEST
 
 TIGHT, SECOND = 1e-13, 1e-12  # tolerances of the truth, and of what its error is taken from
 RK4_STEPS, FIRST_ORDER_STEPS = (200, 800, 3200, 12_800), (2000, 16_000)
@@ -49,12 +46,9 @@ def floating_arm(quick: bool) -> WorkPrecisionProblem:
 
 
 def _arm(
-    problem: Problem, duration: float, quick: bool, ours: Mapping[int, Sequence[int]], quantity: str
+    problem: Problem, duration: float, quick: bool, counts: Mapping[int, Sequence[int]], of: str
 ) -> WorkPrecisionProblem:
-    """galvi, MuJoCo's integrators, and DOP853 on MuJoCo's accelerations, which is the truth.
-
-    ours  degree: numbers of steps
-    """
+    """galvi, MuJoCo's integrators, and DOP853 on MuJoCo's accelerations, which is the truth."""
 
     def truth() -> Truth:
         end, coarser = (
@@ -67,33 +61,31 @@ def _arm(
         source = (name, readable_setting(run))
         return Truth(end, largest_difference(end, coarser), description, source)
 
-    def steps(counts: Sequence[int]) -> list[Setting]:
-        return [fixed(duration, count) for count in (counts[1:2] if quick else counts)]
-
-    participants = [
-        Participant(
-            galvi_label(degree),
-            gauss_collocation(degree),
-            steps(counts) if quick else stopped_early_too(steps(counts)),
-        )
-        for degree, counts in ours.items()
+    entries = [
+        *ours(counts, early=True),
+        Entry(MUJOCO_RK4, (*RK4_STEPS, round(duration / DEFAULT_STEP))),
+        *(Entry(one, FIRST_ORDER_STEPS) for one in FIRST_ORDER),
+        Entry(MUJOCO_ACCELERATIONS, (1e-6, 1e-9, 1e-11, TIGHT)),
     ]
-    rk4 = steps((*RK4_STEPS, round(duration / DEFAULT_STEP)))
-    participants.append(Participant(MUJOCO_RK4.name, MUJOCO_RK4, rk4))
-    participants += [Participant(one.name, one, steps(FIRST_ORDER_STEPS)) for one in FIRST_ORDER]
-    participants.append(
-        Participant(
-            MUJOCO_ACCELERATIONS.name,
-            MUJOCO_ACCELERATIONS,
-            adaptive("tolerance", (1e-9,) if quick else (1e-6, 1e-9, 1e-11, TIGHT)),
-        )
-    )
-    return WorkPrecisionProblem(
-        problem,
-        duration,
-        tuple(participants),
-        truth,
-        quantity=quantity,
-        distance=largest_difference,
-        net_time=True,
-    )
+    return compared(problem, duration, quick, entries, truth, quantity=of, net_time=True)
+
+
+FALL = 2.0  # half of the grain's
+STEPS = {2: (50, 100, 200), 4: (50, 100, 200), 6: (50, 100)}
+ACCURACY = 2e-14  # m; from truths with tolerances 3, 10 and 30 times looser
+
+
+def brownout(quick: bool) -> WorkPrecisionProblem:
+    """A grain of 100 micrometres."""
+    problem = galvi.problems.brownout()
+
+    def truth() -> Truth:
+        run = DOP853.run(problem, FALL, {"samples": 1, **TIGHTEST})
+        return Truth(run.q[-1], ACCURACY, f"{DOP853.name} at rtol={TIGHTEST['rtol']:g}")
+
+    entries = [
+        *ours(STEPS),
+        general_kernel(4, STEPS[4]),
+        *(Entry(one, (1e-6, 1e-9), few=slice(1)) for one in (DOP853, ODE45)),
+    ]
+    return compared(problem, FALL, quick, entries, truth, quantity=COORDINATES, net_time=True)

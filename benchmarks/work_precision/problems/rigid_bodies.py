@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 import galvi
-from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
-from benchmarks.work_precision.problem import (
-    ATTITUDE,
-    EPS,
-    MOTION,
-    Participant,
-    Setting,
-    Truth,
-    WorkPrecisionProblem,
-    adaptive,
-    fixed,
-    galvi_label,
-    largest_difference,
-    stopped_early_too,
+from benchmarks.work_precision.entries import (
+    MIDDLE,
+    Entry,
+    compared,
+    general_kernel,
+    ours,
+    rounded,
 )
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
+from benchmarks.work_precision.problem import ATTITUDE, MOTION, WorkPrecisionProblem, galvi_label
 from galvi import Problem
 from galvi.charts import CHARTS
+from references import Contender
 from references.closed_forms.thrown_body import THROWN_BODY
 from references.closed_forms.top_motion import FREE_TOP
 from references.heyoka.rigid import HEYOKA_RIGID
@@ -41,150 +35,97 @@ from references.stored.attitude import STORED_ATTITUDE
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
 
+Counts = Mapping[int, Sequence[int]]  # degree: numbers of galvi's steps
 DURATION = 20.0
 MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
 # MuJoCo's and the textbook's, to compare their steps, one of which is MuJoCo's default.
 RK4_STEPS = (100, 400, 1600, 6400, round(DURATION / DEFAULT_STEP), 25_600)
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
+TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)  # of heyoka
 EARLY = 8  # greatest degree whose iterations are stopped early too
-
-
-def stored_truth(problem: Problem) -> Callable[[], Truth]:
-    """The stored motion of a body in weight."""
-
-    def truth() -> Truth:
-        kept = STORED_ATTITUDE.run(problem, DURATION, {"samples": 1})
-        return Truth(kept.q[-1], 0.5 * EPS, f"{kept.method}; to the rounding of the entries")
-
-    return truth
+SOME = slice(1, 4, 2)
 
 
 def rigid_body(
     problem: Problem,
     quick: bool,
-    ours: Mapping[int, Sequence[int]],
-    truth: Callable[[], Truth],
-    more_points: Mapping[int, Sequence[int]] | None = None,
+    counts: Counts,
+    truth: Contender = STORED_ATTITUDE,
+    more_points: Counts | None = None,
     brief: bool = False,
-    longer: Mapping[int, Sequence[int]] | None = None,
+    longer: Counts | None = None,
 ) -> WorkPrecisionProblem:
     """Everyone on one body; a few settings of each when quick.
 
-    ours         degree: numbers of galvi's steps, with as many Gauss points as the degree
+    counts       with as many Gauss points as the degree
     more_points  the same with one point more, H's n points for n functions, in Cayley's chart
     longer       more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
     brief        Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
     """
 
-    def steps(*counts: int) -> list[Setting]:
-        chosen = (counts[1:4:2] or counts) if quick else counts
-        return [fixed(DURATION, count) for count in chosen]
-
-    def our_steps(*counts: int) -> list[Setting]:
-        return steps(*counts) if quick else stopped_early_too(steps(*counts))
-
-    def tolerances(*values: float) -> list[Setting]:
-        return adaptive("tolerance", values[1:3] if quick else values)
-
     def counts_of(chart: Any, degree: int) -> Sequence[int]:
         reaches = isinstance(chart, galvi.ModifiedRodrigues)
-        return (*((longer or {}).get(degree, ()) if reaches else ()), *ours[degree])
+        return (*((longer or {}).get(degree, ()) if reaches else ()), *counts[degree])
 
-    participants: list[Participant] = [
-        Participant(
-            f"galvi degree {degree}, Gauss {degree}, {chart.name}",
+    entries = [
+        Entry(
             gauss_collocation(degree, chart),
-            (our_steps if degree <= EARLY and not isinstance(chart, galvi.Exponential) else steps)(
-                *counts_of(chart, degree)
-            ),
+            counts_of(chart, degree),
+            f"{galvi_label(degree)}, {chart.name}",
+            SOME,
+            early=degree <= EARLY and not isinstance(chart, galvi.Exponential),
         )
         for chart in (CHARTS[:1] if brief else CHARTS)
-        for degree in ours
+        for degree in counts
     ]
-    participants += [
-        Participant(
-            f"galvi degree {degree}, Gauss {degree + 1}, Cayley",
+    entries += [
+        Entry(
             Variational(galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))),
-            (our_steps if degree <= EARLY else steps)(*counts),
+            steps,
+            f"galvi degree {degree}, Gauss {degree + 1}, Cayley",
+            SOME,
+            early=degree <= EARLY,
         )
-        for degree, counts in (more_points or {}).items()
+        for degree, steps in (more_points or {}).items()
     ]
-    for engine in (MUJOCO_RK4,) if brief else MUJOCO:
-        counts = RK4_STEPS if engine is MUJOCO_RK4 else FIRST_ORDER_STEPS
-        participants.append(Participant(engine.name, engine, steps(*counts)))
-    participants += [
-        Participant(
-            TEXTBOOK_DOP853, QUATERNION_DOP853, tolerances(1e-5, 1e-8, 1e-11, 1e-13, 1e-15)
+    entries += [
+        *(
+            Entry(one, RK4_STEPS if one is MUJOCO_RK4 else FIRST_ORDER_STEPS, few=SOME)
+            for one in ((MUJOCO_RK4,) if brief else MUJOCO)
         ),
-        Participant(HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-5, 1e-7, 1e-9, 1e-11, 1e-13)),
+        Entry(QUATERNION_DOP853, (1e-5, 1e-8, 1e-11, 1e-13, 1e-15), few=MIDDLE),
+        Entry(HEYOKA_RIGID, TOLERANCES, few=MIDDLE),
     ]
     if not brief:
-        participants += [
-            Participant(TEXTBOOK_RK4, QUATERNION_RK4, steps(*RK4_STEPS)),
-            Participant(RIGID_DOP853.name, RIGID_DOP853, tolerances(1e-6, 1e-9, 1e-12)),
+        entries += [
+            Entry(QUATERNION_RK4, RK4_STEPS, few=SOME),
+            Entry(RIGID_DOP853, (1e-6, 1e-9, 1e-12), few=MIDDLE),
         ]
-    return WorkPrecisionProblem(
-        problem,
-        DURATION,
-        tuple(participants),
-        truth,
-        quantity=ATTITUDE,
-        distance=largest_difference,
-        repeated_run=True,
-    )
-
-
-STEPS = {
-    4: (60, 120),
-    6: (40, 60, 120),
-    7: (30, 40, 60),
-    8: (30, 40, 60),
-    10: (30, 40),
-    12: (30, 40),
-}
-LONGER = {8: (20, 24)}
-MORE_POINTS = {6: (40, 60), 7: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40)}
+    known = rounded(truth, problem, DURATION, "entries", 1.0)
+    how: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
+    return compared(problem, DURATION, quick, entries, known, **how)
 
 
 def free_body(quick: bool) -> WorkPrecisionProblem:
     """H's free rigid body over about nine turns."""
-    problem = galvi.problems.free_rigid_body()
-
-    def truth() -> Truth:
-        end = FREE_TOP.run(problem, DURATION, {"samples": 1}).q[-1]
-        return Truth(end, 0.5 * EPS, f"{FREE_TOP.name}; to the rounding of the entries")
-
-    return rigid_body(problem, quick, STEPS, truth, MORE_POINTS, longer=LONGER)
-
-
-PENDULUM_STEPS = {
-    4: (20, 40, 80, 160),
-    6: (20, 30, 40),
-    8: (20, 30, 40),
-    10: (20, 30),
-    12: (20, 30),
-}
+    counts = {4: (60, 120), 6: (40, 60, 120), **dict.fromkeys((7, 8), (30, 40, 60))}
+    counts |= dict.fromkeys((10, 12), (30, 40))
+    more_points = {6: (40, 60), 7: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40)}
+    body = galvi.problems.free_rigid_body()
+    return rigid_body(body, quick, counts, FREE_TOP, more_points, longer={8: (20, 24)})
 
 
 def pendulum(quick: bool) -> WorkPrecisionProblem:
     """H's 3D pendulum, from near its equilibrium."""
-    problem = galvi.problems.pendulum_3d()
-    return rigid_body(problem, quick, PENDULUM_STEPS, stored_truth(problem))
-
-
-TOP_STEPS = {4: (160,), 6: (80, 120, 160), 8: (80, 120, 160), 12: (80, 120)}
+    counts = {4: (20, 40, 80, 160), 6: (20, 30, 40), 8: (20, 30, 40), 10: (20, 30), 12: (20, 30)}
+    return rigid_body(galvi.problems.pendulum_3d(), quick, counts)
 
 
 def heavy_top(quick: bool) -> WorkPrecisionProblem:
     """A fast top on its tip, some twenty-five turns about its axis."""
-    problem = galvi.problems.heavy_top()
-    return rigid_body(problem, quick, TOP_STEPS, stored_truth(problem), brief=True)
-
-
-MOVING_DURATION = 20.0
-MOVING_STEPS = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
-GENERAL = 5  # degree of the row by the general kernel
+    counts = {4: (160,), 6: (80, 120, 160), 8: (80, 120, 160), 12: (80, 120)}
+    return rigid_body(galvi.problems.heavy_top(), quick, counts, brief=True)
 
 
 def free_body_se3(quick: bool) -> WorkPrecisionProblem:
@@ -193,43 +134,13 @@ def free_body_se3(quick: bool) -> WorkPrecisionProblem:
     In a longer run its place grows, and with it the error that a tolerance allows.
     """
     problem = galvi.problems.free_body_se3()
-
-    def truth() -> Truth:
-        end = THROWN_BODY.run(problem, MOVING_DURATION, {"samples": 1}).q[-1]
-        error = 0.5 * EPS * float(np.max(np.abs(end)))
-        return Truth(end, error, f"{THROWN_BODY.name}; to the rounding of the entries")
-
-    def steps(*counts: int) -> list[Setting]:
-        return [fixed(MOVING_DURATION, count) for count in (counts[1:2] if quick else counts)]
-
-    participants = [
-        Participant(galvi_label(degree), gauss_collocation(degree), steps(*counts))
-        for degree, counts in MOVING_STEPS.items()
+    counts = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
+    entries = [
+        *ours(counts),
+        general_kernel(5, counts[5]),
+        Entry(MUJOCO_RK4, RK4_STEPS[:-1]),
+        Entry(MUJOCO_EULER, FIRST_ORDER_STEPS[:-1]),
+        Entry(HEYOKA_RIGID, TOLERANCES, few=slice(2, 3)),
     ]
-    participants.append(
-        Participant(
-            f"{galvi_label(GENERAL)}, general kernel",
-            gauss_collocation(GENERAL),
-            [{**one, "solver": "newton"} for one in steps(*MOVING_STEPS[GENERAL])],
-        )
-    )
-    participants += [
-        Participant(
-            MUJOCO_RK4.name, MUJOCO_RK4,
-            steps(100, 400, 1600, 6400, round(MOVING_DURATION / DEFAULT_STEP)),
-        ),
-        Participant(MUJOCO_EULER.name, MUJOCO_EULER, steps(1000, 6000)),
-        Participant(
-            HEYOKA_RIGID.name, HEYOKA_RIGID,
-            adaptive("tolerance", (1e-9,) if quick else (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)),
-        ),
-    ]  # fmt: skip
-    return WorkPrecisionProblem(
-        problem,
-        MOVING_DURATION,
-        tuple(participants),
-        truth,
-        quantity=MOTION,
-        distance=largest_difference,
-        net_time=True,
-    )
+    truth = rounded(THROWN_BODY, problem, DURATION, "entries")
+    return compared(problem, DURATION, quick, entries, truth, quantity=MOTION, net_time=True)

@@ -1,0 +1,89 @@
+"""What runs of a judgement take: how long a run will be, and what it took, with its spread."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.applications.judging.candidate import Candidate
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from references.engine_clock import heard
+
+FEWEST, ROUNDS = 5, 9  # timings of one run: a spread needs so many; no more are taken
+SEEN = 0.05  # share of what may be spent that a look at a run takes before it is believed
+
+
+def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
+    """The seconds of ``whole`` steps, from runs of n and of 2n: their difference has no set-up in
+    it. n grows until steps outweigh set-up.
+
+    run     (n): n steps
+    enough  seconds below which no better answer is needed than a bound from above
+    """
+    count = 2
+    run(count)  # what compiles, and what a first call costs
+    while True:
+        once, twice = (_seconds(run, n) for n in (count, 2 * count))
+        bound = twice * max(1.0, whole / (2 * count))
+        by_difference = twice + max(twice - once, 0.0) * max(0.0, whole / count - 2.0)
+        steps_prevail = twice - once > 0.5 * once and twice > SEEN * enough
+        if bound <= enough or steps_prevail or 8 * count > whole:
+            return min(bound, by_difference)
+        count *= 4
+
+
+def _seconds(run: Callable[[int], object], count: int) -> float:
+    begun = time.perf_counter()
+    run(count)
+    return time.perf_counter() - begun
+
+
+def steps_of(candidate: Candidate, problem: Problem, span: float, samples: int,
+             count: int) -> None:  # fmt: skip
+    """The first ``count`` steps of a candidate, of which the last state alone is kept."""
+    step = candidate.setting(span, samples)["step"]
+    setting = {**candidate.options, "step": step, "save_every": count}
+    candidate.contender.run(problem, count * step, setting)
+
+
+def timed(candidate: Candidate, problem: Problem, span: float, samples: int,
+          ) -> tuple[Trajectory, float]:  # fmt: skip
+    """A run, and the seconds of its engine: of galvi those of the whole call, of others without our
+    conversion of their states."""
+    with heard() as spent:
+        begun = time.perf_counter()
+        run = candidate.run(problem, span, samples)
+        whole = time.perf_counter() - begun
+    return run, spent.seconds or whole
+
+
+def race(
+    candidates: Sequence[Candidate], walls: Sequence[float], problem: Problem, span: float,
+    samples: int, limit: float,
+) -> list[Array]:  # fmt: skip
+    """The seconds of these, run in turns, so that all meet the same load: of each FEWEST to ROUNDS
+    timings, and none of the slowest where ``limit`` seconds do not suffice; the first has
+    precedence.
+
+    walls  seconds that a run of each takes, about
+    """
+    times: list[list[float]] = [[] for _ in candidates]
+    by_time = sorted(range(len(walls)), key=lambda k: (k > 0, walls[k]))
+    planned = np.cumsum([FEWEST * walls[k] for k in by_time if FEWEST * walls[k] <= limit])
+    entered = [k for k in by_time if FEWEST * walls[k] <= limit][: int(np.sum(planned <= limit))]
+    begun = time.perf_counter()
+    for turn in range(ROUNDS if entered else 0):
+        if turn >= FEWEST and time.perf_counter() - begun > limit:
+            break
+        for k in entered:
+            times[k].append(timed(candidates[k], problem, span, samples)[1])
+    return [np.array(one) for one in times]
+
+
+def quartiles(times: Array) -> tuple[float, float, float]:
+    """The median, and the lower and the upper quartile."""
+    low, middle, high = np.quantile(times, (0.25, 0.5, 0.75)).tolist()
+    return middle, low, high

@@ -1,0 +1,104 @@
+"""A problem as a table: each contender with its numbers of steps or its tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import (
+    EPS,
+    Participant,
+    Setting,
+    Truth,
+    WorkPrecisionProblem,
+    adaptive,
+    fixed,
+    galvi_label,
+    largest_difference,
+    stopped_early_too,
+)
+from galvi import Problem
+from references import Contender
+
+SECOND, MIDDLE = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
+
+
+class Entry(NamedTuple):
+    """A contender of a problem.
+
+    values   whole numbers of steps, or tolerances
+    label    the contender's name where empty
+    few      which of the values a quick form keeps, all where that leaves none
+    early    whether galvi's iterations are stopped early too, but in the quick form
+    options  of every setting
+    """
+
+    contender: Contender
+    values: Sequence[float]
+    label: str = ""
+    few: slice = SECOND
+    early: bool = False
+    options: Mapping[str, Any] = {}
+
+    def participant(self, duration: float, quick: bool) -> Participant:
+        """With its settings, from coarse to fine."""
+        values = self.values[self.few] or self.values if quick else self.values
+        steps = all(isinstance(one, int) for one in values)
+        settings: list[Setting] = (
+            [fixed(duration, int(one)) for one in values]
+            if steps
+            else adaptive("tolerance", values)
+        )
+        settings = [{**one, **self.options} for one in settings]
+        if self.early and not quick:
+            settings = stopped_early_too(settings)
+        return Participant(self.label or self.contender.name, self.contender, settings)
+
+
+def ours(counts: Mapping[int, Sequence[int]], **more: Any) -> list[Entry]:
+    """Gauss collocation by its degree, with numbers of steps; `more` of every Entry."""
+    return [
+        Entry(gauss_collocation(degree), steps, galvi_label(degree), **more)
+        for degree, steps in counts.items()
+    ]
+
+
+def general_kernel(degree: int, counts: Sequence[int]) -> Entry:
+    """The same method by Newton's method alone."""
+    label = f"{galvi_label(degree)}, general kernel"
+    return Entry(gauss_collocation(degree), counts, label, options={"solver": "newton"})
+
+
+def compared(
+    problem: Problem,
+    duration: float,
+    quick: bool,
+    entries: Sequence[Entry],
+    truth: Callable[[], Truth],
+    **how: Any,
+) -> WorkPrecisionProblem:
+    """The entries on one problem; `how` are further fields of WorkPrecisionProblem."""
+    participants = tuple(one.participant(duration, quick) for one in entries)
+    how = {"distance": largest_difference, **how}
+    return WorkPrecisionProblem(problem, duration, participants, truth, **how)
+
+
+def rounded(
+    reference: Contender, problem: Problem, duration: float, of: str, size: float | None = None
+) -> Callable[[], Truth]:
+    """The truth of a reference that errs by the rounding of its numbers.
+
+    of    what is rounded, in words
+    size  of the numbers; None for the largest
+    """
+
+    def truth() -> Truth:
+        run = reference.run(problem, duration, {"samples": 1})
+        largest = float(np.max(np.abs(run.q[-1]))) if size is None else size
+        known = run.method.removesuffix(" samples=1")  # which closed forms tell
+        return Truth(run.q[-1], 0.5 * EPS * largest, f"{known}; to the rounding of the {of}")
+
+    return truth

@@ -1,0 +1,226 @@
+"""Steps of point masses in a clock, in lanes, against independent formulas and solvers."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import galvi
+from galvi.arrays import Array
+from galvi.extended_precision import decimals, extended_precision
+from galvi.fast.clock_stepper import Taken, advance_in_lanes, energy_of, masses_in_clock
+from galvi.systems.nbody import NBody
+
+KAPPAS = [0.5, 1.0]
+# Burrau's problem at t = 63, the first body: quadruple precision, another engine.
+BURRAU_AT_63 = 2.8394339724915002, 8.1128544246959514
+
+
+def gauss(s: int) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s))
+
+
+def begin(problem: galvi.Problem, s: int, energy: float = np.nan) -> tuple[Any, ...]:
+    d = problem.q0.size
+    state = np.zeros((4, d))
+    state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
+    clock = np.array([problem.t0, 0.0, energy, 0.0])
+    return state, np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64), clock
+
+
+def advance(problem: galvi.Problem, s: int, kappa: float) -> Any:
+    found = advance_in_lanes(problem, gauss(s), kappa)
+    assert found is not None
+    return found
+
+
+def several(masses: Any, dimension: int, G: float = 1.0) -> galvi.Problem:
+    """Bodies about a unit apart, at moderate speeds."""
+    rng = np.random.Generator(np.random.Philox(11))
+    n = len(masses)
+    q = 1.5 * np.arange(n)[:, None] ** [[1.0, 0.5, 0.2][:dimension]] + 0.2 * rng.normal(
+        size=(n, dimension)
+    )
+    return galvi.Problem(NBody(masses, G), q, 0.3 * rng.normal(size=(n, dimension)))
+
+
+def burrau() -> galvi.Problem:
+    q = np.array([[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]])
+    return galvi.Problem(NBody([3.0, 4.0, 5.0]), q, np.zeros_like(q))
+
+
+def pace(problem: galvi.Problem, kappa: float, q: Any) -> Any:
+    """g, from its definition; q (bodies, dimension) may be complex."""
+    system: Any = problem.system
+    total = 0.0
+    for i, j in combinations(range(len(q)), 2):
+        mass = system.G * (system.masses[i] + system.masses[j])
+        total = total + (mass / np.sum((q[i] - q[j]) ** 2) ** 1.5) ** kappa if mass else total
+    return total ** (-0.5 / kappa)
+
+
+def energy(problem: galvi.Problem, q: Any, v: Any) -> Any:
+    system: Any = problem.system
+    m = system.masses
+    total = 0.5 * np.sum(m * np.sum(v * v, axis=1))
+    for i, j in combinations(range(len(q)), 2):
+        total = total - system.G * m[i] * m[j] / np.sqrt(np.sum((q[i] - q[j]) ** 2))
+    return total
+
+
+def rates(problem: galvi.Problem, kappa: float, e0: float, feels: Array) -> Any:
+    """(q, v, t)' by tau: Hamilton's equations of g (H - E0), gradients by complex steps."""
+    system: Any = problem.system
+    shape, d = problem.q0.shape, problem.q0.size
+
+    def right_side(_tau: float, y: Array) -> Array:
+        q, v = y[:d].reshape(shape), y[d : 2 * d].reshape(shape)
+        clock, slope = pace(problem, kappa, q), np.zeros(d)
+        for k in range(d):
+            moved = q.astype(complex)
+            moved.flat[k] += 1e-30j
+            slope[k] = np.imag(pace(problem, kappa, moved)) / 1e-30
+        excess = energy(problem, q, v) - e0
+        mass = np.where(feels, system.masses, np.inf)[:, None]
+        turn = clock * system.acceleration(q, 0.0) - excess * slope.reshape(shape) / mass
+        return np.concatenate([clock * v.ravel(), turn.ravel(), [clock]])
+
+    return right_side
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+@pytest.mark.parametrize(
+    ("masses", "dimension", "G", "s"),
+    [
+        ([3.0, 4.0, 5.0], 2, 1.0, 8),
+        ([1.0, 0.5, 0.0, 0.0, 0.7], 3, 2.5, 12),
+        ([2.0, 0.0], 3, 0.3, 3),
+    ],
+)
+def test_steps_solve_the_equations_of_the_clock(
+    masses: Any, dimension: int, G: float, s: int, kappa: float
+) -> None:
+    """With an energy E0 that is not the state's, so that each term counts; massless bodies too."""
+    problem = several(masses, dimension, G)
+    off = 1.1 * energy(problem, problem.q0, problem.v0) - 0.1
+    h, n = (0.02, 10) if s == 3 else (0.1, 10)
+    taken, state, *_rest, clock, code = advance(problem, s, kappa)(
+        *begin(problem, s, G * off), h, n, False
+    )
+    assert code == 0
+    feels = np.asarray(masses) > 0.0
+    y = np.concatenate([problem.q0.ravel(), problem.v0.ravel(), [problem.t0]])
+    end = solve_ivp(
+        rates(problem, kappa, off, feels), (0.0, n * h), y, method="DOP853", rtol=1e-13, atol=1e-14
+    ).y[:, -1]  # fmt: skip
+    found = np.concatenate([state[0], state[2], clock[:1]])
+    assert np.max(np.abs(found - end)) < 3e-11 * max(1.0, np.max(np.abs(end)))
+    assert np.array_equal(taken.q[-1], state[0]) and taken.t[-1, 0] == clock[0]
+
+
+def at_time(problem: galvi.Problem, s: int, kappa: float, h: float, time: float) -> Taken:
+    """The last step to a time, shortened by Newton's method for its length."""
+    step = advance(problem, s, kappa)
+    here = begin(problem, s)
+    while True:
+        taken, *there, code = step(*here, h, 1, False)
+        assert code == 0
+        if taken.t[0, 0] > time:
+            break
+        here = tuple(there)
+    state, stages, _known, clock = here
+    length = 0.5 * h
+    for _ in range(12):
+        taken = step(state, stages, np.zeros(3, dtype=np.int64), clock, length, 1, False)[0]
+        shape = problem.q0.shape
+        length -= (taken.t[0].sum() - time) / pace(problem, kappa, taken.q[0].reshape(shape))
+    return taken
+
+
+@pytest.mark.parametrize(("kappa", "h"), [(1.0, 0.4), (0.5, 0.6)])
+def test_close_triples_are_followed_to_their_end(kappa: float, h: float) -> None:
+    """Errors of 3e-7 and 7e-7: an adaptive code at its defaults has 1e-3."""
+    taken = at_time(burrau(), 8, kappa, h, 63.0)
+    assert abs(taken.t[0, 0] - 63.0) < 1e-12
+    assert np.max(np.abs(taken.q[0, :2] - BURRAU_AT_63)) < 3e-5
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+@pytest.mark.parametrize("s", [4, 8, 9])
+def test_steps_continue_reverse_and_change_nothing_given(s: int, kappa: float) -> None:
+    problem = several([3.0, 4.0, 5.0, 0.0], 2)
+    step, start = advance(problem, s, kappa), begin(problem, s)
+    copies = [array.copy() for array in start]
+    whole = step(*start, 0.2, 12, True)
+    half = step(*start, 0.2, 6, True)
+    rest = step(*half[1:5], 0.2, 6, True)
+    for one, other in zip(start, copies, strict=True):
+        assert np.array_equal(one, other, equal_nan=True)
+    for one, other in zip(whole[1:5], rest[1:5], strict=True):
+        assert np.array_equal(one, other)
+    for name in ("q", "v", "t", "coefficients", "rates"):
+        parts = [getattr(taken, name) for taken in (half[0], rest[0])]
+        assert np.array_equal(getattr(whole[0], name), np.concatenate(parts))
+    assert whole[0].iterations == half[0].iterations + rest[0].iterations
+    state, stages, _known, clock = whole[1:5]
+    back = step(state, stages, np.zeros(3, dtype=np.int64), clock, -0.2, 12, False)
+    assert np.max(np.abs(back[1] - start[0])) < 1e-11
+    assert abs(back[4][0]) < 1e-12
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+def test_curves_and_rates_are_those_of_the_steps(kappa: float) -> None:
+    problem, s, h = burrau(), 8, 0.3
+    method = gauss(s)
+    taken = advance(problem, s, kappa)(*begin(problem, s), h, 5, True)[0]
+    bases = np.concatenate([problem.q0.reshape(1, -1), taken.q[:-1]])
+    table = method.table
+    for k, base in enumerate(bases):
+        curve = base[:, None] + taken.coefficients[k] @ table.psi.T
+        assert np.allclose(base + taken.coefficients[k] @ table.end, taken.q[k], rtol=0, atol=1e-14)
+        there = [pace(problem, kappa, q.reshape(problem.q0.shape)) for q in curve.T]
+        assert np.allclose(taken.rates[k], there, rtol=1e-12)
+    lengths = h * (taken.rates @ table.b)
+    assert np.allclose(np.diff(taken.t[:, 0], prepend=0.0), lengths, rtol=1e-13)
+
+
+def test_the_energy_of_the_start_has_a_low_part() -> None:
+    problem = several([3.0, 1e-9, 5.0, 0.0], 3, 0.7)
+    system: Any = problem.system
+    state = begin(problem, 3)[0]
+    state[1], state[3] = 1e-17 * np.arange(12), -1e-18 * np.arange(12)
+    high, low = energy_of(masses_in_clock(system, 3, 1.0), state.reshape(4, 4, 3))
+    with extended_precision():
+        M = decimals(system.G * system.masses)
+        q, v = ((decimals(state[k]) + decimals(state[k + 1])).reshape(4, 3) for k in (0, 2))
+        exact = sum(m * sum(x * x) for m, x in zip(M, v, strict=True)) / 2
+        for i, j in combinations(range(4), 2):
+            exact -= M[i] * M[j] / sum((q[i] - q[j]) ** 2).sqrt()
+        error = abs(Decimal(float(high)) + Decimal(float(low)) - exact)
+        assert error < abs(exact) * Decimal(2) ** -98
+
+
+def test_a_step_that_fails_leaves_those_before_it() -> None:
+    problem = burrau()
+    step, start = advance(problem, 8, 1.0), begin(problem, 8)
+    taken, state, stages, known, clock, code = step(*start, 40.0, 3, True)
+    assert code in (1, 2)
+    assert [len(part) for part in taken[:5]] == [0] * 5
+    assert np.array_equal(state, start[0]) and clock[0] == 0.0
+    after = step(state, stages, known, clock, 0.4, 4, True)
+    assert after[-1] == 0 and np.array_equal(after[0].q, step(*start, 0.4, 4, False)[0].q)
+
+
+def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> None:
+    problem, light = burrau(), several([1.0], 2)
+    assert advance_in_lanes(light, gauss(4), 1.0) is None
+    assert advance_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), 1.0) is None
+    assert advance_in_lanes(problem, gauss(60), 1.0) is None
+    for space, rule in ((4, galvi.gauss(5)), (4, galvi.lobatto(5))):
+        method = galvi.Galerkin(galvi.Polynomials(space), rule)
+        assert advance_in_lanes(problem, method, 1.0) is None
