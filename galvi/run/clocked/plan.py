@@ -88,4 +88,4 @@ class Motion:
 
 
 # (problem, method, energy) -> the motion in lanes, or None; see galvi.fast.
-FAST: list[Callable[[Problem, Galerkin, Any], Motion | None]] = []
+FAST: list[Callable[[Problem, Galerkin, float | None], Motion | None]] = []

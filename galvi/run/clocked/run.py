@@ -56,17 +56,18 @@ def motion_of(
             f"a clock needs a system that conserves its energy; received {shown(problem)}, with an "
             f"external force or explicit time. Leave the clock out."
         )
-    energy = start_energies(problem).total if energy is None else energy
-    if not math.isfinite(energy):
+    total = start_energies(problem).total
+    if not math.isfinite(total):
         raise ValueError(
-            f"a clock needs a finite energy at the start; received {energy}. Start elsewhere."
+            f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
         )
     if solver != "newton" and tolerance == ROUND_OFF:
         for find in FAST:
             found = find(problem, method, energy)
             if found is not None:
                 return found
-    return motion_in_general(problem, method, energy, solver, tolerance)
+    told = total if energy is None else energy
+    return motion_in_general(problem, method, told, solver, tolerance)
 
 
 def run_in_clock(
