@@ -1,4 +1,4 @@
-"""The motion of point masses in a clock, by `galvi.fast.lanes.clock`."""
+"""The motion of point masses in a clock, by `galvi.fast.lanes.clocks.advance`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import DynamicalTime
 from galvi.curves.curves import IdentityChart
 from galvi.extended_precision import decimals, extended_precision, rounded
-from galvi.fast.lanes.clock import compiled_advance_clock
+from galvi.fast.lanes.clocks.advance import compiled_advance_clock
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.nystrom_stepper import _with_low_part as with_low_part
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes

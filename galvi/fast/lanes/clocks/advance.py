@@ -36,7 +36,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.fast.lanes.clock_rows import (
+from galvi.fast.lanes.clocks.rows import (
     CHANGE,
     LENGTH,
     RATE,
