@@ -24,7 +24,7 @@ from galvi.run import engine_choice
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper
 from galvi.systems.canonical import Canonical
-from references.forces.ridders import gradient
+from references.forces.force import gradient
 
 GENERAL = replace(NYSTROM, stepper=general_stepper)
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
