@@ -103,13 +103,19 @@ def _truth(found: Judgement) -> str:
             f"nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
             f"duration={elapsed:.6g}."
             if elapsed > 0.0
-            else " The sources part at once: nothing can be judged."
+            else f" The sources part before t = {_first_compared(found)}, when they are first "
+            f"compared: nothing can be judged. Ask for a shorter duration."
         )
     elif found.truth_agreement > found.error:
         text += " Smaller errors cannot be measured: ask for a larger one or a shorter duration."
     elif found.truth_agreement > TRUSTED * found.error:
         text += " That is close to the error asked for: errors near it are uncertain."
     return text
+
+
+def _first_compared(found: Judgement) -> str:
+    times = [float(one.t[1]) for one in found.agreements if one.t.size > 1]
+    return time_text(found.truth, min(times, key=lambda t: abs(t - found.problem.t0)))
 
 
 def _until(found: Judgement, one: Agreement) -> str:
@@ -126,9 +132,7 @@ def _extent(found: Judgement, one: Agreement) -> str:
 def _encounters(found: Judgement) -> list[str]:
     result, count = [], len(found.encounters)
     if len(found.truth.t) > MOST_STATES and len(found.encounters.columns):
-        result.append(
-            "This is too long a time to look for all close encounters: some may be missing."
-        )
+        result.append("The run is too long for a search of all of it: encounters may be missing.")
     if count:
         nearest = found.encounters.iloc[0]
         many = f"There are {count} close encounters; the closest" if count > 1 else (
@@ -153,16 +157,16 @@ def _horizon(found: Judgement) -> list[str]:
     later = [row for row in rows if not math.isnan(row.until) and row.until != t0]
     ends = [(row.start_known_to, f"until t = {time_text(found.truth, row.until)}")
             for row in later[-1:]]  # fmt: skip
-    ends += [(max(whole), "to the end")] if whole else []
+    ends += [(max(whole), "until the end")] if whole else []
     if not ends:
         return [
-            "Even from a start known to a relative 1e-15 the motion is soon unpredictable to that "
-            "error, whatever the integrator."
+            "Even from a start known to a relative 1e-15 the motion is soon unpredictable to "
+            "within that error, whatever the integrator."
         ]
     (known, until), *longer = ends
     text = (
-        f"From a start known to a relative {known:g} the motion is predictable to that error "
-        f"{until}, whatever the integrator"
+        f"From a start known to a relative {known:g} the motion is predictable to within that "
+        f"error {until}, whatever the integrator"
     )
     return [text + "".join(f"; from one known to {one:g}, {end}" for one, end in longer) + "."]
 
