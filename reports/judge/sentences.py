@@ -12,6 +12,7 @@ from benchmarks.applications.judging.truth import Agreement, time_text
 from reports.tables.number_format import readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
+MOST_NAMED = 3  # integrators as fast as the cheapest
 ENCOUNTERS = (
     "IAS15, which adapts its step, and TRACE and MERCURIUS, which switch methods, are made for "
     "them. Codes of fixed step (WHFast, SABA, leapfrog, galvi's) are not: one that reaches the "
@@ -44,9 +45,9 @@ def own_run(found: Judgement) -> list[str]:
     result = [
         f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
         f"{readable(abs(found.duration))}{time}{backwards}, and by "
-        f"{readable(own['last_error'])} at the end. The worst {found.kind.PART} is "
-        f"{worst.iloc[0]}; errors are those at "
-        f"{len(found.own_errors) - 1} times, not between them. {energy} It takes {timing(own)}."
+        f"{readable(own['last_error'])} at the end (measured at {len(found.own_errors) - 1} times, "
+        f"not between them; the worst {found.kind.PART} is {worst.iloc[0]}). {energy} It takes "
+        f"{timing(own)}."
     ]
     return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])
 
@@ -61,28 +62,34 @@ def timing(row: Mapping[str, Any]) -> str:
 
 def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
     own, others = found.own, found.table[found.table["reached"]].iloc[1:]
-    ties = others[others["seconds_low"] <= best["seconds_high"]]["integrator"]
-    ties = ties[ties != best["integrator"]].drop_duplicates().tolist()
-    text = (
-        f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
-        f"{readable(best['error'])}, in {timing(best)}"
-    )
+    ties = others[others["seconds_low"] <= best["seconds_high"]]
+    mine = (ties["setting"] == own["setting"]) & ties["integrator"].str.endswith(YOURS)
+    names = ties[~mine & (ties["integrator"] != best["integrator"])]["integrator"].unique()
     if best["integrator"].endswith(YOURS) and best["setting"] == own["setting"]:
         text = f"Of all that was tried, your own run reaches {asked} at the lowest cost"
-    elif own["seconds"] > best["seconds"] and not math.isnan(own["error"]):
+    else:
+        text = (
+            f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
+            f"{readable(best['error'])}, in {timing(best)}"
+        )
         faster = float(f"{own['seconds'] / best['seconds']:.2g}")
-        text += f", {faster:g} times as fast as your run"
-    also = f" The quartiles of its time overlap with those of {listed(ties)}." if ties else ""
-    return f"{text}.{also}"
+        if own["seconds_low"] <= best["seconds_high"]:
+            text += ", which your run takes too, within quartiles"
+        elif faster > 1.0 and not math.isnan(own["error"]):
+            text += f", {faster:g} times as fast as your run"
+    if not names.size:
+        return f"{text}."
+    listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"
+    return f"{text}. Its time is that of {listed} too, within quartiles."
 
 
 def _truth(found: Judgement) -> str:
-    text = f"The truth is {found.source.label}; it is never galvi's."
+    text = f"The truth is {found.source.label}; runs of galvi are never the truth."
     compared = [one for one in found.agreements if one.t.size > 1]
     agreeing = [one for one in compared if one.largest <= found.error]
     theirs = [one for one in agreeing if not one.source.opinion]
     if theirs:
-        text += f" With it agree {'; '.join(_until(found, one) for one in theirs)}."
+        text += f" It agrees with {'; with '.join(_until(found, one) for one in theirs)}."
     for one in found.agreements:
         if one.source.opinion or one in agreeing:
             continue
@@ -93,9 +100,9 @@ def _truth(found: Judgement) -> str:
         )
     for one in agreeing:
         if one.source.opinion and not one.stopped:
-            text += f" {_until(found, one)}, agrees too, but is not counted."
+            text += f" {one.source.label} agrees too, to {_extent(found, one)}."
     if len(found.engines) == 1:
-        text += f" Its only engine is {found.engines[0]}: {found.kind.MORE}."
+        text += f" All of it rests on one engine, {found.engines[0]}: {found.kind.MORE}."
     if math.isfinite(found.trusted_until):
         elapsed = abs(found.trusted_until - found.problem.t0)
         text += (
@@ -169,8 +176,3 @@ def _horizon(found: Judgement) -> list[str]:
         f"error {until}, whatever the integrator"
     )
     return [text + "".join(f"; from one known to {one:g}, {end}" for one, end in longer) + "."]
-
-
-def listed(names: list[str]) -> str:
-    """A, B and C."""
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

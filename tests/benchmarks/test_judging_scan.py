@@ -159,8 +159,13 @@ def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> Non
     said = sentences(replace(found, table=table))
     assert any("your own run reaches an error of 0.500" in one for one in said)
     assert not any("The cheapest that reaches" in one for one in said)
-    other = found.table[~mine & found.table["reached"]]
-    assert any("The cheapest that reaches" in one for one in sentences(replace(found, table=other)))
+    other = found.table[~mine & found.table["reached"]].iloc[:2]
+    other = other.assign(seconds=[1.0, 2.0], seconds_low=[0.9, 1.1], seconds_high=[1.2, 2.5])
+    slow, alike = ({"seconds": 3.0, "seconds_low": low, "seconds_high": 4.0} for low in (2.9, 1.0))
+    for times, words in ((slow, ", 3 times as fast as your run."), (alike, "your run takes too,")):
+        given = replace(found, table=other, own={**found.own, **times})
+        (said,) = [one for one in sentences(given) if "The cheapest that reaches" in one]
+        assert words in said and "Its time is that of" in said
 
 
 def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judgement) -> None:
@@ -174,8 +179,8 @@ def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judge
 
 def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(found: Judgement) -> None:
     assert found.own["last_error"] == found.own_errors["error"].iloc[-1]
-    told = f"errors are those at {len(found.own_errors) - 1} times, not between them"
-    assert " at the end. " in sentences(found)[0] and told in sentences(found)[0]
+    told = f"at the end (measured at {len(found.own_errors) - 1} times, not between them;"
+    assert told in sentences(found)[0]
     tried = found.table.dropna(subset="error")
     assert (tried["last_error"] <= tried["error"]).all() and tried["last_error"].notna().all()
     assert f"at the {found.samples} times compared" in rendered(found, "planet", {})

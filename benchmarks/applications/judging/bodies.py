@@ -51,7 +51,7 @@ ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
 LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
 PART, ENGINE, ANOTHER = "body", "rebound", ""
-MORE = "heyoka, of the extra peers (pip install heyoka), would be another"
+MORE = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 

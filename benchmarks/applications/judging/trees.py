@@ -38,7 +38,7 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
 }
 ADAPTIVE: tuple[str, ...] = ()
 PART, ENGINE = "joint", "mujoco-core"
-MORE = "Pinocchio, of the extra trees (pip install pin), would be another"
+MORE = "install the extra trees (pip install pin) for Pinocchio as a second"
 UNITS = {"length": " rad or m", "time": " s"}
 STILL = 1e-9  # rad or m by which a joint that rests moves at most
 ANOTHER = (
