@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.fast.lanes.called import called_numbers
+from galvi.fast.lanes.countdown import HISTORY
 from galvi.fast.lanes.group_law import compiled_advance_group_law
 from galvi.fast.lanes.group_pass import GROUP_PASS_TYPE
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
@@ -250,7 +251,7 @@ def group_law_stepper(run: Run, work: RunArrays) -> Call:
     d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
     law, found, function = _compiled_on_group(system, chart, lanes, padded == lanes, traces(system))
     scratch, spare = aligned(
-        (rows_of_group_work(d, extra), padded), (7, max(9, padded, *work.state.shape))
+        (rows_of_group_work(d, extra), padded), (7, max(HISTORY, padded, *work.state.shape))
     )
     constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
     work.counts[CALLED] = found.calls is not None

@@ -39,6 +39,7 @@ from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import LANES, Lanes
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lie.arithmetic import where
 
 Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
 END = 13  # q and v at the step's end
@@ -172,13 +173,11 @@ def state_of(change, last, tries, tolerance):
 
     A small change is the last one where the next would be below the tolerance, as they shrink.
     """
-    both, either = change.builder.and_, change.builder.or_
-    shrunk = both(change <= SMALL, change * change <= tolerance * last)
-    stands = both(change <= ROUNDING, change >= 0.5 * last)
-    solved = either(change <= tolerance, both(tries > 1.0, either(shrunk, stands)))
-    tried = both(change < math.inf, tries < PASSES)
-    unsolved = change.same(GOES_ON).where(tried, GIVEN_UP)
-    return change.same(SOLVED).where(solved, unsolved)
+    shrunk = (change <= SMALL) & (change * change <= tolerance * last)
+    stands = (change <= ROUNDING) & (change >= 0.5 * last)
+    solved = (change <= tolerance) | ((tries > 1.0) & (shrunk | stands))
+    tried = (change < math.inf) & (tries < PASSES)
+    return where(solved, SOLVED, where(tried, GOES_ON, GIVEN_UP))
 
 
 def total(factors, values):
@@ -220,11 +219,6 @@ class Rows:
 
     def block(self, k, columns):
         return [[self.number(k + columns * j + i) for i in range(columns)] for j in range(self.s)]
-
-    def any_of(self, condition):
-        """A block for what is done where a comparison is true in one lane or more."""
-        found = self.builder.bitcast(condition, ir.IntType(LANES))
-        return self.builder.if_then(self.builder.icmp_unsigned("!=", found, found.type(0)))
 
 
 def begin_next_step(rows, ready, rate, once, twice):
@@ -284,7 +278,7 @@ def grain_pass(wind, drag, s):
             )
             tolerance, rate = number(of_rate - 1), number(of_rate)
             ready = at(STATE) > GOES_ON
-            with rows.any_of(ready):
+            with builder.if_then(ready.any):
                 once, twice = block(curve + s * s, s), block(curve + 2 * s * s, 2 * s)
                 begin_next_step(rows, ready, rate, once, twice)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
@@ -297,7 +291,7 @@ def grain_pass(wind, drag, s):
             state = state_of(change, at(CHANGE), tries, tolerance)
             rows.put(STATE, [state, tries, change])
             rows.put(TRIED, [at(TRIED) + 1.0])
-            with rows.any_of(state > GOES_ON):
+            with builder.if_then((state > GOES_ON).any):
                 end, lowest = outcome(s, q, v, h, new, found, tables, block(curve, s))
                 rows.put(END, [*end, lowest])
             return context.get_dummy_value()

@@ -4,8 +4,8 @@ Changes of about a rounding error say nothing of what is still missing, and a pa
 needed costs as much as any other. So the rate is taken from the changes above CLEAR, and the passes
 that it asks for below are counted down.
 
-history  (9,) of which the first four are those of galvi.kernels.nystrom.solve.verdict; the passes
-         left, and the last changes, the newest first
+history  (HISTORY,) of which the first four are those of galvi.kernels.nystrom.solve.decide; the
+         last known change, times the rate at each pass; that rate; OVER changes, the newest first
 """
 
 from __future__ import annotations
@@ -13,69 +13,83 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lie.arithmetic import generic, in_kernels, larger, square_root, where
 from galvi.kernels.nystrom.solve import (
-    FIXED_POINT_PASSES,
+    DIVERGED,
     GOING,
     IDLE,
+    NOT_FINITE,
     SOLVED,
+    decide,
     reset_history,
-    verdict,
 )
 
-LEFT, CHANGES = 4, 5  # indices in history
+HISTORY = 10  # numbers of history
+REST, RATE, CHANGES = 4, 5, 6  # indices there
 OVER = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
 FAR = 1e4  # changes so many times larger than the tolerance are not looked at closely
 SOON = 1e-11  # relative change from which on the remaining passes are counted
 CLEAR = 3e-15  # relative change that is not round-off
 NOISE = 1e-13  # relative change that may be slow convergence, if PATIENCE passes lessen it
 PATIENCE = 12.0
-MANY = 40
 
 
-@jit_inline
+@generic
 def begin_countdown(history):
     """Set history to its initial values."""
     reset_history(history)
-    history[LEFT] = FIXED_POINT_PASSES
-    history[CHANGES : CHANGES + OVER] = np.inf
+    history[REST], history[RATE] = np.inf, 0.5
+    for k in range(CHANGES, CHANGES + OVER):
+        history[k] = np.inf
 
 
-@jit_inline
-def remaining(change, rate, tolerance):
-    """How many further passes leave a change of at most the tolerance; MANY if very many."""
-    count = 0
-    while count < MANY and change * rate > tolerance * (1.0 - rate):
-        change *= rate
-        count += 1
-    return count
-
-
-@jit_inline
+@generic
 def rate_of(change, last, second, first):
     """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
-    if first < np.inf:
-        return np.sqrt(np.sqrt(change / first))
-    if second < np.inf:
-        return max(change / last, last / second)
-    return np.sqrt(change / last)
+    guess = where(second < np.inf, larger(change / last, last / second), square_root(change / last))
+    return where(first < np.inf, square_root(square_root(change / first)), guess)
 
 
-@jit_inline
-def judged(change, tolerance, history):
-    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with this largest relative change."""
-    last, second, third, first = history[5], history[6], history[7], history[8]
-    history[5], history[6], history[7], history[8] = change, last, second, third
-    if max(SOON, FAR * tolerance) < change < 0.5 * last < np.inf:
+def number_is_true(condition):
+    """Whether a comparison of numbers is true."""
+    return condition
+
+
+@in_kernels(number_is_true)
+def is_true(condition):
+    """Whether a comparison of numbers is true; of lanes it is not known."""
+    return not hasattr(condition, "select") and number_is_true(condition)
+
+
+@generic
+def count_down(change, tolerance, history):
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with this largest relative change; also
+    in lanes."""
+    last, second, third, first = history[6], history[7], history[8], history[9]
+    history[6], history[7], history[8], history[9] = change, last, second, third
+    quick = (change > larger(FAR * tolerance, SOON)) & (change < 0.5 * last) & (last < np.inf)
+    if is_true(quick):
         history[0] = change
         return GOING
-    history[LEFT] -= 1.0
-    code = verdict(change, tolerance, history)
-    if code == SOLVED and history[3] < IDLE and tolerance < CLEAR and history[LEFT] > 0.0:
-        history[LEFT], code = 1.0, GOING  # a rate may be small by chance, and some parts lag
-    if code == SOLVED and history[2] > NOISE and IDLE <= history[3] < PATIENCE:
-        code = GOING
-    if CLEAR < change < SOON:
-        rate = rate_of(change, last, second, first)
-        if 0.0 < rate < 1.0:
-            history[LEFT] = remaining(change, rate, tolerance)
-    return SOLVED if code == GOING and history[LEFT] <= 0.0 else code
+    rate, kept = history[RATE], (history[1], history[2], history[3], history[REST], history[RATE])
+    code, rest = decide(change, tolerance, history), history[REST] * rate
+    left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
+    solved, least, idle = code < NOT_FINITE, history[2], history[3]
+    # a rate may be small by chance, and some parts lag
+    once_more = solved & (idle < IDLE) & (tolerance < CLEAR) & (left > 0.0)
+    patient = solved & (least > NOISE) & (idle >= IDLE) & (idle < PATIENCE)
+    rest, code = where(once_more, 0.0, rest), where(once_more | patient, GOING, code)
+    unknown = (change <= CLEAR) | (change >= SOON)
+    if not is_true(unknown):
+        new = rate_of(change, last, second, first)
+        unknown = unknown | (new <= 0.0) | (new >= 1.0)
+        left = where(unknown, left, change * new - tolerance * (1.0 - new))
+        rest, rate = where(unknown, rest, change), where(unknown, rate, new)
+    code = where((code > DIVERGED) & (left <= 0.0), SOLVED, code)
+    history[REST], history[RATE] = rest, rate
+    for k in range(5):
+        history[k + 1] = where(quick, kept[k], history[k + 1])
+    return where(quick, GOING, code)
+
+
+judged = jit_inline(count_down)

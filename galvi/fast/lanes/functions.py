@@ -167,7 +167,7 @@ def logarithm(x):
 
 def _where_normal(x, value):
     """The value where x is positive, normal and finite; NaN elsewhere."""
-    return value.where(x.builder.and_(x >= LEAST_NORMAL, x <= LARGEST), NAN)
+    return value.where((x >= LEAST_NORMAL) & (x <= LARGEST), NAN)
 
 
 def power(x, y):
@@ -204,7 +204,7 @@ def arctangent(y, x):
     """
     builder = x.builder
     size, other = x.call("fabs"), y.call("fabs")
-    large = builder.or_(size > HUGE, other > HUGE)
+    large = (size > HUGE) | (other > HUGE)
     size, other = (size * 0.25).where(large, size), (other * 0.25).where(large, other)
     steep = other > size
     least, most = size.where(steep, other), other.where(steep, size)
@@ -222,7 +222,7 @@ def arctangent(y, x):
     eighths = (0.0 * size + 1.0).where(wide, 0.0)
     eighths = (2.0 - eighths).where(steep, eighths)
     eighths = (4.0 - eighths).where(behind, eighths)
-    back = builder.xor(steep, behind)
+    back = steep ^ behind
     ratio, low = (-ratio).where(back, ratio), (-low).where(back, low)
     turn, turn_low = two_product(eighths, 0.5 * HALF_PI[0])
     value, rest = two_sum(turn, ratio)

@@ -35,7 +35,7 @@ series        (s, P)    Legendre coefficients from stages, transposed
 growth        (l,)      Legendre polynomials at the next step's end
 fit           (m, s)    h times the coefficients of a curve from its rates at the stages
 c             (P,)      nodes
-spare         (7, at least 9, P and the width of state)   scratch, and the state before the step
+spare         (7, at least HISTORY, P and the width of state)  scratch, and the state before a step
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from numba.core import cgutils
 
 from galvi.fast.lanes.dense import is_zero
 from galvi.fast.lanes.law_pass import Pass
-from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import DOUBLE, everywhere
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 
@@ -188,11 +188,9 @@ class GroupRows(Pass):
 
     def unit(self, index):
         """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
-        one = Lane(self.builder, self.first_lanes().nothing).same(1.0)
-        return [
-            one.where(self.builder.icmp_unsigned("==", index, self.row(i)), 0.0)
-            for i in range(self.d)
-        ]
+        builder, one = self.builder, Lane(self.builder, self.first_lanes().nothing).same(1.0)
+        places = [builder.icmp_unsigned("==", index, self.row(i)) for i in range(self.d)]
+        return [one.where(Truth(builder, here), 0.0) for here in places]
 
     def spread_sum(self, vector):
         """The sum of the lanes, in each of them."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.fast.lanes.vectors import FUSED, everywhere
+from galvi.fast.lanes.vectors import DOUBLE, FUSED, everywhere
 
 
 class Lane:
@@ -84,28 +84,30 @@ class Lane:
 
     __radd__, __rmul__ = __add__, __mul__
 
+    def _compared(self, sign, other, compare="fcmp_ordered"):
+        found = getattr(self.builder, compare)(sign, self.value, self._lane(other))
+        return Truth(self.builder, found)
+
     def __gt__(self, other):
-        return self.builder.fcmp_ordered(">", self.value, self._lane(other))
+        return self._compared(">", other)
 
     def __lt__(self, other):
-        return self.builder.fcmp_ordered("<", self.value, self._lane(other))
+        return self._compared("<", other)
 
     def __ge__(self, other):
-        return self.builder.fcmp_ordered(">=", self.value, self._lane(other))
+        return self._compared(">=", other)
 
     def __le__(self, other):
-        return self.builder.fcmp_ordered("<=", self.value, self._lane(other))
+        return self._compared("<=", other)
 
     def where(self, condition, other):
-        """These numbers where a comparison is true, and the other ones elsewhere."""
-        return self._made(self.builder.select(condition, self.value, self._lane(other)))
+        """These numbers where a `Truth` is, and the other ones elsewhere."""
+        return self._made(self.builder.select(condition.value, self.value, self._lane(other)))
 
     def clipped(self, low, high):
         """These numbers, or the nearest of low and high; NaN stays."""
-        floor = self.builder.fcmp_unordered(">=", self.value, self._lane(low))
-        at_least = self.where(floor, low)
-        ceiling = self.builder.fcmp_unordered("<=", self.value, self._lane(high))
-        return at_least.where(ceiling, high)
+        at_least = self.where(self._compared(">=", low, "fcmp_unordered"), low)
+        return at_least.where(at_least._compared("<=", high, "fcmp_unordered"), high)
 
     def call(self, name, *others):
         """LLVM's intrinsic function of this and other lanes or numbers."""
@@ -131,11 +133,51 @@ class Lane:
 
     def is_odd(self, bits):
         """Where the integers are odd."""
-        return self.builder.trunc(bits, self._integers_of(1))
+        return Truth(self.builder, self.builder.trunc(bits, self._integers_of(1)))
 
     def of_bits(self, bits):
         """The lane with these bits."""
         return self._made(self.builder.bitcast(bits, self.value.type))
+
+
+class Truth:
+    """A truth value in each lane, with &, |, ^ and ~."""
+
+    def __init__(self, builder, value):
+        self.builder, self.value = builder, value
+
+    def __and__(self, other):
+        return Truth(self.builder, self.builder.and_(self.value, other.value))
+
+    def __or__(self, other):
+        return Truth(self.builder, self.builder.or_(self.value, other.value))
+
+    def __xor__(self, other):
+        return Truth(self.builder, self.builder.xor(self.value, other.value))
+
+    def __invert__(self):
+        return Truth(self.builder, self.builder.not_(self.value))
+
+    def select(self, x, y):
+        """x where it is true, else y, lanes or numbers; a lane rounded at each operation."""
+        kind = ir.VectorType(DOUBLE, self.value.type.count)
+        values = [z.value if isinstance(z, Lane) else everywhere(kind, float(z)) for z in (x, y)]
+        return Lane(self.builder, self.builder.select(self.value, *values), ())
+
+    @property
+    def bits(self):
+        """One bit for each lane, as an integer."""
+        return self.builder.bitcast(self.value, ir.IntType(self.value.type.count))
+
+    @property
+    def any(self):
+        """Whether it is true in a lane."""
+        return self.builder.icmp_unsigned("!=", self.bits, self.bits.type(0))
+
+    @property
+    def every(self):
+        """Whether it is true in all lanes."""
+        return self.builder.icmp_unsigned("==", self.bits, self.bits.type(-1))
 
 
 class Several:

@@ -51,6 +51,25 @@ def square_root(x):
     return x.call("sqrt") if hasattr(x, "call") else root_of_number(x)
 
 
+def one_of_numbers(condition, x, y):
+    """x where the condition is true, else y."""
+    return x if condition else y
+
+
+@in_kernels(one_of_numbers)
+def where(condition, x, y):
+    """x where a comparison is true, else y, of numbers or of lanes."""
+    if hasattr(condition, "select"):
+        return condition.select(x, y)
+    return one_of_numbers(condition, x, y)
+
+
+@generic
+def larger(x, y):
+    """The larger of two numbers or lanes, y where one is NaN."""
+    return where(x > y, x, y)
+
+
 def larger_size_of_numbers(size, x):
     """The larger of size and |x|."""
     return max(size, abs(x))

@@ -14,6 +14,7 @@ from numba import types
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.forces.accelerations import accelerations
+from galvi.kernels.lie.arithmetic import generic, larger, where
 from galvi.kernels.nystrom.jacobians import jacobians
 from galvi.kernels.nystrom.step import (
     all_finite,
@@ -55,9 +56,9 @@ NEWTON_PASSES = 30
 NEWTON_STREAK = 16  # number of steps that start with Newton after it was needed
 
 
-@jit_inline
-def verdict(change, tolerance, history):
-    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration.
+@generic
+def decide(change, tolerance, history):
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration; also in lanes.
 
     change   largest relative change of the pass
     history  (4,) last change and rate, least change, passes since; initially (inf, 1, inf, 0)
@@ -65,25 +66,21 @@ def verdict(change, tolerance, history):
     Errors oscillate as they shrink: a single small rate, or one change that did not shrink, is not
     conclusive.
     """
-    if not change < np.inf:
-        return NOT_FINITE
-    rate = change / history[0] if history[0] < np.inf else 1.0
-    slower = max(rate, history[1])
-    history[0], history[1] = change, rate
-    if change < history[2]:
-        history[2], history[3] = change, 0.0
-    else:
-        history[3] += 1.0
-    if change <= tolerance or change * slower <= tolerance * (1.0 - slower):
-        return SOLVED
-    if history[3] >= IDLE and history[2] <= FLOOR:
-        return SOLVED
-    if history[3] >= 2.0 * IDLE:
-        return DIVERGED
-    return GOING
+    last = history[0]
+    rate = where(last < np.inf, change / last, 1.0)
+    slower, less = larger(rate, history[1]), change < history[2]
+    least, idle = where(less, change, history[2]), where(less, 0.0, history[3] + 1.0)
+    history[0], history[1], history[2], history[3] = change, rate, least, idle
+    enough = (change <= tolerance) | (change * slower <= tolerance * (1.0 - slower))
+    at_rest = (idle >= IDLE) & (least <= FLOOR)
+    code = where(enough | at_rest, SOLVED, where(idle >= 2.0 * IDLE, DIVERGED, GOING))
+    return where(change < np.inf, code, NOT_FINITE)
 
 
-@jit_inline
+verdict = jit_inline(decide)
+
+
+@generic
 def reset_history(history):
     """Set history to its initial values."""
     history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0

@@ -23,7 +23,7 @@ from galvi.fast.lanes.frames import universal
 from galvi.fast.lanes.frames.kepler_motion import BLOCKS, HEAD, MASS, MOST, STEP, dot
 from galvi.fast.lanes.frames.near_parabola import follow_near_parabola
 from galvi.fast.lanes.functions import square_root, two_product, two_sum
-from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import LANES, NOTHING, Lanes, spread
 from galvi.kernels.compile.jit import jit_inline
 
@@ -101,8 +101,7 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
                         number = builder.extract_element(lane.value, inner.index)
                         place = builder.add(entry(r, x), inner.index)
                         builder.store(number, builder.gep(rows.data, [place]))
-        others = builder.bitcast(builder.and_(mask, builder.not_(done)), ir.IntType(LANES))
-        return builder.zext(others, row)
+        return builder.zext((mask & ~done).bits, row)
 
     return types.intp(axes, numbers, share, state, types.intp), generate
 
@@ -110,7 +109,7 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
 def _below(builder, count):
     """The lanes whose number is below a count."""
     numbers = ir.Constant(ir.VectorType(count.type, LANES), list(range(LANES)))
-    return builder.icmp_signed("<", numbers, spread(builder, count, LANES))
+    return Truth(builder, builder.icmp_signed("<", numbers, spread(builder, count, LANES)))
 
 
 def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
@@ -121,10 +120,10 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
     zeta = mu - beta * r0
     limit = NEAR * mu
     usual = abs(beta) * r0 >= limit
-    mask = builder.and_(mask, usual)
+    mask = mask & usual
     X, G, solved = _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t)
     r = r0 + (eta * G[0] + zeta * G[1])
-    usual = builder.and_(usual, abs(beta) * r >= limit)
+    usual = usual & (abs(beta) * r >= limit)
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
@@ -143,7 +142,7 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
         [high for high, _ in places], [low for _, low in places],
         fast, [low for _, low in speeds],
     ]  # fmt: skip
-    return ends, builder.and_(usual, solved)
+    return ends, usual & solved
 
 
 def _added(start, start_low, changes):
@@ -177,18 +176,15 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)
         builder.store(step.value, changed)
-        small = builder.or_(abs(step) <= SMALL * abs(X), builder.not_(mask))
-        every = builder.icmp_unsigned(
-            "==", builder.bitcast(small, ir.IntType(LANES)), ir.IntType(LANES)(-1)
-        )
-        with builder.if_then(every):
+        small = (abs(step) <= SMALL * abs(X)) | ~mask
+        with builder.if_then(small.every):
             loop.do_break()
         far = universal.far_correction(
             beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, square_root
         )
         builder.store((X + far).value, place)
     X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
-    solved = builder.and_(abs(step) <= SMALL * abs(X), abs(beta) * X * X <= FARTHEST)
+    solved = (abs(step) <= SMALL * abs(X)) & (abs(beta) * X * X <= FARTHEST)
     G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
     return X + step, G, solved
 

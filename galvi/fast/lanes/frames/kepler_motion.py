@@ -14,6 +14,8 @@ work     (.., LANES), in blocks of n rows: Q and Q' at the stages (2 D), 1 / r, 
 from __future__ import annotations
 
 import math
+from functools import reduce
+from operator import and_
 
 from llvmlite import ir
 from numba import types
@@ -210,13 +212,8 @@ class Orbits:
             for variable, value in zip(found, G, strict=True):
                 self.keep(value, variable)
             self.keep(step, changed)
-            every, *others = step.each(small, X, since).lanes
-            for one in others:
-                every = builder.and_(every, one)
-            every = builder.icmp_unsigned(
-                "==", builder.bitcast(every, ir.IntType(LANES)), ir.IntType(LANES)(-1)
-            )
-            with builder.if_then(every):
+            solved = reduce(and_, step.each(small, X, since).lanes)
+            with builder.if_then(solved.every):
                 loop.do_break()
             far = universal.far_correction(
                 beta, r0, eta, zeta, X, G, t,
@@ -229,7 +226,7 @@ class Orbits:
 
         def checked(x, step, known, time, b):
             inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
-            return x.where(builder.and_(small(step, known, time), inside), NAN)
+            return x.where(small(step, known, time) & inside, NAN)
 
         return X.each(checked, step, before, since, beta), G
 

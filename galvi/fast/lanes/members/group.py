@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils
 
+from galvi.fast.lanes.countdown import HISTORY, begin_countdown, count_down
 from galvi.fast.lanes.group_pass import PULLS, SETTLED, GroupPass
 from galvi.fast.lanes.group_rows import (
     BEFORE,
@@ -29,7 +30,6 @@ from galvi.fast.lanes.group_rows import (
 )
 from galvi.fast.lanes.members.rows import Variable
 from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
-from galvi.fast.lanes.members.stopping import Countdown
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
 from galvi.kernels.lie.arithmetic import larger_size
@@ -37,6 +37,7 @@ from galvi.kernels.lie.chart_functions import REACHES
 from galvi.kernels.on_group.scale import LEAST
 
 ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
+RULE = begin_countdown, count_down, HISTORY
 PARTS = ("q", "memory", "low", "p", "nu", "nu_low")
 
 
@@ -54,7 +55,7 @@ class MemberGroup(MemberSteps, GroupPass):
     """Steps of eight members."""
 
     def __init__(self, context, builder, words, law, chart):
-        self.open(context, builder, words, group_fields(chart.dimension, chart.entries), Countdown)
+        self.open(context, builder, words, group_fields(chart.dimension, chart.entries), RULE)
         self.one, d = False, self.d
         self.examine(law, chart)
         self.lay_out()
@@ -93,9 +94,9 @@ class MemberGroup(MemberSteps, GroupPass):
         with cgutils.for_range(builder, self.row(PULLS), intp=self.row) as loop:
             self.pull()
             noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
-            rest = builder.and_(judgement.active.value, builder.not_(noted < SETTLED))
+            rest = judgement.active.value & ~(noted < SETTLED)
             judgement.active.set(rest)
-            with builder.if_then(builder.not_(judgement.active.any)):
+            with builder.if_then((~rest).every):
                 loop.do_break()
         judgement.active.set(alive)
         self.begin_iteration()
@@ -185,7 +186,7 @@ class MemberGroup(MemberSteps, GroupPass):
         total = Lane(builder, NOTHING, ())
         for lane in (*now["q"], *now["p"]):
             total = total + abs(lane)
-        done, lost = self.judgement.end(builder.and_(near, total < math.inf))
+        done, lost = self.judgement.end(near & (total < math.inf))
         for name in PARTS:
             for i, lane in enumerate(now[name]):
                 self.keep_where(done, name, lane, i)

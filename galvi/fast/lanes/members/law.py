@@ -11,11 +11,14 @@ import math
 from galvi.fast.lanes.dense import is_written_out
 from galvi.fast.lanes.functions import two_sum
 from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, rows_of_work
-from galvi.fast.lanes.members.rows import Variable, larger
+from galvi.fast.lanes.members.rows import Variable
 from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
-from galvi.fast.lanes.members.stopping import Judgement
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
+from galvi.kernels.lie.arithmetic import larger
+from galvi.kernels.nystrom.solve import decide, reset_history
+
+RULE = reset_history, decide, 4
 
 
 def law_fields(d):
@@ -28,7 +31,7 @@ class MemberLaw(MemberSteps):
     """Steps of eight members."""
 
     def __init__(self, context, builder, words, law, d, below, stages):
-        self.open(context, builder, words, law_fields(d), Judgement, stages)
+        self.open(context, builder, words, law_fields(d), RULE, stages)
         self.law, self.below = law, below
         self.found, self.steps = T * d + 1, rows_of_work(d) - d
         self.factors, self.fixed = self.found + d, {}

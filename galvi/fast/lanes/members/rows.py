@@ -9,12 +9,11 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, VECTOR, Lanes, spread
 
 WIDEST = 6  # rows that are summed together: sums stay in registers
-CONDITION = ir.VectorType(ir.IntType(1), LANES)
-ALL = ir.Constant(CONDITION, [1] * LANES)
+ALL = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [1] * LANES)
 
 
 class MemberLanes(Lanes):
@@ -64,27 +63,21 @@ class MemberLanes(Lanes):
 
 
 class Mask:
-    """A truth value for each member that changes."""
+    """A truth value for each member that changes, at first true."""
 
-    def __init__(self, builder, value=ALL):
+    def __init__(self, builder):
         self.builder = builder
-        self.place = cgutils.alloca_once(builder, CONDITION)
-        builder.store(value, self.place)
+        self.place = cgutils.alloca_once(builder, ALL.type)
+        builder.store(ALL, self.place)
 
     @property
     def value(self):
         """The current truth values."""
-        return self.builder.load(self.place)
+        return Truth(self.builder, self.builder.load(self.place))
 
-    def set(self, value):
+    def set(self, truth):
         """Change them."""
-        self.builder.store(value, self.place)
-
-    @property
-    def any(self):
-        """Whether one is true."""
-        bits = self.builder.bitcast(self.value, ir.IntType(LANES))
-        return self.builder.icmp_unsigned("!=", bits, bits.type(0))
+        self.builder.store(truth.value, self.place)
 
 
 class Variable:
@@ -104,11 +97,6 @@ class Variable:
         """Change them, to a lane or one number for all."""
         zero = Lane(self.builder, NOTHING, ())
         self.builder.store(zero.same(number).value, self.place)
-
-
-def larger(x, y):
-    """The larger of two lanes, y where one is NaN."""
-    return x.where(x > y, y)
 
 
 def splat(builder, scalar):

@@ -23,14 +23,14 @@ from galvi.fast.lanes.law_pass import Pass
 from galvi.fast.lanes.members.rows import (
     MemberLanes,
     Variable,
-    larger,
     splat,
     whole_number,
 )
-from galvi.fast.lanes.members.stopping import terms_kept
+from galvi.fast.lanes.members.stopping import Judgement, terms_kept
 from galvi.fast.lanes.reciprocals import Reciprocals
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, announce
+from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
 WORDS = 14
@@ -104,11 +104,11 @@ class MemberSteps(Pass):
     step: Any
     first: Any  # whether a pass is the first of its step
 
-    def open(self, context, builder, words, fields, judgement, stages=0):
+    def open(self, context, builder, words, fields, rule, stages=0):
         """What all members share; ``words`` is the address of these.
 
-        judgement  what ends the iteration of a member
-        stages     s, for which loops are written out; 0 for any
+        rule    what ends the iteration of a member, see `Judgement`
+        stages  s, for which loops are written out; 0 for any
         """
         self.context, self.builder, self.fields = context, builder, fields
         self.d, self.row, self.width = fields.d, words.type.pointee, LANES
@@ -126,7 +126,7 @@ class MemberSteps(Pass):
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
         ))  # fmt: skip
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
-        self.judgement = judgement(builder, self.row)
+        self.judgement = Judgement(builder, rule)
         self.tolerance = self.real(self.kept_terms)
 
     def at(self, chunk):
@@ -290,7 +290,7 @@ class MemberSteps(Pass):
                 with later:
                     noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
                     judgement.judge(noted, self.tolerance)
-            with builder.if_then(builder.not_(judgement.active.any)):
+            with builder.if_then((~judgement.active.value).every):
                 loop.do_break()
         self.keep("passes", self.field("passes") + passes.lane)
 
@@ -306,7 +306,7 @@ class MemberSteps(Pass):
         value = lane.value
         if row in self.guarded:
             old = lanes.load(self.work, self.row(row))
-            value = self.builder.select(self.judgement.active.value, value, old)
+            value = self.builder.select(self.judgement.active.value.value, value, old)
         lanes.store(value, self.work, self.row(row))
 
 

@@ -5,12 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from benchmarks.studies.ensembles import EXPLANATION, ensembles
-from reports.figures.study_plots.ensembles import speed_ups
+from reports.figures.style.identities import GUIDE
+from reports.figures.style.no_data import NoData
 from reports.results.figure import Figure
 from reports.results.section import Section
 from reports.tables.number_format import TIMES, known, readable, seconds
+
+
+def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:
+    """Members per second relative to the first row of the part on scaling."""
+    rows = frame[frame["part"] == "scaling"] if len(frame) else frame
+    if rows.empty:
+        raise NoData("nothing was measured.")
+    places = range(len(rows))[::-1]
+    axes.barh(list(places), rows["relative"], height=0.6)
+    axes.axvline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
+    axes.set_yticks(list(places), list(rows["contender"]))
+    axes.set(xlabel="members per second, relative to one by one")
+
 
 SCALING = "scaling"
 GAINS = {SCALING: "{} faster than one by one", "peers": "{} galvi's"}
