@@ -74,13 +74,13 @@ def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
         )
         faster = float(f"{own['seconds'] / best['seconds']:.2g}")
         if own["seconds_low"] <= best["seconds_high"]:
-            text += ", which your run takes too, within quartiles"
+            text += ", within quartiles no faster than your run"
         elif faster > 1.0 and not math.isnan(own["error"]):
             text += f", {faster:g} times as fast as your run"
     if not names.size:
         return f"{text}."
     listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"
-    return f"{text}. Its time is that of {listed} too, within quartiles."
+    return f"{text}. As fast, within quartiles: {listed}."
 
 
 def _truth(found: Judgement) -> str:

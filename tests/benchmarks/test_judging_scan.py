@@ -162,10 +162,13 @@ def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> Non
     other = found.table[~mine & found.table["reached"]].iloc[:2]
     other = other.assign(seconds=[1.0, 2.0], seconds_low=[0.9, 1.1], seconds_high=[1.2, 2.5])
     slow, alike = ({"seconds": 3.0, "seconds_low": low, "seconds_high": 4.0} for low in (2.9, 1.0))
-    for times, words in ((slow, ", 3 times as fast as your run."), (alike, "your run takes too,")):
+    for times, words in (
+        (slow, ", 3 times as fast as your run."),
+        (alike, "within quartiles no faster than your run."),
+    ):
         given = replace(found, table=other, own={**found.own, **times})
         (said,) = [one for one in sentences(given) if "The cheapest that reaches" in one]
-        assert words in said and "Its time is that of" in said
+        assert words in said and "As fast, within quartiles: " in said
 
 
 def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judgement) -> None:
