@@ -36,7 +36,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.fast.lanes.clock_rows import (
+from galvi.fast.lanes.clocks.rows import (
     CHANGE,
     LENGTH,
     RATE,
@@ -147,9 +147,10 @@ def begin(form, members, ahead, state, rows, gaps, guessed):
 
 
 @jit_inline
-def advance_clock(form, masses, tables, todo, tolerance, state, stages, solver_state, clock,
+def advance_clock(form, masses, tables, todo, until, tolerance, state, stages, solver_state, clock,
                   scratch, done, kept):  # fmt: skip
-    """Do ``todo`` steps; returns a code. A step that fails is not done."""
+    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` unless
+    that is NaN, is not done."""
     rows, before, totals, _, gaps = scratch
     d, s = state.shape[1], stages.shape[1]
     for part in range(2):
@@ -171,7 +172,8 @@ def advance_clock(form, masses, tables, todo, tolerance, state, stages, solver_s
         t, low = clock[0], clock[1]
         if code == SOLVED and not add_slopes(form, rows, totals, state, clock):
             code = NOT_FINITE
-        if code != SOLVED:
+        passed = (clock[0] - until) * (clock[0] - t) > 0.0
+        if code != SOLVED or passed:
             copy_rows(state, before)
             clock[0], clock[1] = t, low
             for part in range(2):
@@ -199,7 +201,7 @@ def compiled_advance_clock(dimension, halves, lanes):
         [*(types.UniTuple(whole, n) for n in (dimension, halves, lanes)), whole, whole]
     )
     signature = whole(
-        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, types.float64, MATRIX, MATRIX,
-        numbers, VECTOR, SCRATCH, numbers, TAKEN,
+        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, types.float64, types.float64, MATRIX,
+        MATRIX, numbers, VECTOR, SCRATCH, numbers, TAKEN,
     )  # fmt: skip
     return compiled_for(advance_clock, signature, jit_inline)
