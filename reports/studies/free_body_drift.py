@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.studies import free_body_drift, free_body_drift_long
+from benchmarks.studies import free_body_drift
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
@@ -140,6 +140,6 @@ FREE_BODY_DRIFT = Section(
         ),
     ),
     table=free_body_drift_table,
-    long_form=LongForm(free_body_drift_long.parts, free_body_drift_long.stored),
+    long_form=LongForm(free_body_drift.parts, free_body_drift.stored),
     open=True,
 )

@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from benchmarks.statistics.growth import Growth, rms
-from benchmarks.studies import round_off_long
+from benchmarks.statistics.drift import Growth, rms
+from benchmarks.studies import round_off
 from benchmarks.studies.round_off import FRAME, brouwer, ensembles, growths, reading_floor
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import GUIDE, identity, in_order
@@ -131,6 +131,6 @@ ROUND_OFF = Section(
         ),
     ),
     table=round_off_table,
-    long_form=LongForm(round_off_long.parts, round_off_long.stored),
+    long_form=LongForm(round_off.parts, round_off.stored),
     open=True,
 )

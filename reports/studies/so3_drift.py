@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from benchmarks.statistics.growth import Growth, rms
+from benchmarks.statistics.drift import Growth, rms
 from benchmarks.studies import so3_drift
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles, growths
 from reports.figures.style.decades import decades, whole_decades

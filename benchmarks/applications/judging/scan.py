@@ -137,11 +137,12 @@ class Search:
            ) -> list[Tried]:  # fmt: skip
         """Its rows after these: coarser while they reach the error, else finer, for so many
         seconds."""
-        rows, waiting, begun = list(known), list(waiting), time.perf_counter()
+        rows, waiting = list(known), list(waiting)
         while True:
             candidate, why = waiting.pop(0) if not rows else None, ""
             if candidate is None:
-                candidate, why = self._next(rows, waiting, limit - (time.perf_counter() - begun))
+                spent = sum(row.wall for row in rows[len(known) :])
+                candidate, why = self._next(rows, waiting, limit - spent)
             if candidate is None:
                 return _explained(rows, why)
             label, setting = candidate.label, candidate.text(self.span, self.samples)
@@ -152,7 +153,6 @@ class Search:
                     if seconds > enough:
                         why = f"not tried: it would take about {_rounded(seconds)} s"
                         return [Tried(label, setting, status=why)]
-                    begun = time.perf_counter()  # it is compiled
                 rows.append(self._tried(candidate))
             except ValueError as refused:
                 return [*rows, Tried(label, "", status=str(refused))]
