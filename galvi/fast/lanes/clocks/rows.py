@@ -120,7 +120,7 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
     potential and the rate of the clock."""
     builder, n = at.builder, len(at.axes)
     here = [shifts[first, x] for x in at.axes]
-    owned = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
+    owned: list = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
     owned += [(totals, POTENTIAL), (totals, RATES)]
     sums = [at.variable(rows[place].value) for rows, place in owned]
 
