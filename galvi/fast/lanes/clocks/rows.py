@@ -9,6 +9,8 @@ form  tuples of as many numbers as there are dimensions, halves in the power of 
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -120,7 +122,7 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
     potential and the rate of the clock."""
     builder, n = at.builder, len(at.axes)
     here = [shifts[first, x] for x in at.axes]
-    owned: list = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
+    owned: list[Any] = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
     owned += [(totals, POTENTIAL), (totals, RATES)]
     sums = [at.variable(rows[place].value) for rows, place in owned]
 
