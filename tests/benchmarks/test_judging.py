@@ -12,10 +12,10 @@ from benchmarks.applications.judging import bodies, neighbours
 from benchmarks.applications.judging.candidate import Model, Own, Source
 from benchmarks.applications.judging.judgement import judge, own_setting
 from benchmarks.applications.judging.truth import agreements, in_pieces
-from benchmarks.studies.survival import burrau
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
+from references.stored.encounters import burrau
 from reports.judge.sentences import sentences
 
 pytest.importorskip("rebound")
