@@ -177,7 +177,7 @@ def _in_clock(
     if duration is not None:
         length = input_checks.positive("duration", duration, "For backwards, make step negative.")
         time = _time_after(problem.t0, length, h)
-    check_step(problem, method, h, duration)
+    check_step(problem, method, h)
     nothing = np.zeros((0, 0))
     start = Checkpoint(0, nothing, nothing, np.zeros(0, np.int64), solver, tol, save_every, curves)
     return run_in_clock(problem, method, h, start, most, time, progress=progress)

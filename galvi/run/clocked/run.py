@@ -168,6 +168,7 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
     failed: int | None = loop.done + 1
     if loop.reason:
         status = f"Stopped {where}: {loop.reason.rstrip('.')}."
+        status += f" Note that {_units(loop.problem, loop.method)}." if loop.done == 0 else ""
     elif run.interrupted:
         status = f"Interrupted {where}; what was computed is kept."
     elif loop.time is not None and not loop.over:
@@ -227,26 +228,24 @@ def _doubts(found: Judgement) -> str:
     return ""
 
 
-def check_step(problem: Problem, method: Galerkin, step: float, duration: float | None) -> None:
-    """ValueError for a step that is not one of the clock's."""
-    clock = method.clock
-    g = float(clock.rate(problem)(problem.q0.ravel()))
+def check_step(problem: Problem, method: Galerkin, step: float) -> None:
+    """ValueError for a clock without a g at the start, or a step that cannot be one of its."""
+    g = float(method.clock.rate(problem)(problem.q0.ravel()))
     if not (math.isfinite(g) and g > 0.0):
         raise ValueError(
             f"a clock must be positive and finite; received {g} at the start. Start elsewhere."
         )
-    unit = f"a step is in units of the clock {clock}, g = {g:.3g} at the start in units of time"
-    longest = getattr(clock, "longest", math.inf)
+    longest = getattr(method.clock, "longest", math.inf)
     if abs(step) > longest:
         raise ValueError(
-            f"step must be at most {longest:g}, since {unit}, so that a revolution is 2 pi; "
-            f"received {step!r}. Use 0.3 to 0.6 for degree 8."
+            f"step must be at most {longest:g}: {_units(problem, method)}, so that a revolution is "
+            f"2 pi; received {step!r}. Use 0.3 to 0.6 for degree 8."
         )
-    if duration is not None and abs(step) * g > duration:
-        raise ValueError(
-            f"step must be shorter than the duration, and {unit}; received {step!r}, which lasts "
-            f"{abs(step) * g:.3g}, for a duration of {duration!r}. Use a smaller step."
-        )
+
+
+def _units(problem: Problem, method: Galerkin) -> str:
+    g = float(method.clock.rate(problem)(problem.q0.ravel()))
+    return f"steps are in units of the clock {method.clock}, {g:.3g} of time at the start"
 
 
 def curves_from(
