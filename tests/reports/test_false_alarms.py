@@ -15,7 +15,7 @@ import pytest
 from benchmarks.statistics.rank_test import slower
 from benchmarks.statistics.smallest_change import smallest_change
 from benchmarks.timings.catalogue import CASES
-from reports.tracking.known_changes import KnownChange, known_changes, reason_of
+from reports.tracking.outcome import KnownChange, known_changes, reason_of
 
 RECORDED = pd.read_csv(Path(__file__).with_name("equal_code.csv"))
 SIZES = {case.name: case.slower for case in CASES}

@@ -10,10 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.tracking.history import COLUMNS, TIME, read_history
-from reports.tracking.known_changes import KnownChange
+from reports.tracking.outcome import KnownChange
 from reports.tracking.record import track
-from reports.tracking.series import all_series
+from reports.tracking.series import COLUMNS, TIME, all_series, read_history
 
 NAME = "test_a_run_of_galvi[Kepler, degree 8]"
 
