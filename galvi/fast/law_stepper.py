@@ -18,7 +18,12 @@ from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.fast.lanes.law_pass import rows_of_work
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.laws import law_of
-from galvi.fast.nystrom_stepper import aligned, collocation_tables, stages_in_lanes
+from galvi.fast.nystrom_stepper import (
+    aligned,
+    aligned_copies,
+    collocation_tables,
+    stages_in_lanes,
+)
 from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.compile.function_pointers import addresses
@@ -129,15 +134,8 @@ def law_tables(
         complement = np.vstack([np.ascontiguousarray(outside(table, k)[stages].T)
                                 for k in coefficients])  # fmt: skip
     tables, complement = aligned_copies(np.concatenate([moves, turns]), complement)
-    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[stages])
-
-
-def aligned_copies(*given: Array) -> list[Array]:
-    """Copies that start at cache lines."""
-    copies = aligned(*(array.shape for array in given))
-    for copy, array in zip(copies, given, strict=True):
-        copy[:] = array
-    return copies
+    c = read_only(table.c[stages])
+    return kicks, ahead, series, tables, complement, growth, fit, c, growth[:0]
 
 
 def outside(table: Tableau, coefficients: int) -> Array:
@@ -159,7 +157,7 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     given = law_tables(method.table, run.step, lanes, component_degrees(method))
     padded = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
-    constants, numbers = with_room(found, d, padded), np.zeros(2 * d + 3)
+    constants, numbers = with_room(found, d, padded), np.zeros(4 * d + 4)
     work.counts[CALLED] = found.calls is not None
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
@@ -167,7 +165,7 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     def call(todo: int, kept_alive: Any = (function, found)) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
-            law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
+            law, constants, given, False, plan, todo, progress, scratch, numbers, spare, kept,
         ))  # fmt: skip
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         return code

@@ -13,8 +13,13 @@ steps           (d, P)       changes of the velocities
 tables      (4 s, P)    h A^T, its low part, h B^T and its low part
 complement  (s, P)      C^T, see galvi.fast.lanes.law; (d s, P) with one for each component;
                         (0, P) where C is 0
-numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds its largest
-                        relative change
+numbers     (4 d + 4,)  q and p at the start, 1 over their sizes; the pass adds its largest
+                        relative change; low parts of q and p, h
+
+Where *places alone* are iterated, the law's mass is 1 and its forces know no velocities. v then
+holds accelerations, p the ways c h v, low_q what is added to these, and tables (2 s + 2, P) are
+h^2 A^T of galvi.tableau, its low part, c and its low part. A pass whose number for the change is
+below 0 begins a step: it places the stages by the last accelerations.
 """
 
 from __future__ import annotations
@@ -26,6 +31,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.dense import Triangle, factored, is_written_out
+from galvi.fast.lanes.functions import two_product
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, Lanes, announce, everywhere
 
@@ -73,9 +79,11 @@ class Constants:
 class Pass:
     """The three parts of a pass, each for one vector of stages."""
 
-    def __init__(self, context, builder, signature, values, law, below, d, width):
+    alone = False  # whether places alone are iterated
+
+    def __init__(self, context, builder, signature, values, law, below, d, width, alone):
         self.context, self.builder, self.law, self.d = context, builder, law, d
-        self.width = width
+        self.width, self.alone = width, alone
         arrays = [context.make_array(signature.args[k])(context, builder, values[k])
                   for k in range(5)]  # fmt: skip
         self.work, self.tables, self.complement, self.constants, self.numbers = (
@@ -88,7 +96,11 @@ class Pass:
         self.factors, self.fixed = self.found + d, {}
         self.written_out = is_written_out(below)
         self.below = below
-        self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
+        rows = builder.extract_value(tables, 0)
+        self.stages = builder.udiv(rows, self.row(4))
+        if alone:
+            self.stages = builder.sub(builder.udiv(rows, self.row(2)), self.row(1))
+            self.nodes = builder.sub(rows, self.row(2)), builder.sub(rows, self.row(1))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
         several = builder.icmp_unsigned(">", rows, self.stages)
@@ -151,6 +163,28 @@ class Pass:
                 self.store(lanes, q[0].same(value), T, 1 + k)
         if not self.written_out:
             self.triangle(lanes, self.factors).factor()
+
+    def accelerate(self, lanes):
+        """The accelerations from q."""
+        q = [self.load(lanes, Q, i) for i in range(self.d)]
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        found = self.law(q, [0.0] * self.d, self.load(lanes, T), constants)[0]
+        for i, acceleration in enumerate(found):
+            self.store(lanes, q[0].same(acceleration), V, i)
+
+    def coast(self, lanes):
+        """The ways without forces, and their low parts with those of sums."""
+        d, h = self.d, self.number(lanes, 4 * self.d + 3)
+        node, low_node = (Lane(self.builder, lanes.factor(self.tables, row)) for row in self.nodes)
+        lost = self.sums(lanes, None, self.tables, self.stages, V * d)
+        for i in range(d):
+            far, rest = two_product(h, self.number(lanes, d + i))
+            rest = rest + h * self.number(lanes, 3 * d + 3 + i)
+            way, error = two_product(far, node.exact)
+            small = low_node * far + node * rest
+            small = (error + self.number(lanes, 2 * d + 3 + i)).fused + small
+            self.store(lanes, way, P, i)
+            self.store(lanes, lost[i].fused + small, LOW_Q, i)
 
     def triangle(self, lanes, first):
         """The matrix that lies in work from a row on."""
@@ -285,9 +319,20 @@ class Pass:
                 self.chunks(newton)
 
     def drift(self, lanes):
-        """q from v."""
+        """q from v, or from accelerations."""
         totals = self.sums(lanes, LOW_Q, self.tables, self.row(0), V * self.d)
+        if self.alone:
+            totals = [self.load(lanes, P, i).exact + total for i, total in enumerate(totals)]
         self.moved(lanes, totals, Q, 0, 0)
+
+    def one_pass(self):
+        """All parts, the largest change noted."""
+        if self.alone:
+            self.chunks(self.accelerate)
+        else:
+            self.chunks(self.evaluate)
+            self.rates()
+        self.chunks(self.drift)
 
     def change(self):
         """The largest relative change of q and p."""
@@ -295,10 +340,11 @@ class Pass:
         return self.builder.bitcast(lanes.largest(self.builder.load(self.largest)), DOUBLE)
 
 
-def one_pass(law, d, width):
+def one_pass(law, d, width, alone):
     """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d.
 
     width  lanes of a vector, of which P is a multiple
+    alone  whether places alone are iterated
     """
     below = filled(law, d)
 
@@ -307,11 +353,18 @@ def one_pass(law, d, width):
         signature = types.void(work, tables, complement, constants, numbers)
 
         def generate(context, builder, signature, values):
-            made = Pass(context, builder, signature, values, law, below, d, width)
-            made.chunks(made.evaluate)
-            made.rates()
-            made.chunks(made.drift)
+            made = Pass(context, builder, signature, values, law, below, d, width, alone)
             place = builder.gep(made.numbers, [made.row(2 * d + 2)])
+            if alone:
+                begins = builder.fcmp_ordered("<", builder.load(place), ir.Constant(DOUBLE, 0.0))
+                with builder.if_else(begins) as (first, later):
+                    with first:
+                        made.chunks(made.coast)
+                    with later:
+                        made.chunks(made.accelerate)
+                made.chunks(made.drift)
+            else:
+                made.one_pass()
             builder.store(made.change(), place)
             announce(builder)
             return context.get_dummy_value()

@@ -28,7 +28,6 @@ from galvi.fast.lanes.group_rows import (
     F,
     N,
 )
-from galvi.fast.lanes.members.rows import Variable
 from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
@@ -111,15 +110,7 @@ class MemberGroup(MemberSteps, GroupPass):
                 self.keep("xi_sizes", nothing + size, i)
                 self.keep("pi_sizes", nothing, i)
 
-    def largest_of(self, rows, size=0.0):
-        """The largest of some rows of work at all stages, and size."""
-        found = Variable(self.builder, size)
-        self.chunks(lambda lanes: [
-            found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
-        ])  # fmt: skip
-        return found.lane
-
-    def after_first_pass(self):
+    def after_first_pass(self, noted):
         """1 over the sizes of xi and pi, as galvi.fast.lanes.group_law.measure; low parts."""
         d, step = self.d, self.field("step")
         g = [self.field("q", i) for i in range(self.chart.entries)]

@@ -30,7 +30,7 @@ from galvi.fast.lanes.members.stopping import Judgement, terms_kept
 from galvi.fast.lanes.reciprocals import Reciprocals
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, announce
-from galvi.kernels.lie.arithmetic import larger
+from galvi.kernels.lie.arithmetic import larger, larger_size
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
 WORDS = 14
@@ -46,7 +46,9 @@ class Tables(NamedTuple):
     back, low_back      B^T and its low part; for groups those of B - 1 b^T
     kicks, low_kicks    b and its low part, (1, s) each
     nodes               c
-    means               the mean of b Y^2, for groups; it stands before the nodes
+    means               the mean of b Y^2, for groups; it stands before the nodes, whose low part it
+                        is where places are iterated alone. Then drift and low_drift are A of the
+                        Nystrom method, back and low_back begin with beta
     series              Legendre coefficients from stages, (s, s)
     ahead               Legendre polynomials at the next step's stages, (l, s)
     """
@@ -167,10 +169,18 @@ class MemberSteps(Pass):
         totals = [Lane(builder, value, ()) for value in found]
         if matrix is self.tables:
             step = self.field("step")
-            totals = [total * step for total in totals]
+            totals = [total * (step * step if self.alone else step) for total in totals]
         if start is not None:
             totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
         return totals
+
+    def largest_of(self, rows, size=0.0):
+        """The largest of some rows of work at all stages, and size."""
+        found = Variable(self.builder, size)
+        self.chunks(lambda lanes: [
+            found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
+        ])  # fmt: skip
+        return found.lane
 
     def weighted(self, rows, *weights, matrix=None):
         """sum_j w_j x_j for some rows x of work, where w is a row of the tables or of a matrix.
@@ -284,11 +294,11 @@ class MemberSteps(Pass):
             self.forget()
             self.first = builder.icmp_unsigned("==", loop.index, self.row(0))
             self.one_pass()
+            noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
             with builder.if_else(self.first) as (at_first, later):
                 with at_first:
-                    self.after_first_pass()
+                    self.after_first_pass(noted)
                 with later:
-                    noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
                     judgement.judge(noted, self.tolerance)
             with builder.if_then((~judgement.active.value).every):
                 loop.do_break()
