@@ -78,19 +78,22 @@ def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
     problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
     system: Any = problem.system
     d, s, lanes = problem.q0.size, table.c.size, lanes_for(table.c.size)
-    law = _lane_force(system, d, lanes, traces(system))
+    tables, kernel = nystrom_tables(table, run.step, lanes), compiled_advance_law()
+    padded = tables[3].shape[1]
+    law = _lane_force(system, d, lanes, padded == lanes, traces(system))
     if law is None:
         return None
     address, constants, function = law
-    given, kernel = nystrom_tables(table, run.step, lanes), compiled_advance_law()
-    padded = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
     numbers = np.zeros(4 * d + 4)
+    arrays = (scratch, *tables[3:5], constants, numbers)
+    given = words_of(arrays, padded, s, 0)
     plan, progress, kept = run_plan(run, work, FINER if tolerance == ROUND_OFF else tolerance)
 
-    def call(todo: int, kept_alive: Any = function) -> int:
+    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
         return int(kernel(
-            address, constants, given, True, plan, todo, progress, scratch, numbers, spare, kept,
+            address, given.ctypes.data, tables, True, plan, todo, progress, scratch, numbers, spare,
+            kept,
         ))  # fmt: skip
 
     return call
@@ -98,12 +101,13 @@ def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
 
 @lru_cache(maxsize=32)
 def _lane_force(
-    system: Canonical, d: int, lanes: int, found: Traces
-) -> tuple[Any, Array, Any] | None:
+    system: Canonical, d: int, lanes: int, one: bool, found: Traces
+) -> tuple[int, Array, Any] | None:
     """The law of unit mass or None: its address, constants, and the function, which must exist as
     long.
 
     lanes  of a vector
+    one    for one vector of stages, or for several
     found  the system's traces, on which they depend
     """
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
@@ -111,8 +115,8 @@ def _lane_force(
     if slopes is None or not fits(d, coupled):
         return None
     lines, constants = slopes
-    function = compiled_law(unit_mass_law(lines, "", d, coupled, 0), d, lanes, True)
-    address = addresses((function, PASS_TYPE))
+    function = compiled_law(unit_mass_law(lines, "", d, coupled, 0), d, lanes, one, True)
+    address = int(addresses((function, PASS_TYPE))[0])
     return address, np.concatenate([inverse_mass.ravel(), constants]), function
 
 
@@ -128,13 +132,9 @@ def _masses(system: NBody) -> tuple[Array, Any, Any]:
 @lru_cache(maxsize=32)
 def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.fast.lanes.nbody."""
-    moves, kicks, c = _nystrom_parts(table, step, LANES)
-    columns = np.zeros((len(table.c), c.shape[1]))
-    columns[:, :4] = kicks.T
-    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
+    moves, columns, c = _nystrom_parts(table, step, LANES)
     numbers = (
-        np.concatenate([moves[None], ahead]).reshape(-1, c.shape[1]),
+        moves.reshape(-1, c.shape[1]),
         table.analysis.T[:, stages_in_lanes(table.c.size)],
         table.growth,
         columns,
@@ -151,8 +151,9 @@ def nystrom_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]
     """
     moves, kicks, c = _nystrom_parts(table, step, lanes)
     stages = stages_in_lanes(table.c.size, lanes)
-    tables, complement = aligned_copies(np.concatenate([*moves, c]), np.zeros((0, stages.size)))
-    ahead = np.concatenate(_extrapolated(table, np.eye(table.c.size)[:, stages]))
+    P, ahead = stages.size, np.zeros((0, stages.size))
+    moves = in_blocks(moves.reshape(-1, table.c.size, P), P)
+    tables, complement = aligned_copies(np.concatenate([c, moves]), ahead)
     with np.errstate(over="ignore"):
         fit = step * step * table.C
     numbers = (
@@ -164,13 +165,32 @@ def nystrom_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]
 
 
 def _nystrom_parts(table: Tableau, step: float, lanes: int) -> tuple[Array, Array, Array]:
-    """h^2 A^T and its low part (2, s, P); h b, h^2 beta and their low parts (4, s); c and its low
-    part (2, P)."""
+    """h^2 A^T and its low part, then both after extrapolation by 1, ..., l Legendre polynomials,
+    (l + 1, 2, s, P); columns h b, h^2 beta, their low parts (s, P); c and its low part (2, P)."""
     stages = stages_in_lanes(table.c.size, lanes)
     high = table.c, table.b, table.beta, table.A
     c, b, beta, A = map(np.stack, zip(high, table.low_parts[:4], strict=True))
-    kicks = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]]
-    return scaled(A, step, 2)[:, stages].swapaxes(1, 2), kicks, c[:, stages]
+    moves = scaled(A, step, 2)[:, stages].swapaxes(1, 2)
+    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
+        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
+    moves = np.concatenate([moves[None], ahead])
+    columns = np.zeros((table.c.size, stages.size))
+    columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
+    return moves, columns, c[:, stages]
+
+
+def in_blocks(matrices: Any, rows: int) -> Array:
+    """Matrices one after another, each with so many rows, the last ones 0."""
+    found = [np.pad(matrix, ((0, rows - len(matrix)), (0, 0))) for matrix in matrices]
+    return np.concatenate(found)
+
+
+def words_of(arrays: tuple[Array, ...], padded: int, stages: int, extra: int) -> Any:
+    """The argument of a pass, see galvi.fast.lanes.law_pass; it must exist as long as the arrays.
+
+    extra  rows of the complement, or functions Y of a group's
+    """
+    return np.array([*(array.ctypes.data for array in arrays), padded, stages, extra])
 
 
 @lru_cache(maxsize=32)

@@ -23,12 +23,13 @@ converge is left to the general kernel.
 A canonical system without an external force iterates places ``alone``, by the Nystrom method of
 galvi.tableau and galvi.kernels.nystrom.advance, as a law of unit mass: Q = q + c h v + h^2 A a(Q).
 
-law           (1,)      address of the law's galvi.fast.lanes.law_pass
-constants     (c,)      constants of the law
+law           address of the law's galvi.fast.lanes.law_pass
+given         its argument
 state         (4, n)    q, p and their low parts; alone: q, its low part, v and its low part
 tables, complement, numbers, work  as in galvi.fast.lanes.law_pass
-kicks         (2, s)    h b and its low part; alone (4, s): h b, h^2 beta and their low parts
-ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+kicks         (2, s)    h b and its low part; alone (s, P): h b, h^2 beta and their low parts
+ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms;
+                        alone: not read
 series, growth          as in galvi.fast.lanes.nbody
 fit           (m, s)    h times the coefficients of a curve from its rates at the stages; alone
                         h^2 times those from accelerations
@@ -77,7 +78,7 @@ TERMS = 3  # index in solver_state
 TABLES = types.Tuple(
     (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX) + (FIXED_VECTOR,) * 2
 )  # kicks, ahead, series, moves and turns, complement; growth, fit, c, line
-PASS_TYPE = types.void(MATRIX, MATRIX, MATRIX, VECTOR, VECTOR)
+PASS_TYPE = types.void(types.int64)
 
 
 @jit_inline
@@ -118,7 +119,7 @@ def gather_row(matrix, start, stages, values, out, i):
 @jit_inline
 def onto_slopes(complement, stages, V, outside):
     """V <- (1 - C) V, with C of each component; outside (d, P) is scratch."""
-    apart = stages if complement.shape[0] > stages else 0
+    apart = V.shape[1] if complement.shape[0] > V.shape[1] else 0
     for i in range(V.shape[0]):
         gather_row(complement, i * apart, stages, V, outside, i)
         for k in range(V.shape[1]):
@@ -128,8 +129,9 @@ def onto_slopes(complement, stages, V, outside):
 @jit_inline
 def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
     """Corrections of q and p by the low parts of tables and state."""
-    gather(tables, stages, stages, V, low_places)
-    gather(tables, 3 * stages, stages, F, low_momenta)
+    P = V.shape[1]
+    gather(tables, P, stages, V, low_places)
+    gather(tables, 3 * P, stages, F, low_momenta)
     for i in range(V.shape[0]):
         for k in range(V.shape[1]):
             low_places[i, k] += state[2, i]
@@ -137,15 +139,14 @@ def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
 
 
 @jit_inline
-def iterate(law, constants, tables, complement, alone, stages, h, state, work, numbers, tolerance,
-            counts, history):  # fmt: skip
+def iterate(law, given, tables, alone, stages, h, state, work, numbers, tolerance, counts, history):
     """Passes from the stages in work until convergence; returns a code."""
     d = state.shape[1]
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
     reset_history(history)
     numbers[2 * d + 2] = 0.0
     for passes in range(FIXED_POINT_PASSES):
-        call_void(law[0], work, tables, complement, constants, numbers)
+        call_void(law, given)
         counts[ITERATIONS] += 1
         counts[FORCES] += stages
         if passes == 0 and numbers[2 * d] == 0.0:  # sizes are known after it, as from rest
@@ -210,9 +211,9 @@ def watch_stages(plan, kept, step, first, velocities, s):
 
 
 @jit_inline
-def begin_stages(tables, complement, state, work):
+def begin_stages(tables, complement, s, state, work):
     """Places Q from velocities V; no low parts are known."""
-    d, s = state.shape[1], tables.shape[0] // 4
+    d = state.shape[1]
     Q, V = work[0:d], work[d : 2 * d]
     if complement.shape[0] > 0:
         onto_slopes(complement, s, V, Q)
@@ -224,10 +225,10 @@ def begin_stages(tables, complement, state, work):
 
 
 @jit_inline
-def advance_law(law, constants, given, alone, plan, todo, progress, work, numbers, spare, kept):
+def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, spare, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
-    kicks, ahead, series, tables, complement, growth, fit, c, line = given
+    kicks, ahead, series, tables, complement, growth, fit, c, line = parts
     state, stages, solver_state, counts, _passage = progress
     (d, s), h, second = stages.shape, plan.step, 2 if alone else 1
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
@@ -235,6 +236,9 @@ def advance_law(law, constants, given, alone, plan, todo, progress, work, number
     sizes, history, saved = spare[0], spare[1], spare[2:6, :d]
     numbers[4 * d + 3] = h
     copy_rows(V, stages)
+    for i in range(d):
+        for k in range(s, V.shape[1]):
+            V[i, k] = V[i, s - 1]
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(times.size):
             times[k] = plan.t0 + ((plan.first + step) + c[k]) * h
@@ -244,23 +248,27 @@ def advance_law(law, constants, given, alone, plan, todo, progress, work, number
             numbers[2 * d + 3 + i], numbers[3 * d + 3 + i] = state[3 - second, i], state[3, i]
             size = max(size, abs(state[0, i]), abs(state[0, i] + h * state[second, i]))
             for k in range(V.shape[1]):
-                before[i, k] = V[i, k] = V[i, min(k, s - 1)]
+                before[i, k] = V[i, k]
+        terms = 0
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
                 solver_state[TERMS] = terms_of(series, growth, before, Q, sizes)
-            gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
+            terms = solver_state[TERMS]
+            if not alone:
+                gather(ahead, (terms - 1) * s, s, before, V)
         numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
         if alone:
-            numbers[2 * d], numbers[2 * d + 2] = 1.0 / size if size > 0.0 else 0.0, -1.0
-            call_void(law[0], work, tables, complement, constants, numbers)
+            numbers[2 * d], numbers[2 * d + 2] = 1.0 / size if size > 0.0 else 0.0, -1.0 - terms
+            call_void(law, given)
         else:
-            begin_stages(tables, complement, state, work)
+            begin_stages(tables, complement, s, state, work)
         copy_into(saved, state)
-        code = iterate(law, constants, tables, complement, alone, s, h, state, work, numbers,
-                       plan.tolerance, counts, history)  # fmt: skip
+        code = iterate(
+            law, given, tables, alone, s, h, state, work, numbers, plan.tolerance, counts, history
+        )
         if code == SOLVED:
             if alone:
-                curve_of(kicks, V, F)
+                gather(kicks, 0, s, V, F)
                 code = SOLVED if end_of_step(h, F, state) else NOT_FINITE
             elif not complete(kicks, V, F, state):
                 code = NOT_FINITE
@@ -286,8 +294,8 @@ def compiled_advance_law():
     """``advance_law`` compiled or cached, one kernel for all laws."""
     whole = types.int64
     signature = whole(
-        types.int64[::1],
-        VECTOR,
+        whole,
+        whole,
         TABLES,
         types.boolean,
         PLAN,

@@ -21,11 +21,11 @@ WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is w
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 PASS = """
 
-pass_of_law = one_pass(law, {d}, {lanes}, {alone})
+pass_of_law = one_pass(law, {d}, {lanes}, one={one}, alone={alone})
 
 
-def law_pass_DIGEST(work, tables, complement, constants, numbers):
-    pass_of_law(work, tables, complement, constants, numbers)
+def law_pass_DIGEST(given):
+    pass_of_law(given)
 """
 GROUP_PASS = """
 
@@ -54,15 +54,19 @@ def members_DIGEST(words):
 
 
 @lru_cache(maxsize=256)
-def compiled_law(law: str, d: int, lanes: int, alone: bool = False) -> Callable[..., Any]:
+def compiled_law(
+    law: str, d: int, lanes: int, one: bool, alone: bool = False
+) -> Callable[..., Any]:
     """The galvi.fast.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
     first call.
 
     lanes  of a vector
+    one    for one vector of stages, or for several
     alone  whether places alone are iterated
     """
     head = "from galvi.fast.lanes.law_pass import one_pass\n"
-    source = symbolic_code.with_digest(head + law + PASS.format(d=d, lanes=lanes, alone=alone))
+    tail = PASS.format(d=d, lanes=lanes, one=one, alone=alone)
+    source = symbolic_code.with_digest(head + law + tail)
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
 
 

@@ -28,7 +28,8 @@ from galvi.fast.lanes.group_rows import (
     F,
     N,
 )
-from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.law_pass import of_words
+from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
 from galvi.kernels.lie.arithmetic import larger_size
@@ -55,13 +56,11 @@ class MemberGroup(MemberSteps, GroupPass):
 
     def __init__(self, context, builder, words, law, chart):
         self.open(context, builder, words, group_fields(chart.dimension, chart.entries), RULE)
-        self.one, d = False, self.d
+        d = self.d
         self.examine(law, chart)
         self.lay_out()
         self.begin_change()
         self.full = ir.Constant(ir.IntType(1), 1)
-        self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
-        self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
         self.velocity_row, self.time_row = VELOCITY * d, TIMES * d
         self.guarded = {block * d + i for block in ITERATED for i in range(d)}
 
@@ -207,6 +206,8 @@ def group_steps(law, layout, chart):
     layout, chart  of galvi.kernels.lie.product
     """
     functions = Chart(layout, chart)
-    return member_steps(
-        lambda context, builder, words: MemberGroup(context, builder, words, law, functions)
+    return of_words(
+        lambda context, builder, words: MemberGroup(
+            context, builder, words, law, functions
+        ).advance()
     )

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 
-from galvi.fast.lanes.dense import is_written_out
 from galvi.fast.lanes.functions import two_product, two_sum
-from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, rows_of_work
-from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, of_words
+from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.nbody import moved
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING
@@ -34,14 +33,10 @@ class MemberLaw(MemberSteps):
     def __init__(self, context, builder, words, law, d, below, stages, alone):
         self.open(context, builder, words, law_fields(d), RULE, stages)
         self.law, self.below, self.alone = law, below, alone
-        self.nodes = self.tabled.nodes, self.tabled.means
-        self.found, self.steps = T * d + 1, rows_of_work(d) - d
-        self.factors, self.fixed = self.found + d, {}
-        self.written_out = is_written_out(below)
+        self.nodes, self.first_drift = (self.tabled.nodes, self.tabled.means), self.tabled.drift
+        self.lay_out_space()
         self.velocity_row, self.time_row = V * d, T * d
         self.guarded = range(0, 3 * d)  # q, v and f
-        several = builder.icmp_unsigned(">", self.extra, self.stages)
-        self.apart = builder.select(several, self.stages, self.row(0))
         self.begin_change()
 
     def project_velocities(self):
@@ -84,8 +79,7 @@ class MemberLaw(MemberSteps):
             q, far = self.field("q", i), step * self.field("p", i)
             size = larger_size(larger_size(size, q), q + far)
         self.keep_size(0, size)
-        self.chunks(self.coast)
-        self.chunks(self.drift)
+        self.chunks(lambda lanes: self.coast(lanes, self.tabled.drift, self.low_drift))
 
     def after_first_pass(self, noted):
         """The sizes of q and p, and what low parts add to them."""
@@ -161,6 +155,6 @@ def law_steps(law, d, stages, alone):
     alone   whether places alone are iterated, see galvi.fast.lanes.law_pass
     """
     below = filled(law, d)
-    return member_steps(lambda context, builder, words: MemberLaw(
+    return of_words(lambda context, builder, words: MemberLaw(
         context, builder, words, law, d, below, stages, alone
-    ))  # fmt: skip
+    ).advance())  # fmt: skip

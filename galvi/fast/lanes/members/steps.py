@@ -15,9 +15,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from galvi.fast.lanes.law_pass import Pass
 from galvi.fast.lanes.members.rows import (
@@ -29,7 +27,7 @@ from galvi.fast.lanes.members.rows import (
 from galvi.fast.lanes.members.stopping import Judgement, terms_kept
 from galvi.fast.lanes.reciprocals import Reciprocals
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, announce
+from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING
 from galvi.kernels.lie.arithmetic import larger, larger_size
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
@@ -105,6 +103,7 @@ class MemberSteps(Pass):
     after_first_pass: Any
     step: Any
     first: Any  # whether a pass is the first of its step
+    one = False
 
     def open(self, context, builder, words, fields, rule, stages=0):
         """What all members share; ``words`` is the address of these.
@@ -127,6 +126,8 @@ class MemberSteps(Pass):
         self.tabled = Tables(*(
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
         ))  # fmt: skip
+        self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
+        self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.judgement = Judgement(builder, rule)
         self.tolerance = self.real(self.kept_terms)
@@ -134,6 +135,11 @@ class MemberSteps(Pass):
     def at(self, chunk):
         """The lanes at a stage."""
         return MemberLanes(self.context, self.builder, self.stages, chunk)
+
+    @property
+    def length_of_a_matrix(self):
+        """Rows of a matrix of the tables."""
+        return self.stages
 
     def real(self, index):
         """A number of ``reals`` in all lanes."""
@@ -318,24 +324,3 @@ class MemberSteps(Pass):
             old = lanes.load(self.work, self.row(row))
             value = self.builder.select(self.judgement.active.value.value, value, old)
         lanes.store(value, self.work, self.row(row))
-
-
-def member_steps(made):
-    """An intrinsic of the address of ``words``.
-
-    made  (context, builder, words) -> the `MemberSteps` whose ``advance`` it is
-    """
-
-    @intrinsic
-    def all_steps(typingctx, given):
-        signature = types.void(types.int64)
-
-        def generate(context, builder, signature, values):
-            words = builder.inttoptr(values[0], values[0].type.as_pointer())
-            made(context, builder, words).advance()
-            announce(builder)
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return all_steps
