@@ -160,8 +160,8 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
     constants, numbers = with_room(found, d, padded), np.zeros(4 * d + 4)
     work.counts[CALLED] = found.calls is not None
-    arrays = (scratch, *tables[3:5], constants, numbers)
-    given = words_of(arrays, padded, s, len(tables[4]))
+    arrays = (scratch, tables[3], tables[4], constants, numbers)
+    given = words_of(*arrays, padded, s, len(tables[4]))
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
 
@@ -258,7 +258,7 @@ def group_law_stepper(run: Run, work: RunArrays) -> Call:
     constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
     work.counts[CALLED] = found.calls is not None
     arrays = (scratch, tables, complement, constants, numbers)
-    given = words_of(arrays, padded, method.stages, extra)
+    given = words_of(*arrays, padded, method.stages, extra)
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_IN_LANES))
 

@@ -77,20 +77,19 @@ def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
     """A `Call` of the kernel for laws, which iterates places alone; None where no law is known."""
     problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
     system: Any = problem.system
-    d, s, lanes = problem.q0.size, table.c.size, lanes_for(table.c.size)
-    tables, kernel = nystrom_tables(table, run.step, lanes), compiled_advance_law()
-    padded = tables[3].shape[1]
-    law = _lane_force(system, d, lanes, padded == lanes, traces(system))
+    d, s, kernel = problem.q0.size, table.c.size, compiled_advance_law()
+    law = _lane_force(system, d, s, traces(system))
     if law is None:
         return None
-    address, constants, function = law
-    scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
+    address, function, constants, lanes, rows = law
+    tables = nystrom_tables(table, run.step, lanes)
+    padded = tables[3].shape[1]
+    scratch, spare = aligned((rows, padded), (6, max(padded, d, s)))
     numbers = np.zeros(4 * d + 4)
-    arrays = (scratch, *tables[3:5], constants, numbers)
-    given = words_of(arrays, padded, s, 0)
+    given = words_of(scratch, tables[3], tables[4], constants, numbers, padded, s, 0)
     plan, progress, kept = run_plan(run, work, FINER if tolerance == ROUND_OFF else tolerance)
 
-    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
+    def call(todo: int, kept_alive: Any = (function, given, constants)) -> int:
         return int(kernel(
             address, given.ctypes.data, tables, True, plan, todo, progress, scratch, numbers, spare,
             kept,
@@ -101,23 +100,23 @@ def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
 
 @lru_cache(maxsize=32)
 def _lane_force(
-    system: Canonical, d: int, lanes: int, one: bool, found: Traces
-) -> tuple[int, Array, Any] | None:
-    """The law of unit mass or None: its address, constants, and the function, which must exist as
-    long.
+    system: Canonical, d: int, s: int, found: Traces
+) -> tuple[int, Any, Array, int, int] | None:
+    """The law of unit mass or None: its address, the function, which must exist as long, constants,
+    the lanes of a vector, and the rows of work.
 
-    lanes  of a vector
-    one    for one vector of stages, or for several
     found  the system's traces, on which they depend
     """
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
     coupled = inverse_mass.shape[1] > 1
     if slopes is None or not fits(d, coupled):
         return None
-    lines, constants = slopes
-    function = compiled_law(unit_mass_law(lines, "", d, coupled, 0), d, lanes, one, True)
+    lanes = lanes_for(s)
+    law = unit_mass_law(slopes[0], "", d, coupled, 0)
+    function = compiled_law(law, d, lanes, s <= lanes, True)
     address = int(addresses((function, PASS_TYPE))[0])
-    return address, np.concatenate([inverse_mass.ravel(), constants]), function
+    constants = np.concatenate([inverse_mass.ravel(), slopes[1]])
+    return address, function, constants, lanes, rows_of_work(d)
 
 
 @lru_cache(maxsize=32)
@@ -185,12 +184,18 @@ def in_blocks(matrices: Any, rows: int) -> Array:
     return np.concatenate(found)
 
 
-def words_of(arrays: tuple[Array, ...], padded: int, stages: int, extra: int) -> Any:
+def words_of(
+    work: Array, tables: Array, complement: Array, constants: Array, numbers: Array, padded: int,
+    stages: int, extra: int,
+) -> Any:  # fmt: skip
     """The argument of a pass, see galvi.fast.lanes.law_pass; it must exist as long as the arrays.
 
     extra  rows of the complement, or functions Y of a group's
     """
-    return np.array([*(array.ctypes.data for array in arrays), padded, stages, extra])
+    return np.array([
+        work.ctypes.data, tables.ctypes.data, complement.ctypes.data, constants.ctypes.data,
+        numbers.ctypes.data, padded, stages, extra,
+    ])  # fmt: skip
 
 
 @lru_cache(maxsize=32)
@@ -243,12 +248,12 @@ def _with_low_part(exact: Any) -> Array:
 
 def aligned(*shapes: tuple[int, ...]) -> list[Array]:
     """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
-    sizes = [math.prod(shape) for shape in shapes]
-    room = np.zeros(sum(sizes) + LANES)
+    room = np.zeros(sum(map(math.prod, shapes)) + LANES)
     place, found = (-room.ctypes.data // 8) % LANES, []
-    for shape, size in zip(shapes, sizes, strict=True):
-        found.append(room[place : place + size].reshape(shape))
-        place += size
+    for shape in shapes:
+        end = place + math.prod(shape)
+        found.append(room[place:end].reshape(shape))
+        place = end
     return found
 
 

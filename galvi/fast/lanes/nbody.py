@@ -162,7 +162,8 @@ def end_of_step(h, out, state):
         far = h * v
         rest = fused(h, v, -far) + (h * v_low + out[i, 3])
         state[0, i], state[1, i] = moved(q, q_low, far, out[i, 1], rest)
-        state[2, i], state[3, i] = moved(v, v_low, 0.0, out[i, 0], out[i, 2])
+        kicked, kick_low = two_sum(v, out[i, 0])
+        state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
         total += abs(state[0, i]) + abs(state[2, i])
     return total < np.inf
 
