@@ -6,6 +6,8 @@ from os import environ
 from galvi import problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.chart import Cayley, Exponential, ModifiedRodrigues
+from galvi.clocks.clock import Clock, DynamicalTime, Sundman
+from galvi.curves.clock_curves import RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
 from galvi.diagnostics.invariants import (
     MomentumBalance,
@@ -33,11 +35,13 @@ from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
 from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, newton_cotes, radau
+from galvi.run.clocked.run import curves_from
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
 from galvi.run.saving.files import load, save
+from galvi.run.states import states_at
 from galvi.spaces.fourier import Fourier, PolynomialFourier
 from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
 from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
@@ -80,6 +84,7 @@ if FAST:
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
 RedoneCurves.redo_of = staticmethod(curves_of_steps)
+RedoneClockCurves.redo_of = staticmethod(curves_from)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
 Trajectory.to_scipy_of = staticmethod(to_scipy)
 Trajectory.to_xarray_of = staticmethod(to_xarray)
@@ -95,8 +100,10 @@ __all__ = [
     "Cayley",
     "CentralForce",
     "Citation",
+    "Clock",
     "ComponentPolynomials",
     "CosinePotential",
+    "DynamicalTime",
     "Ensemble",
     "Exponential",
     "Extrema",
@@ -134,6 +141,7 @@ __all__ = [
     "SchillerNaumann",
     "SpringChain",
     "StatesAt",
+    "Sundman",
     "Theory",
     "Trajectory",
     "UniformField",
@@ -166,6 +174,7 @@ __all__ = [
     "rotations",
     "round_trip_error",
     "save",
+    "states_at",
     "step_derivative",
     "symplecticity_defect",
     "theory",

@@ -30,6 +30,8 @@ class Checkpoint:
     curves        whether curves are kept; None: only when save_every is 1
     energies      (4,) of the steps so far, see galvi.run.energy_check; empty before the first
     passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
+    clock         (4,) in a clock: the time, its low part, the energy at the start, its low part;
+                  else empty
     """
 
     first: int
@@ -42,6 +44,7 @@ class Checkpoint:
     curves: bool | None = None
     energies: Array = field(default_factory=lambda: NOTHING)
     passage: Array = field(default_factory=lambda: NOTHING)
+    clock: Array = field(default_factory=lambda: NOTHING)
 
     @property
     def keeps_curves(self) -> bool:

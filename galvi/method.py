@@ -25,6 +25,8 @@ class Galerkin:
     chart  coordinates on a Lie group about the start of each step, unused on vector spaces; or a
            frame that moves with an integrable flow, e.g. ``KeplerFrame()``, which needs
            ``Polynomials(s)`` with ``gauss(s)``
+    clock  steps are constant in tau, dt = g(q) dtau, e.g. ``DynamicalTime()``, and follow the
+           motion; None: constant in time
 
     Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and
     for an inconsistent one (the free particle does not move in a straight line); TypeError for an
@@ -34,6 +36,7 @@ class Galerkin:
     space: Space
     rule: Rule
     chart: Chart | MovingChart = field(default_factory=Cayley)
+    clock: Any = None
 
     theory_of: ClassVar[Callable[..., Any]]  # galvi.theory, registered by galvi/__init__
 
@@ -48,6 +51,13 @@ class Galerkin:
                 raise TypeError(
                     f"{name} must be a {name} such as galvi.{example}; received {shown(value)}."
                 )
+        if self.clock is not None and (
+            isinstance(self.clock, type) or not hasattr(self.clock, "rate")
+        ):
+            raise TypeError(
+                f"clock must be a clock such as galvi.DynamicalTime(); "
+                f"received {shown(self.clock)}."
+            )
         tabulate(self.space, self.rule)
         s = self.space.degree
         if self.in_frame and not (self.space == Polynomials(s) and self.rule == gauss(s)):
@@ -55,6 +65,11 @@ class Galerkin:
                 f"a frame needs galvi.Polynomials(s) with galvi.gauss(s), collocation at Gauss "
                 f"nodes; received {self.space} with {self.rule.name}. Use as many points as the "
                 f"degree, or another chart."
+            )
+        if self.in_frame and self.clock is not None:
+            raise ValueError(
+                "a frame and a clock exclude each other: a frame's flow is exact in time, a "
+                "clock's steps are constant in tau. Leave one of the two out."
             )
 
     @property
@@ -100,11 +115,13 @@ class Galerkin:
             return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
         known = classical_name(self.table) if self._one_degree else ""
         space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
-        return known or f"Galerkin {space}, {self.rule.name}"
+        clock = "" if self.clock is None else f", in the clock {self.clock}"
+        return (known or f"Galerkin {space}, {self.rule.name}") + clock
 
     def __repr__(self) -> str:
         chart = "" if self.chart == Cayley() else f", {self.chart}"
-        return f"Galerkin({self.space}, {self.rule}{chart})"
+        clock = "" if self.clock is None else f", clock={self.clock}"
+        return f"Galerkin({self.space}, {self.rule}{chart}{clock})"
 
     def theory(
         self, problem: Any = None, step: float | None = None, lipschitz: float | None = None

@@ -11,6 +11,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import Curves, RedoneCurves
 from galvi.curves.frame_curves import FrameCurves
 from galvi.problem import Problem
@@ -80,9 +81,12 @@ class Trajectory:
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
     again         finds the curves again where they were not kept; None for references
-    engine        what did its steps, or began them: "general", "lanes", "frame"; "" for references
+    engine        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for
+                  references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
+    tau           (saved,) of a run in a clock, k h after k steps; else None. There ``step`` is in
+                  units of tau, and the arrays end with the last state computed
     """
 
     problem: Problem
@@ -95,12 +99,13 @@ class Trajectory:
     counts: Mapping[str, int] = field(default_factory=dict)
     step: float | None = None
     method: Any = None
-    curves: Curves | FrameCurves | None = None
+    curves: Curves | FrameCurves | ClockCurves | None = None
     checkpoint: Checkpoint | None = None
     interrupted: bool = False
     velocities: Array | None = None
-    again: RedoneCurves | None = None
+    again: RedoneCurves | RedoneClockCurves | None = None
     engine: str = ""
+    tau: Array | None = None
 
     # These stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
@@ -175,7 +180,7 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves | FrameCurves | RedoneCurves:
+    def _kept_curves(self) -> Any:
         curves = self.curves if self.curves is not None else self.again
         if curves is None:
             raise ValueError(

@@ -14,25 +14,19 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
-from reports.sections.brownout_cloud import BROWNOUT_CLOUD
-from reports.sections.engine_versions import ENGINE_VERSIONS
-from reports.sections.ensembles import ENSEMBLES
-from reports.sections.ephemeris import EPHEMERIS
-from reports.sections.free_body_drift import FREE_BODY_DRIFT
-from reports.sections.fuzz import FUZZ
-from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
-from reports.sections.mutants import MUTANTS
-from reports.sections.number_of_bodies import NUMBER_OF_BODIES
-from reports.sections.processors import PROCESSORS
-from reports.sections.published import PUBLISHED
-from reports.sections.recommendation import RECOMMENDATION
-from reports.sections.round_off import ROUND_OFF
-from reports.sections.so3_drift import SO3_DRIFT
-from reports.sections.start_up import START_UP
-from reports.sections.stiff_springs import STIFF_SPRINGS
-from reports.sections.survival import SURVIVAL
-from reports.sections.taxonomy import TAXONOMY
-from reports.sections.trees import TREES
+from reports.studies.costs import BROWNOUT_CLOUD, PROCESSORS, START_UP
+from reports.studies.engine_versions import ENGINE_VERSIONS
+from reports.studies.ensembles import ENSEMBLES
+from reports.studies.faults import FUZZ, MUTANTS
+from reports.studies.free_body_drift import FREE_BODY_DRIFT
+from reports.studies.number_of_bodies import NUMBER_OF_BODIES
+from reports.studies.planets import EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED, SURVIVAL
+from reports.studies.recommendation import RECOMMENDATION
+from reports.studies.round_off import ROUND_OFF
+from reports.studies.so3_drift import SO3_DRIFT
+from reports.studies.stiff_springs import STIFF_SPRINGS
+from reports.studies.taxonomy import TAXONOMY
+from reports.studies.trees import TREES
 
 CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page

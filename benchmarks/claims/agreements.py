@@ -8,7 +8,7 @@ from __future__ import annotations
 from benchmarks.claims.agreement import AgreementCase, agreement
 from benchmarks.claims.kit import *
 from benchmarks.claims.truths import TRUTHS
-from benchmarks.test_problems.two_bodies import PAIR
+from benchmarks.test_problems.planets import PAIR
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM

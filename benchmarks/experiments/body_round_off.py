@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.statistics.growth import Growth, growth
+from benchmarks.statistics.drift import Growth, growth
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi import Galerkin, Problem
 from galvi.charts import CHARTS

@@ -1,11 +1,8 @@
-"""Energy and angular momentum by textbook formulas, term by term.
-
-Conservation by a run is judged with these, independently of galvi's own functions. q and v have
-shape (k, ...), results (k,) or (k, 3); for rigid bodies, q are rotations or rigid motions and v
-the body velocities.
-"""
+"""Energies and momenta by formulas of their own, of positions and velocities or momenta."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +18,13 @@ from galvi import (
     UniformGravity,
 )
 from galvi.arrays import Array
+from references.closed_forms.double_double import DoubleDouble
+
+# Energy and angular momentum by textbook formulas, term by term.
+#
+# Conservation by a run is judged with these, independently of galvi's own functions. q and v have
+# shape (k, ...), results (k,) or (k, 3); for rigid bodies, q are rotations or rigid motions and v
+# the body velocities.
 
 
 def energy(problem: Problem, q: Array, v: Array) -> Array:
@@ -107,3 +111,72 @@ def _mass(problem: Problem) -> float:
     if mass.ndim:
         raise TypeError("the textbook formulas here are for a scalar mass.")
     return float(mass)
+
+
+# Energies as functions of q and p, (k, ...) each, by textbook formulas; results (k,).
+#
+# Conservation by a contender is judged with these, independently of galvi's own functions.
+
+
+def hamiltonian(problem: Problem, q: Array, p: Array) -> Array:
+    """The energy above, of momenta, (k,)."""
+    system: Any = problem.system
+    return energy(problem, q, system.velocity(p))
+
+
+def henon_heiles(problem: Problem, q: Array, p: Array) -> Array:
+    """For unit mass: p^2 / 2 + (x^2 + y^2) / 2 + x^2 y - y^3 / 3 (Astron. J. 69 (1964) 73)."""
+    x, y = q[:, 0], q[:, 1]
+    found: Array = 0.5 * np.sum(p**2 + q**2, axis=-1) + x**2 * y - y**3 / 3.0
+    return found
+
+
+def double_pendulum(problem: Problem, q: Array, p: Array) -> Array:
+    """The energy of two point masses on massless rods, with absolute angles."""
+    (m1, m2), (l1, l2) = problem.parameters["masses"], problem.parameters["lengths"]
+    g, both = problem.parameters["gravity"], m1 + m2
+    first, second, mixed = both * l1**2, m2 * l2**2, m2 * l1 * l2 * np.cos(q[:, 0] - q[:, 1])
+    squares = second * p[:, 0] ** 2 + first * p[:, 1] ** 2 - 2.0 * mixed * p[:, 0] * p[:, 1]
+    kinetic = 0.5 * squares / (first * second - mixed**2)
+    found: Array = kinetic - g * (both * l1 * np.cos(q[:, 0]) + m2 * l2 * np.cos(q[:, 1]))
+    return found
+
+
+def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
+    """(E(q, v) - E(q0, v0)) / |E(q0, v0)| of point masses, to about 1e-29.
+
+    q, v  DoubleDouble of shape (..., bodies, dimension): a state with its low parts
+    """
+    start = _energy(problem, exactly(problem.q0), exactly(problem.v0))
+    change = (_energy(problem, q, v) - start) / start
+    error: Array = -np.asarray(change.hi) if start.hi < 0.0 else np.asarray(change.hi)
+    return error
+
+
+def exactly(x: Array) -> DoubleDouble:
+    """The same numbers as DoubleDouble, with zero low parts."""
+    return DoubleDouble(x, np.zeros_like(x))
+
+
+def _energy(problem: Problem, q: DoubleDouble, v: DoubleDouble) -> DoubleDouble:
+    """sum m v.v / 2 - sum over pairs G m_i m_j / r_ij, shape (...)."""
+    system: Any = problem.system
+    i, j = np.triu_indices(system.masses.size, 1)
+    kinetic = _total(_total(v * v) * exactly(0.5 * system.masses))
+    gap = q[..., i, :] - q[..., j, :]
+    weight = exactly(system.masses[i]) * exactly(system.masses[j])
+    return kinetic - _total(weight / _root(_total(gap * gap))) * system.G
+
+
+def _total(x: DoubleDouble) -> DoubleDouble:
+    """The sum over the last axis."""
+    result = x[..., 0]
+    for k in range(1, x.hi.shape[-1]):
+        result = result + x[..., k]
+    return result
+
+
+def _root(x: DoubleDouble) -> DoubleDouble:
+    """The square root: one Newton step from that of the high part."""
+    guess = np.sqrt(x.hi)
+    return (x - DoubleDouble(guess) * guess) / (2.0 * guess) + guess

@@ -1,10 +1,4 @@
-"""Invariants of a rigid body, from its rotations R (k, 3, 3) and body momenta p (k, 3).
-
-Independent of galvi's own functions, like `benchmarks.measures.independent_invariants`, and
-computed from the run's momenta, without the rounding of velocities. Lagrange's top conserves the
-energy, the momentum about the vertical and, since its transverse moments are equal, that about its
-axis.
-"""
+"""Invariants of rigid bodies, and angles between attitudes."""
 
 from __future__ import annotations
 
@@ -13,6 +7,14 @@ import numpy as np
 from benchmarks.measures import independent_invariants
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
+from galvi.charts.chart import Chart
+
+# Invariants of a rigid body, from its rotations R (k, 3, 3) and body momenta p (k, 3).
+#
+# Independent of galvi's own functions, like `benchmarks.measures.independent_invariants`, and
+# computed from the run's momenta, without the rounding of velocities. Lagrange's top conserves the
+# energy, the momentum about the vertical and, since its transverse moments are equal, that about
+# its axis.
 
 
 def energy(problem: Problem, R: Array, p: Array) -> Array:
@@ -58,3 +60,21 @@ def _weight(problem: Problem) -> UniformGravity:
     if not isinstance(weight, UniformGravity):
         raise TypeError(f"this is a formula for a body with UniformGravity; received {weight!r}.")
     return weight
+
+
+def turns(first: Array, second: Array) -> Array:
+    """Angle of first^T second in [0, pi], (k,), for rotations (k, 3, 3); exact near 0 and pi.
+
+    With c = (trace - 1) / 2 and s the size of the skew part, the angle is atan2(s, c).
+    """
+    relative = np.einsum("kji,kjl->kil", first, second)
+    skew = relative - np.swapaxes(relative, 1, 2)
+    sine = 0.5 * np.sqrt(skew[:, 2, 1] ** 2 + skew[:, 0, 2] ** 2 + skew[:, 1, 0] ** 2)
+    angle: Array = np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
+    return angle
+
+
+def has_pole(chart: Chart) -> bool:
+    """Whether |xi| has a pole at the limit, as k tan(angle / k) has at k pi / 2, for k = 2 in
+    Cayley's chart and k = 4 in modified Rodrigues parameters; |xi| = angle has none."""
+    return chart.farthest > 2.0 * chart.limit

@@ -1,17 +1,48 @@
-"""Symplecticity defect of a map of states on a group, by finite differences of its results."""
+"""Symplecticity of a step: its derivative, and the form on vector spaces and groups."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+import galvi
 from benchmarks.measures.matrix_group import MatrixGroup
+from galvi import Problem
 from galvi.arrays import Array
 from galvi.groups.group import Group
 
+NUDGE = 2.0**-8
+
+
+def map_derivative(problem: Problem, method: Any, step: float) -> Array:
+    """D(q1, v1)/D(q0, v0), (2 d, 2 d), by central differences of order eight.
+
+    For vector spaces with unit masses. All NaN when a step fails.
+    """
+    d = problem.q0.size
+    derivative = np.zeros((2 * d, 2 * d))
+    for column, unit in enumerate(NUDGE * np.eye(2 * d)):
+        for k, weight in enumerate(WEIGHTS, start=1):
+            for sign in (1.0, -1.0):
+                q, v = (sign * k * unit).reshape(2, *problem.q0.shape)
+                start = Problem(problem.system, problem.q0 + q, problem.v0 + v, problem.t0)
+                run = galvi.integrate(start, method, step, 1)
+                end = np.concatenate([run.q[-1].ravel(), run.p[-1].ravel()])
+                derivative[:, column] += sign * weight * end / NUDGE
+    return derivative
+
+
+def canonical_defect(DF: Array) -> float:
+    """Largest entry of DF^T J DF - J over |DF|^2, J = [[0, 1], [-1, 0]]."""
+    d = len(DF) // 2
+    J = np.block([[np.zeros((d, d)), np.eye(d)], [-np.eye(d), np.zeros((d, d))]])
+    return float(np.max(np.abs(DF.T @ J @ DF - J)) / max(1.0, np.linalg.norm(DF, 2) ** 2))
+
+
 StepMap = Callable[[Array, Array], tuple[Array, Array]]
-NUDGE = 2.0**-6
+GROUP_NUDGE = 2.0**-6
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)  # central, of order eight
 
 
@@ -31,10 +62,10 @@ def form_defect(step: StepMap, group: Group, g: Array, mu: Array) -> float:
     for column in range(2 * d):
         eta, shift = np.zeros(d), np.zeros(d)
         if column < d:
-            eta[column] = NUDGE
+            eta[column] = GROUP_NUDGE
         else:
-            shift[column - d] = NUDGE * size
-        length = NUDGE if column < d else NUDGE * size
+            shift[column - d] = GROUP_NUDGE * size
+        length = GROUP_NUDGE if column < d else GROUP_NUDGE * size
         slope_g, slope_mu = np.zeros_like(inverse), np.zeros(d)
         for k, weight in enumerate(WEIGHTS, start=1):
             ends = [step(matrices.moved(g, s * k * eta), mu + s * k * shift) for s in (1.0, -1.0)]

@@ -1,19 +1,21 @@
-"""Time a short run by a longer one.
-
-Nine revolutions of a rigid body take 50 microseconds of compiled code, and the overhead of a call,
-for checks and results, three times as long. The run is therefore made many times as long, with the
-same steps or tolerance, and its time divided by that factor.
-"""
+"""Times of short runs: by longer ones, and less what a call costs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.statistics.timing import call_of, once
+from benchmarks.statistics.timing import call_of, once, seconds_of
 from galvi import Problem, Trajectory
 from references import Contender
+
+# Time a short run by a longer one.
+#
+# Nine revolutions of a rigid body take 50 microseconds of compiled code, and the overhead of a
+# call, for checks and results, three times as long. The run is therefore made many times as long,
+# with the same steps or tolerance, and its time divided by that factor.
 
 TRIALS = 2  # lengths tried: from the time of the short run, then from that of a longer one
 
@@ -58,3 +60,61 @@ def repeated_run(
         if not run.success:
             return RepeatedRun(call, times, seconds, run.status)
     return RepeatedRun(call, times, seconds)
+
+
+# Time a short run without what a call costs besides its steps.
+#
+# A run of a few hundred microseconds cannot be lengthened where its later parts would take another
+# time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. The run of
+# one step at the same setting is timed in turn with it, and subtracted; of the steps, one is
+# missing then, which the ratio n / (n - 1) makes up for.
+
+FEWEST = 5  # repeats
+BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
+
+
+@dataclass(frozen=True)
+class NetTime:
+    """A call whose `seconds` are those of the run less those of one step.
+
+    call   makes the run
+    short  makes a run of one step
+    steps  of the run, 2 or more
+    """
+
+    call: Callable[[], Trajectory]
+    short: Callable[[], Trajectory]
+    steps: int
+
+    @property
+    def failure(self) -> str:
+        """Why a run in another process failed; empty when none did."""
+        return str(getattr(self.call, "failure", ""))
+
+    def __call__(self) -> Trajectory:
+        return self.call()
+
+    def seconds(self, repeats: int) -> float:
+        """From the fastest of the repeats, FEWEST or more, as load only adds to them, and to the
+        longer run more; NaN where it is not positive.
+        """
+        pairs = [
+            (seconds_of(self.call), seconds_of(self.short)) for _ in range(max(repeats, FEWEST))
+        ]
+        run, step = map(min, zip(*pairs, strict=True))
+        net = (run - step) * self.steps / (self.steps - 1)
+        return net if net > 0.0 else math.nan
+
+
+def net_time(
+    contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], steps: int
+) -> NetTime:
+    """Of a contender's run at a setting that saves its last state only, which took these steps."""
+    call = call_of(contender, problem, duration, setting)
+    if "step" in setting:
+        one, brief = {**setting, "save_every": 1}, float(setting["step"])
+    else:
+        one, brief = dict(setting), BRIEF * duration
+    short = call_of(contender, problem, brief, one)
+    short()  # what it compiles or builds is not part of the time
+    return NetTime(call, short, steps)

@@ -1,16 +1,13 @@
-"""Drift of energy and angular momentum in long rotations of a free body.
-
-H's free body by galvi in every chart and by each of MuJoCo's integrators, and the free box of
-MuJoCo's own tests. A turn is one rotation at the initial angular speed. MuJoCo's `implicitfast` and
-`discrete` integrate rotation differently on ball and free joints: the long runs are on free joints,
-those of the box on both.
-"""
+"""A free body over many turns: errors of energy, momentum and attitude, and their long form."""
 
 from __future__ import annotations
 
+import datetime
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +16,8 @@ import pandas as pd
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
+from benchmarks.store.provenance import version
+from benchmarks.store.row_files import RowFiles
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
 from benchmarks.work_precision.problem import largest_difference
@@ -29,6 +28,13 @@ from galvi.charts import CHARTS
 from references import Contender
 from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco import engine as mujoco_engine
+
+# Drift of energy and angular momentum in long rotations of a free body.
+#
+# H's free body by galvi in every chart and by each of MuJoCo's integrators, and the free box of
+# MuJoCo's own tests. A turn is one rotation at the initial angular speed. MuJoCo's `implicitfast`
+# and `discrete` integrate rotation differently on ball and free joints: the long runs are on free
+# joints, those of the box on both.
 
 COLUMNS: Mapping[str, type] = {
     "problem": str,
@@ -231,3 +237,63 @@ def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
 def _largest(errors: Array) -> float:
     """The error of largest magnitude; NaN when one is NaN."""
     return float(errors[np.argmax(np.abs(errors))])
+
+
+MANY_TURNS = 100_000
+FOLDER = "free_spin"  # subfolder of the studies
+
+
+@dataclass(frozen=True)
+class Part:
+    """One contender's long run.
+
+    files  the files of its rows
+    code   version of the code
+    """
+
+    participant: DriftParticipant
+    turns: int
+    files: RowFiles
+    code: str
+
+    @property
+    def title(self) -> str:
+        """The title for progress output."""
+        return f"{self.participant.label}, {self.turns} turns"
+
+    @property
+    def name(self) -> str:
+        """The name of its file: contender, turns, engine and version."""
+        words = f"{self.title} {self.participant.engine}"
+        return f"{re.sub(r'[^a-z0-9.]+', '-', words.lower()).strip('-')}_{self.code}"
+
+    def done(self) -> bool:
+        """Whether its rows exist."""
+        return self.files.read(self.name) is not None
+
+    def run(self, report: Report) -> None:
+        """Make the run and store its rows."""
+        report(self.title)
+        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+        rows = pd.DataFrame(body_rows(self.participant, self.turns), columns=list(COLUMNS))
+        self.files.write(self.name, rows.assign(commit=self.code, date=date))
+
+
+def parts(
+    studies: Path,
+    report: Report,
+    turns: int = MANY_TURNS,
+    participants: Sequence[DriftParticipant] = PARTICIPANTS,
+    code: str | None = None,
+) -> list[Part]:
+    """A part for each available contender."""
+    files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
+    for participant in participants:
+        if participant.contender.missing:
+            report(f"{participant.label}: {participant.contender.missing}")
+    return [Part(one, turns, files, code) for one in participants if not one.contender.missing]
+
+
+def stored(studies: Path, report: Report) -> pd.DataFrame:
+    """All stored rows, of any version; none when the study was not run."""
+    return RowFiles(studies / FOLDER, COLUMNS, report).all()

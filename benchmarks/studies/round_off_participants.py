@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 import galvi
-from benchmarks.measures.exact_energy import exactly, relative_energy_error
+from benchmarks.measures.independent_invariants import exactly, relative_energy_error
 from benchmarks.measures.orbit_shape import period
 from benchmarks.work_precision.problem import frame_label
 from galvi import Problem

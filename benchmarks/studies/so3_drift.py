@@ -18,7 +18,7 @@ import pandas as pd
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.measures.rigid_invariants import energy, orthogonality_defect, spatial_momentum
-from benchmarks.statistics.growth import Growth, growth
+from benchmarks.statistics.drift import Growth, growth
 from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
 from benchmarks.studies.round_off_participants import KEPT, SAMPLES

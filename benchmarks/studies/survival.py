@@ -11,20 +11,20 @@ import pandas as pd
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.statistics.timing import once
-from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.galvi_methods import gauss_collocation, in_clock
 from benchmarks.work_precision.participants import label_beside, offered_settings
 from benchmarks.work_precision.problem import galvi_label
-from galvi import NBody, Problem
+from benchmarks.work_precision.problems.encounters import clock_label
+from galvi import Problem
 from galvi.trajectory import COMPLETED
 from references.contender import Contender
 from references.rebound import ias15, whfast
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.trace import TRACE
 from references.scipy.ivp import DOP853, TIGHT
+from references.stored.encounters import YEAR, burrau, heavy_planets
 
 COLUMNS = ("problem", "contender", "settings", "energy_error", "seconds", "success", "status")
-HEAVIER = 50.0
-YEAR = 365.25  # days
 YEARS, QUICK_YEARS = 600.0, 60.0
 BURRAU = 70.0  # after the lightest body has left, near t = 60
 STATES = 500
@@ -33,28 +33,12 @@ EXPLANATION = (
     "again; and Burrau's problem, three bodies at rest at the corners of a triangle with sides "
     "3, 4 and 5, in which two of them pass each other at 1e-2 to 1e-4 of their first distance. "
     "Equal steps do not resolve encounters, and WHFast gives no warning. MERCURIUS and TRACE "
-    "change to another integrator for them. galvi takes equal steps too; a run that cannot be "
-    "trusted stops and names the bodies and a step that would do, or completes with a warning "
-    "in its status. In both problems the reference codes disagree on positions, so the energy "
+    "change to another integrator for them. galvi without a clock takes equal steps too; a run "
+    "that cannot be trusted stops and names the bodies and a step that would do, or completes with "
+    "a warning in its status. With a clock its steps follow the motion. In both problems the other "
+    "codes disagree on positions, so the energy "
     "is compared."
 )
-
-
-def heavy_planets() -> Problem:
-    """The outer planets with ``HEAVIER`` times their masses."""
-    outer = galvi.problems.outer_solar_system()
-    masses = outer.system.masses * HEAVIER  # type: ignore[attr-defined]
-    masses[0] /= HEAVIER
-    return Problem(
-        NBody(masses), outer.q0, outer.v0, name="outer planets, 50 times as heavy",
-        parameters={"bodies": outer.parameters["bodies"]}, units=outer.units,
-    )  # fmt: skip
-
-
-def burrau() -> Problem:
-    """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
-    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
-    return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
 
 
 def survival_table(
@@ -105,6 +89,10 @@ def _participants(
              {"step": duration / count, "save_every": count // STATES, **options})
             for label, contender, options in fixed
             for count in counts
+        ),
+        *(
+            (clock_label(8), in_clock(8, galvi.DynamicalTime()), {"step": h, "samples": STATES})
+            for h in (0.6, 0.3)
         ),
         ("REBOUND IAS15", ias15.IAS15, {"samples": STATES, **ias15.DEFAULT}),
         ("SciPy DOP853", DOP853, {"samples": STATES, **TIGHT}),

@@ -17,7 +17,7 @@ import pandas as pd
 import galvi
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.space_rule_pairs import MANY, Pair, pairs
-from benchmarks.measures.step_jacobian import canonical_defect
+from benchmarks.measures.symplectic_form import canonical_defect
 from benchmarks.statistics import convergence_fits
 from galvi.arrays import Array
 from references.closed_forms.kepler import KEPLER

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 import galvi
-from benchmarks.statistics.net_time import net_time
+from benchmarks.statistics.repeated_run import net_time
 from benchmarks.statistics.timing import interleaved
 from benchmarks.store.frames import failure
 from benchmarks.work_precision.galvi_methods import gauss_collocation

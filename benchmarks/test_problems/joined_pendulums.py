@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 import galvi
-from benchmarks.test_problems.coupled import Coupled
-from benchmarks.test_problems.newton_euler import NewtonEuler, cross
+from benchmarks.test_problems.coupled import Coupled, NewtonEuler, cross
 from galvi import Problem
 from galvi.arrays import Array
 from references.compiled import njit

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 import galvi
 from galvi import Problem, Trajectory
 from references.contender import require
-from references.setting import check_keys, fixed_steps
+from references.setting import check_keys, fixed_steps, sample_times
 
+LARGEST = 2**62  # of save_every: the last state alone is kept
 SYSTEMS = (galvi.Canonical, galvi.NBody, galvi.Lagrangian, galvi.RigidBody, galvi.FreeBody)
 
 
@@ -53,6 +57,47 @@ class Variational:
             solver=setting.get("solver", "auto"),
             tolerance=setting.get("tolerance"),
         )
+
+
+@dataclass(frozen=True)
+class InClock:
+    """A `galvi.Galerkin` method with a clock; setting: step, in units of the clock, and samples,
+    evenly spread, of which the default keeps all steps."""
+
+    method: galvi.Galerkin
+    exact: bool = False
+    missing: str = ""
+
+    @property
+    def name(self) -> str:
+        """For titles and tables."""
+        return f"galvi {self.method.name}"
+
+    def supports(self, problem: Problem) -> bool:
+        """Point masses, two or more of which attract one another."""
+        return isinstance(problem.system, galvi.NBody) and problem.system.pairs > 0
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """To t0 + duration, negative for backwards, whose states are those at the samples."""
+        require(self, problem)
+        check_keys(setting, ("step", "samples"))
+        times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})
+        step = math.copysign(setting["step"], duration)
+        run = galvi.integrate(
+            problem, self.method, step, duration=abs(duration), save_every=LARGEST, curves=False
+        ) if len(times) == 2 else galvi.integrate(
+            problem, self.method, step, duration=abs(duration)
+        )  # fmt: skip
+        if len(times) == 2 or not run.success:
+            return run
+        q, p = galvi.states_at(run, times[1:-1])
+        q, p = (np.concatenate([x[:1], y, x[-1:]]) for x, y in ((run.q, q), (run.p, p)))
+        return replace(run, t=times, q=q, p=p)
+
+
+def in_clock(stages: int, clock: Any) -> InClock:
+    """Polynomials of degree s with s Gauss points, in a clock."""
+    return InClock(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages), clock=clock))
 
 
 def gauss_collocation(stages: int, chart: Any = None) -> Variational:

@@ -36,7 +36,7 @@ def with_externals(
     """The case with the external integrators that support its problem and offer settings."""
     taken = [one.label for one in case.participants]
     offered = [setting for one in case.participants for setting in one.settings]
-    steps = [setting["save_every"] for setting in offered if "step" in setting]
+    steps = [setting["save_every"] for setting in offered if "save_every" in setting]
     fewest = min(steps, default=FEWEST)
     participants: list[Participant] = []
     for external in externals:

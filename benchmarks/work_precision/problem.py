@@ -63,7 +63,7 @@ class WorkPrecisionProblem:
                   since they are shorter than the overhead of a call
     notes         label of a participant -> what the status of its rows adds
     net_time      whether what a call costs besides its steps is subtracted instead
-                  (`benchmarks.statistics.net_time`), since a longer run is another:
+                  (`benchmarks.statistics.repeated_run`), since a longer run is another:
                   chaotic, or with coordinates that grow, and with them what a tolerance allows
     """
 

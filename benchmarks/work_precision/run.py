@@ -9,8 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.statistics.net_time import net_time
-from benchmarks.statistics.repeated_run import repeated_run
+from benchmarks.statistics.repeated_run import net_time, repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.fronts import TRUTH, front, ratios
 from benchmarks.work_precision.participants import (

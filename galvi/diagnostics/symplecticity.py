@@ -11,7 +11,12 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import Exponential
 from galvi.charts.maps import coordinates, place
+from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.frame_curves import FrameCurves
+from galvi.diagnostics.clock_symplecticity import (
+    clock_round_trip_error,
+    clock_symplecticity_defect,
+)
 from galvi.groups.group import Group
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -33,10 +38,10 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     Raises ValueError for a run without curves, such as one by a reference, or in a moving frame.
     """
     curves, step = run.curves, run.step
-    if isinstance(curves, FrameCurves):
+    if isinstance(curves, FrameCurves | ClockCurves):
         raise ValueError(
-            "this needs curves between stages of one rule in time; a run in a moving frame has "
-            "others. Integrate with another chart."
+            "this needs curves between stages of one rule in time; a run in a moving frame or in a "
+            "clock has others. Integrate with another chart, and without a clock."
         )
     if curves is None or step is None:
         raise ValueError(
@@ -100,9 +105,12 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     """Largest entry of DF^T J DF - J over |DF|^2, for F: (q0, p0) -> (q1, p1) (H 1.2).
 
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
-    about 1e-12. Raises as `step_derivative`.
+    about 1e-12. With a clock in the phase space of (q, t) and (p, -E), for a whole step in tau, to
+    about 1e-11. Raises as `step_derivative`.
     """
     check_types(problem, method, "symplecticity_defect(problem, method, step)")
+    if method.clock is not None:
+        return clock_symplecticity_defect(problem, method, step)
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape
@@ -185,10 +193,13 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     """Largest component of |q - q0| after ``steps`` steps forwards and as many backwards.
 
     A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
-    and on groups all but degree 1 with the exponential chart, only to their order. Raises
-    ValueError when a run fails, what `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
+    and on groups all but degree 1 with the exponential chart, only to their order. With a clock
+    both ways have the energy of the start. Raises ValueError when a run fails, what
+    `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
     """
     step = input_checks.real("step", step)
+    if method.clock is not None:
+        return clock_round_trip_error(problem, method, step, steps)
     there = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
     _check(there)
     end, t = there.q[-1], float(there.t[-1])

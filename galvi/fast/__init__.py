@@ -5,7 +5,7 @@ GALVI_FAST=0 it is not imported.
 """
 
 from galvi.diagnostics import symplecticity
-from galvi.fast import law_stepper, nystrom_stepper
+from galvi.fast import clock_stepper, law_stepper, nystrom_stepper
 from galvi.fast.in_frame.derivative import frame_step_derivative
 from galvi.fast.in_frame.engine import frame_engine
 from galvi.fast.lanes import elementary
@@ -15,6 +15,7 @@ from galvi.fast.symbolic.from_sympy import symbolic
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.kernels.trees.sparse import OF_LANES
 from galvi.run import engine_choice, group_steppers, nystrom_steppers
+from galvi.run.clocked import plan as clocked_plan
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.traces import TRACERS
 
@@ -24,6 +25,7 @@ def register() -> None:
     nystrom_steppers.FAST[:] = [nystrom_stepper.lane_stepper]
     group_steppers.FAST[:] = [law_stepper.lane_stepper]
     group_steppers.ITERATES[:] = [law_stepper.iterates]
+    clocked_plan.FAST[:] = [clock_stepper.motion_in_lanes]
     engine_choice.FOR_FRAMES[:] = [frame_engine]
     symplecticity.IN_FRAME[:] = [frame_step_derivative]
     TRACERS[:] = [finders_of]

@@ -1,98 +1,100 @@
-"""Steps of point masses in a clock by `galvi.fast.lanes.clock`."""
+"""The motion of point masses in a clock, by `galvi.fast.lanes.clocks.advance`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import DynamicalTime
+from galvi.curves.curves import IdentityChart
 from galvi.extended_precision import decimals, extended_precision, rounded
-from galvi.fast.lanes.clock import compiled_advance_clock
+from galvi.fast.lanes.clocks.advance import compiled_advance_clock
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.nystrom_stepper import _with_low_part as with_low_part
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
+from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
+from galvi.run.clocked.plan import Advanced, Motion, Taken
 from galvi.run.nystrom_steppers import ROUND_OFF
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
 
+KAPPA = 1.0  # of galvi.DynamicalTime
 MOST_STAGES = 32
+FAILURES = {
+    DIVERGED: "the iteration did not converge. Use a smaller step",
+    NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
+}
 LIGHT = 1e-3  # share of the largest mass below which a body does not feel H - E0
 
-Whole = npt.NDArray[np.int64]
+LIGHT_BODIES = (
+    "Bodies of less than {share:g} of the largest mass ({names}) do not feel H - E, so that the "
+    "run is not variational in them."
+)
 
 
-class Taken(NamedTuple):
-    """What n steps in a clock leave.
+def motion_in_lanes(
+    problem: Problem, method: Galerkin, energy: float | None, kappa: float = KAPPA
+) -> Motion | None:
+    """The motion of point masses in `galvi.DynamicalTime`; None where the kernel has none.
 
-    q, v          (n, d)     after each step
-    t             (n, 2)     time and its low part after each step
-    coefficients  (n, d, m)  of the curve of q in tau; (0, d, m) where no curves are wanted
-    rates         (n, s)     g at the stages
-    iterations               passes in all
-    """
-
-    q: Array
-    v: Array
-    t: Array
-    coefficients: Array
-    rates: Array
-    iterations: int
-
-
-Advance = Callable[..., tuple[Taken, Array, Array, Whole, Array, int]]
-
-
-def advance_in_lanes(problem: Problem, method: Galerkin, kappa: float) -> Advance | None:
-    """A function that does steps of a problem in a clock; None where the kernel does not.
-
-    kappa  1 or 1/2: g = (sum over pairs of (G (m_i + m_j) / r^3)^kappa)^(-1 / (2 kappa))
-
-    The function takes state (4, d): q, its low part, v, its low part; stages (2 d, s), the last
-    step's slopes if solver_state says so; clock (4,): t, its low part, G times the energy E0, its
-    low part, or NaN to take that of the state; the step h in tau, the number of steps, and whether
-    curves are wanted. It returns what they leave, the next four arguments and 0, or the code of a
-    step that failed, as galvi.kernels.nystrom.solve.
+    energy  that the clock is told; None: that of the start, in double-double
+    kappa   1 or 1/2: g = (sum over pairs of (G (m_i + m_j) / r^3)^kappa)^(-1 / (2 kappa))
     """
     system, s = problem.system, method.stages
-    if not isinstance(system, NBody) or system.pairs == 0 or s > MOST_STAGES:
+    if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
         return None
-    if method.space != Polynomials(s) or method.rule != gauss(s):
+    if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
         return None
-    dimension, d, lanes = problem.q0.shape[1], problem.q0.size, lanes_for(s)
+    shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
+    dimension = shape[1]
     masses, halves = masses_in_clock(system, dimension, kappa), round(2 * kappa)
     width, m = stages_in_lanes(s, lanes).size, method.space.dimension - 1
     form = (*((0,) * n for n in (dimension, halves, lanes)), s, width)
     kernel = compiled_advance_clock(dimension, halves, lanes)
     scratch = (8, d, width), (5, max(d, 4)), (6, width), (4, width), (dimension * len(masses[1]),)
 
-    def advance(
-        state: Array, stages: Array, solver_state: Whole, clock: Array, h: float, n: int,
-        curves: bool,
-    ) -> tuple[Taken, Array, Array, Whole, Array, int]:  # fmt: skip
-        state, stages, clock = state.copy(), stages.copy(), clock.copy()
-        solver_state, done = solver_state.copy(), np.zeros(2, dtype=np.int64)
-        if np.isnan(clock[2]):
-            clock[2:] = energy_of(masses, state.reshape(4, -1, dimension))
-        shapes = (n, d), (n, d), (n, 2), (n if curves else 0, d, m), (n, s)
+    def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
+        q, stages, clock = state.state.copy(), state.stages.copy(), state.clock.copy()
+        solver_state, done = state.solver_state.copy(), np.zeros(2, dtype=np.int64)
+        shapes = (n, d), (n, d), (n, 2), (n if keep else 0, d, m), (n, s)
         kept: list[Any] = [np.empty(shape) for shape in shapes]
         code = int(kernel(
-            form, masses, clock_tables(method.table, h, lanes), n, ROUND_OFF, state, stages,
-            solver_state, clock, tuple(aligned(*scratch)), done, tuple(kept),
+            form, masses, clock_tables(method.table, h, lanes), n,
+            np.nan if time is None else time, ROUND_OFF, q, stages, solver_state, clock,
+            tuple(aligned(*scratch)), done, tuple(kept),
         ))  # fmt: skip
-        q, v, t, coefficients, rates = (array[: done[0]] for array in kept)
-        taken = Taken(q, v, t, coefficients, rates, int(done[1]))
-        return taken, state, stages, solver_state, clock, code
+        places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
+        p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
+        taken = Taken(places, p, v, t, coefficients, rates, int(done[1]))
+        after = Checkpoint(state.first + int(done[0]), q, stages, solver_state, state.solver,
+                           state.tolerance, clock=clock)  # fmt: skip
+        return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
 
-    return advance
+    def at(q: Array, v: Array, t: float) -> Checkpoint:
+        state = np.zeros((4, d))
+        state[0], state[2] = q.ravel(), v.ravel()
+        told = start if energy is None else np.array([energy * system.G, 0.0])
+        clock = np.concatenate([[t, 0.0], told])
+        none = np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64)
+        return Checkpoint(0, state, *none, "auto", ROUND_OFF, clock=clock)
+
+    begin = np.zeros((4, *shape))
+    begin[0], begin[2] = problem.q0, problem.v0
+    start = energy_of(masses, begin)
+    light = np.flatnonzero(masses[2][1] == 0.0).tolist()
+    names = problem.body_names()
+    remark = LIGHT_BODIES.format(share=LIGHT, names=", ".join(str(names[k]) for k in light))
+    rate = method.clock.rate(problem)
+    return Motion(advance, at, rate, IdentityChart(shape), "clock", remark if light else "")
 
 
 def masses_in_clock(system: NBody, dimension: int, kappa: float) -> tuple[Array, Any, Array]:

@@ -16,7 +16,13 @@ FOR_FRAMES: list[Callable[[Problem, Galerkin], Engine]] = []
 
 
 def engine_for(problem: Problem, method: Galerkin) -> Engine:
-    """The engine. ValueError for component degrees that do not match, or a frame that does not."""
+    """The engine. ValueError for component degrees that do not match, or a frame that does not, and
+    for a method with a clock, whose runs are those of galvi.run.clocked."""
+    if method.clock is not None:
+        raise ValueError(
+            f"this needs steps that are constant in time; received a method with the clock "
+            f"{method.clock}. Leave the clock out."
+        )
     if method.in_frame:
         if not FOR_FRAMES:
             raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")

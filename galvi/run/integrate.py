@@ -16,6 +16,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem, WithFunctions
+from galvi.run.clocked.run import check_step, run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
@@ -48,9 +49,11 @@ def integrate(
 ) -> Trajectory:
     """Integrate ``problem`` with ``method``.
 
-    step        step size h in the problem's unit of time; negative integrates backwards
+    step        step size h in the problem's unit of time; negative integrates backwards. With a
+                clock, in its units
     steps       number of steps; or
-    duration    length of time, positive and a whole number of steps
+    duration    length of time, positive and a whole number of steps. With a clock of any length,
+                reached by a last step that is shortened, and ``steps`` is the most there may be
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
@@ -67,6 +70,10 @@ def integrate(
     first step; exceptions of user functions in a step pass through. Ctrl-C after the last step, or
     one that failed, raises KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
+    if isinstance(method, Galerkin) and method.clock is not None:
+        return _in_clock(
+            problem, method, step, steps, duration, save_every, curves, solver, tolerance, progress
+        )
     engine, run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
@@ -99,12 +106,9 @@ def checked(
 ) -> tuple[Engine, Run]:
     """The run of `integrate`, its arguments checked, except that the result fits in memory: see
     `check_memory`; and the engine that does it."""
-    check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
-    h = input_checks.real(
-        "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
+    h, solver, tol, save_every, curves = _settings(
+        problem, method, step, solver, tolerance, save_every, curves
     )
-    if h == 0.0:
-        raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     total = number_of_steps(h, steps, duration)
     check_end(problem.t0, h, total)
     if problem.t0 + h == problem.t0:
@@ -112,11 +116,6 @@ def checked(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
             f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
-    if not isinstance(solver, str) or solver not in SOLVERS:
-        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
-    save_every = input_checks.whole("save_every", save_every)
-    tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
-    curves = None if curves is None else input_checks.flag("curves", curves)
     if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     engine = engine_for(problem, method)
@@ -133,6 +132,65 @@ def checked(
     begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
     return engine, Run(problem, method, h, total, start)
+
+
+def _settings(
+    problem: Problem, method: Galerkin, step: float, solver: str, tolerance: float | None,
+    save_every: int, curves: bool | None,
+) -> tuple[float, str, float, int, bool | None]:  # fmt: skip
+    """The settings of `integrate`, checked: step, solver, tolerance, save_every and curves."""
+    check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
+    h = input_checks.real(
+        "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
+    )
+    if h == 0.0:
+        raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
+    if not isinstance(solver, str) or solver not in SOLVERS:
+        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
+    save_every = input_checks.whole("save_every", save_every)
+    tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
+    return (
+        h,
+        solver,
+        tol,
+        save_every,
+        None if curves is None else input_checks.flag("curves", curves),
+    )
+
+
+def _in_clock(
+    problem: Problem, method: Galerkin, step: float, steps: int | None, duration: float | None,
+    save_every: int, curves: bool | None, solver: str, tolerance: float | None,
+    progress: bool | None,
+) -> Trajectory:  # fmt: skip
+    """`integrate` with a clock."""
+    h, solver, tol, save_every, curves = _settings(
+        problem, method, step, solver, tolerance, save_every, curves
+    )
+    if steps is None and duration is None:
+        raise ValueError("give steps, or a duration, or both; received neither.")
+    if isinstance(problem.system, WithFunctions):
+        _trace_anew(problem, problem.system)
+    _check_functions(problem)
+    most = None if steps is None else input_checks.whole("steps", steps)
+    time = None
+    if duration is not None:
+        length = input_checks.positive("duration", duration, "For backwards, make step negative.")
+        time = _time_after(problem.t0, length, h)
+    check_step(problem, method, h)
+    nothing = np.zeros((0, 0))
+    start = Checkpoint(0, nothing, nothing, np.zeros(0, np.int64), solver, tol, save_every, curves)
+    return run_in_clock(problem, method, h, start, most, time, progress=progress)
+
+
+def _time_after(t: float, length: float, step: float) -> float:
+    """The time ``length`` after t, before it for a negative step; ValueError where that is t."""
+    time = t + math.copysign(length, step)
+    if time == t or not math.isfinite(time):
+        raise ValueError(
+            f"duration must change the time; received {length!r} at t = {t!r}. Shift t0 towards 0."
+        )
+    return time
 
 
 def resume(
@@ -170,6 +228,8 @@ def resume(
         start = replace(start, curves=input_checks.flag("curves", curves))
     if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
+    if method.clock is not None:
+        return _resumed_in_clock(run, start, steps, duration, until, progress)
     if until is None:
         total = number_of_steps(run.step, steps, duration)
     elif steps is None and duration is None:
@@ -181,6 +241,28 @@ def resume(
         _check_iteration(engine, problem, method)
     check_memory([more])
     return run_steps(engine, more, progress=progress)
+
+
+def _resumed_in_clock(
+    run: Trajectory, start: Checkpoint, steps: int | None, duration: float | None,
+    until: float | None, progress: bool | None,
+) -> Trajectory:  # fmt: skip
+    """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
+    assert run.step is not None
+    h, t = run.step, float(run.t[-1])
+    if (until is None) == (duration is None) and not (until is None and steps is not None):
+        raise ValueError("give steps, duration or until; received none, or both of the latter.")
+    most = None if steps is None else input_checks.whole("steps", steps)
+    time = None
+    if duration is not None:
+        time = _time_after(t, input_checks.positive("duration", duration), h)
+    if until is not None:
+        time = input_checks.real("until", until)
+        if not (time - t) * h > 0.0:
+            raise ValueError(
+                f"until must be after t = {t!r}, where the run ends; received {until!r}."
+            )
+    return run_in_clock(run.problem, run.method, h, start, most, time, first=run, progress=progress)
 
 
 def _check_iteration(engine: Engine, problem: Problem, method: Galerkin) -> None:

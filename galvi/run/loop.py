@@ -235,8 +235,7 @@ def curves_of_steps(
         start = before.checkpoint
     begin = replace(start, save_every=1, curves=True)
     run = uninterrupted(run_steps(engine, Run(problem, method, step, count, begin), watched=False))
-    assert run.curves is not None
-    return run.curves
+    return cast(RunCurves, run.curves)
 
 
 def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:

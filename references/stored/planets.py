@@ -1,4 +1,4 @@
-"""Stored truths of the planets, by heyoka in quadruple precision: `python -m
+"""Stored truths of point masses, by heyoka in quadruple precision: `python -m
 references.stored.planets`.
 
 Each case is kept at T j / 10 and at T j / 100, j = 1 .. 10: in ten samples to its horizon T or to
@@ -26,6 +26,7 @@ from references.contender import require
 from references.heyoka.engine import QUADRUPLE, engine_name
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.setting import check_keys, described, sample_times
+from references.stored.encounters import ENCOUNTERS
 
 FOLDER = Path(__file__).parent / "data"
 CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit of time
@@ -33,6 +34,7 @@ CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit o
     "applegate": (problems.applegate(), 10_000.0),
     "solar_system": (problems.solar_system(), 10_000.0),
     "solar_system_without_pluto": (problems.solar_system(pluto=False), 73_050.0),
+    **{case: (make(), horizon) for case, (make, horizon) in ENCOUNTERS.items()},
 }
 TOLERANCE, LOOSER = 1e-28, 1e-25
 ROUNDING = 4.0 * 2.0**-52  # relative difference of two roundings of one time
@@ -104,7 +106,9 @@ def stored(case: str) -> Stored:
     rows = [[float(x) for x in line.split(",")] for line in lines if line[0].isdigit()]
     masses = np.array([float(m) for m in header["masses"].split()])
     numbers = np.array(rows).reshape(-1, masses.size, 8)
-    arrays = (masses, numbers[:, 0, 0], numbers[:, :, 2:5], numbers[:, :, 5:])
+    size = 3 if numbers[:, :, [4, 7]].any() else 2  # of a motion in the plane
+    q, v = numbers[:, :, 2 : 2 + size], numbers[:, :, 5 : 5 + size]
+    arrays = (masses, numbers[:, 0, 0], q, v)
     return Stored(float(header["G"]), *map(read_only, arrays))
 
 

@@ -297,16 +297,22 @@ def application(load: Load, command: str) -> typer.Typer:
             help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb, .urdf).",
         ),
         duration: float = typer.Option(
-            None, "--duration", metavar="T", help="Of the run, in its time."
+            None,
+            "--duration",
+            metavar="T",
+            help="In the model's time; without it 100 revolutions of the fastest body, or 10 s.",
         ),
         error: float = typer.Option(
-            None, "--error", metavar="E", help="Asked for; exit 1 when the own run is worse."
+            None,
+            "--error",
+            metavar="E",
+            help="Largest error allowed; exit 1 when your run is worse.",
         ),
         own: str = typer.Option(
             "",
             "--own",
             metavar="integrator=whfast,dt=0.1",
-            help="The run to judge, where not as in the file.",
+            help="Integrator, step and options of the run to judge, where not as in the file.",
         ),
         snapshot: int = typer.Option(
             -1, "--snapshot", metavar="N", help="Of an archive; -1: the last."

@@ -120,6 +120,7 @@ def _progress(sentence: str) -> None:
 def _first(found: Judgement) -> None:
     _progress("")
     first = (
-        f"First answer: {' '.join(own_run(found))} The truth is {found.source.label}, so far alone."
+        f"First answer: {' '.join(own_run(found))} The truth is {found.source.label}, not yet "
+        f"compared with another source."
     )
-    print(f"{PROGRESS}{first} Still to be done: {LEFT}.", file=sys.stderr, flush=True)
+    print(f"{PROGRESS}{first} Still to come: {LEFT}.", file=sys.stderr, flush=True)

@@ -14,11 +14,10 @@ from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTI
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, picture, slug, write_files
-from reports.figures.study_plots.step_cost import step_cost
-from reports.figures.study_plots.work_precision import FEWER, shown, work_precision
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.chart_lines import chart_of
 from reports.figures.style.decades import error_label
+from reports.figures.work_precision import FEWER, shown, step_cost, work_precision
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure

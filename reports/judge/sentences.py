@@ -12,6 +12,7 @@ from benchmarks.applications.judging.truth import Agreement, time_text
 from reports.tables.number_format import readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
+MOST_NAMED = 3  # integrators as fast as the cheapest
 ENCOUNTERS = (
     "IAS15, which adapts its step, and TRACE and MERCURIUS, which switch methods, are made for "
     "them. Codes of fixed step (WHFast, SABA, leapfrog, galvi's) are not: one that reaches the "
@@ -44,9 +45,9 @@ def own_run(found: Judgement) -> list[str]:
     result = [
         f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
         f"{readable(abs(found.duration))}{time}{backwards}, and by "
-        f"{readable(own['last_error'])} at the end. The worst {found.kind.PART} is "
-        f"{worst.iloc[0]}; errors are those at "
-        f"{len(found.own_errors) - 1} times, not between them. {energy} It takes {timing(own)}."
+        f"{readable(own['last_error'])} at the end (measured at {len(found.own_errors) - 1} times, "
+        f"not between them; the worst {found.kind.PART} is {worst.iloc[0]}). {energy} It takes "
+        f"{timing(own)}."
     ]
     return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])
 
@@ -61,28 +62,34 @@ def timing(row: Mapping[str, Any]) -> str:
 
 def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
     own, others = found.own, found.table[found.table["reached"]].iloc[1:]
-    ties = others[others["seconds_low"] <= best["seconds_high"]]["integrator"]
-    ties = ties[ties != best["integrator"]].drop_duplicates().tolist()
-    text = (
-        f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
-        f"{readable(best['error'])}, in {timing(best)}"
-    )
+    ties = others[others["seconds_low"] <= best["seconds_high"]]
+    mine = (ties["setting"] == own["setting"]) & ties["integrator"].str.endswith(YOURS)
+    names = ties[~mine & (ties["integrator"] != best["integrator"])]["integrator"].unique()
     if best["integrator"].endswith(YOURS) and best["setting"] == own["setting"]:
         text = f"Of all that was tried, your own run reaches {asked} at the lowest cost"
-    elif own["seconds"] > best["seconds"] and not math.isnan(own["error"]):
+    else:
+        text = (
+            f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
+            f"{readable(best['error'])}, in {timing(best)}"
+        )
         faster = float(f"{own['seconds'] / best['seconds']:.2g}")
-        text += f", {faster:g} times as fast as your run"
-    also = f" The quartiles of its time overlap with those of {listed(ties)}." if ties else ""
-    return f"{text}.{also}"
+        if faster > 1.0 and not math.isnan(own["error"]):
+            alike = own["seconds_low"] <= best["seconds_high"]
+            text += ", within quartiles no faster" if alike else f", {faster:g} times as fast"
+            text += " than your run" if alike else " as your run"
+    if not names.size:
+        return f"{text}."
+    listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"
+    return f"{text}. As fast, within quartiles: {listed}."
 
 
 def _truth(found: Judgement) -> str:
-    text = f"The truth is {found.source.label}; it is never galvi's."
+    text = f"The truth is {found.source.label}; runs of galvi are never the truth."
     compared = [one for one in found.agreements if one.t.size > 1]
     agreeing = [one for one in compared if one.largest <= found.error]
     theirs = [one for one in agreeing if not one.source.opinion]
     if theirs:
-        text += f" With it agree {'; '.join(_until(found, one) for one in theirs)}."
+        text += f" It agrees with {'; with '.join(_until(found, one) for one in theirs)}."
     for one in found.agreements:
         if one.source.opinion or one in agreeing:
             continue
@@ -93,9 +100,9 @@ def _truth(found: Judgement) -> str:
         )
     for one in agreeing:
         if one.source.opinion and not one.stopped:
-            text += f" {_until(found, one)}, agrees too, but is not counted."
+            text += f" {one.source.label} agrees too, to {_extent(found, one)}."
     if len(found.engines) == 1:
-        text += f" Its only engine is {found.engines[0]}: {found.kind.MORE}."
+        text += f" All of it rests on one engine, {found.engines[0]}: {found.kind.MORE}."
     if math.isfinite(found.trusted_until):
         elapsed = abs(found.trusted_until - found.problem.t0)
         text += (
@@ -103,13 +110,19 @@ def _truth(found: Judgement) -> str:
             f"nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
             f"duration={elapsed:.6g}."
             if elapsed > 0.0
-            else " The sources part at once: nothing can be judged."
+            else f" The sources part before t = {_first_compared(found)}, when they are first "
+            f"compared: nothing can be judged. Ask for a shorter duration."
         )
     elif found.truth_agreement > found.error:
         text += " Smaller errors cannot be measured: ask for a larger one or a shorter duration."
     elif found.truth_agreement > TRUSTED * found.error:
         text += " That is close to the error asked for: errors near it are uncertain."
     return text
+
+
+def _first_compared(found: Judgement) -> str:
+    times = [float(one.t[1]) for one in found.agreements if one.t.size > 1]
+    return time_text(found.truth, min(times, key=lambda t: abs(t - found.problem.t0)))
 
 
 def _until(found: Judgement, one: Agreement) -> str:
@@ -126,9 +139,7 @@ def _extent(found: Judgement, one: Agreement) -> str:
 def _encounters(found: Judgement) -> list[str]:
     result, count = [], len(found.encounters)
     if len(found.truth.t) > MOST_STATES and len(found.encounters.columns):
-        result.append(
-            "This is too long a time to look for all close encounters: some may be missing."
-        )
+        result.append("The run is too long for a search of all of it: encounters may be missing.")
     if count:
         nearest = found.encounters.iloc[0]
         many = f"There are {count} close encounters; the closest" if count > 1 else (
@@ -153,20 +164,15 @@ def _horizon(found: Judgement) -> list[str]:
     later = [row for row in rows if not math.isnan(row.until) and row.until != t0]
     ends = [(row.start_known_to, f"until t = {time_text(found.truth, row.until)}")
             for row in later[-1:]]  # fmt: skip
-    ends += [(max(whole), "to the end")] if whole else []
+    ends += [(max(whole), "until the end")] if whole else []
     if not ends:
         return [
-            "Even from a start known to a relative 1e-15 the motion is soon unpredictable to that "
-            "error, whatever the integrator."
+            "Even from a start known to a relative 1e-15 the motion is soon unpredictable to "
+            "within that error, whatever the integrator."
         ]
     (known, until), *longer = ends
     text = (
-        f"From a start known to a relative {known:g} the motion is predictable to that error "
-        f"{until}, whatever the integrator"
+        f"From a start known to a relative {known:g} the motion is predictable to within that "
+        f"error {until}, whatever the integrator"
     )
     return [text + "".join(f"; from one known to {one:g}, {end}" for one, end in longer) + "."]
-
-
-def listed(names: list[str]) -> str:
-    """A, B and C."""
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

@@ -15,8 +15,8 @@ from benchmarks.statistics import change_points
 from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
 from reports.figures.picture import Picture, picture, slug, write_files
-from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
+from reports.figures.track_record import track_record
 from reports.page.grid import Grid, grid
 from reports.page.render import PARTS, render
 from reports.page.site import contents, documented, write_assets

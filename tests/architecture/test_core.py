@@ -15,8 +15,8 @@ import galvi
 
 ROOT = Path(__file__).parents[2]
 # Raised by what makes galvi larger, with its reason in the commit.
-MOST_FILES, MOST_LINES, MOST_OF_GALVI = 101, 12_700, 33_930
-MOST_CALLS, MOST_FILES_CALLED = 53, 17
+MOST_FILES, MOST_LINES, MOST_OF_GALVI = 109, 13_800, 35_700
+MOST_CALLS, MOST_FILES_CALLED = 55, 17
 RUN = """
 import sys
 import numpy as np

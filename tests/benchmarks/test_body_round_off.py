@@ -6,7 +6,7 @@ import pytest
 
 import galvi
 from benchmarks.experiments.body_round_off import energy_growth
-from benchmarks.statistics.growth import Growth
+from benchmarks.statistics.drift import Growth
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.charts import CHARTS
 from galvi.fast import law_stepper

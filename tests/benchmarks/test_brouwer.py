@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.measures.exact_energy import exactly, relative_energy_error
-from benchmarks.statistics.growth import growth
+from benchmarks.measures.independent_invariants import exactly, relative_energy_error
+from benchmarks.statistics.drift import growth
 from benchmarks.store.provenance import version
-from benchmarks.studies import round_off, round_off_long
+from benchmarks.studies import round_off
 from benchmarks.studies.round_off import COLUMNS, gauss
 from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
 from references.closed_forms.double_double import DoubleDouble
@@ -138,7 +138,7 @@ class Stop(Exception):
 
 
 def read(folder: Path):
-    frame = round_off_long.stored(folder, print).drop(columns="date")
+    frame = round_off.stored(folder, print).drop(columns="date")
     return frame.sort_values(["contender", "settings", "member", "sample"], ignore_index=True)
 
 
@@ -154,7 +154,7 @@ def study(folder: Path, told: list[str], stop: int | None = None) -> None:
             raise Stop
 
     participants = (gauss(6, 10), gauss(4, 20))
-    for part in round_off_long.parts(folder, report, 200.0, 3, participants, code="0123456789ab"):
+    for part in round_off.parts(folder, report, 200.0, 3, participants, code="0123456789ab"):
         if not part.done():
             part.run(report)
 
@@ -221,9 +221,9 @@ def foreign(path: Path) -> None:
 
 def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
-        for part in round_off_long.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
+        for part in round_off.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
             part.run(lambda sentence: None)
-    told = [told for told, _ in round_off.growths(round_off_long.stored(tmp_path, print))]
+    told = [told for told, _ in round_off.growths(round_off.stored(tmp_path, print))]
     assert [each["commit"] for each in told] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
     assert all(len(each["date"]) == 10 for each in told)
 

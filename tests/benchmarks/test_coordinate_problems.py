@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.statistics.net_time import NetTime, net_time
+from benchmarks.statistics.repeated_run import NetTime, net_time
 from benchmarks.statistics.timing import Timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import cost_table

@@ -13,7 +13,7 @@ import galvi
 from benchmarks.studies import ensembles as study
 from references.rebound.pool import REBOUND_POOLS
 from reports.figures.picture import picture
-from reports.sections.ensembles import ENSEMBLES, ensembles_table
+from reports.studies.ensembles import ENSEMBLES, ensembles_table
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,9 @@ from benchmarks.studies.free_body_drift import (
     box_rows,
     free_spin,
     marks,
+    parts,
+    stored,
 )
-from benchmarks.studies.free_body_drift_long import parts, stored
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problems.rigid_bodies import MUJOCO
 from galvi import Problem, Trajectory

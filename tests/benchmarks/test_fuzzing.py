@@ -15,7 +15,7 @@ import galvi
 from benchmarks.applications.fuzzing import targets, trials
 from benchmarks.applications.fuzzing.judgement import judged
 from benchmarks.applications.fuzzing.study import FEWER
-from reports.sections.fuzz import fuzz_table
+from reports.studies.faults import fuzz_table
 
 METHOD = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
 

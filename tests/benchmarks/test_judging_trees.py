@@ -66,8 +66,8 @@ def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
 
 
 def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> None:
-    assert "it is never galvi's" in sentences(found)[1]
-    alone = "Its only engine is MuJoCo: Pinocchio, of the extra trees (pip install pin), would be"
+    assert "runs of galvi are never the truth" in sentences(found)[1]
+    alone = "rests on one engine, MuJoCo: install the extra trees (pip install pin) for Pinocchio"
     assert (alone in sentences(found)[1]) is bool(PINOCCHIO_ACCELERATIONS.missing)
     first, *others = found.agreements
     second = replace(first, source=replace(first.source, label="another", engine="Pinocchio"))

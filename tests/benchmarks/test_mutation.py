@@ -17,7 +17,7 @@ from benchmarks.applications.mutation.reach import (
     write_durations,
 )
 from benchmarks.store.provenance import ROOT
-from reports.sections.mutants import mutants_table
+from reports.studies.faults import mutants_table
 
 SOURCE = "def half(x):\n    return x / 2\n"
 TEST = "from small import half\n\ndef test_half():\n    assert half(4) == 2\n"

@@ -11,7 +11,7 @@ import galvi
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
 from benchmarks.applications.external.check_runs import CHOICE, PARTS, SEEDS, at_random
 from benchmarks.applications.external.checks import _growth
-from benchmarks.measures import hamiltonians
+from benchmarks.measures import independent_invariants
 from benchmarks.statistics.drift import drift
 
 DURATIONS = np.random.default_rng(12).uniform(90.0, 150.0, 50)
@@ -68,7 +68,7 @@ def changes(integrator: str, name: str, duration: float) -> tuple[np.ndarray, np
     problem, energy = PROBLEMS[found]
     run, parameter = INTEGRATORS[integrator]
     t, (q, p) = run(problem, duration, parameter)
-    values = (energy or hamiltonians.energy)(problem, q, p)
+    values = (energy or independent_invariants.hamiltonian)(problem, q, p)
     return t, np.abs(values - values[0]) / abs(values[0])
 
 

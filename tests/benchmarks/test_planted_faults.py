@@ -31,8 +31,7 @@ from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
 from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
 from benchmarks.measures import second_variation
-from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
-from benchmarks.measures.symplectic_form import form_defect
+from benchmarks.measures.symplectic_form import canonical_defect, form_defect, map_derivative
 from benchmarks.store.frames import frame, row
 from galvi import Problem
 from galvi.charts import CHARTS

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.applications.processors import study
 from benchmarks.applications.processors.cases import CASES
-from reports.sections.processors import processors_table
+from reports.studies.costs import processors_table
 
 END = {"q": [(3.0).hex(), (0.5).hex()], "p": [(1.0).hex()], "status": "Completed.", "iterations": 7}
 

@@ -10,7 +10,7 @@ import pytest
 
 import galvi
 from benchmarks.studies.moving_frames import published
-from benchmarks.test_problems.published import EPOCH, outer_planets_of_1969, regular_henon_heiles
+from benchmarks.test_problems.planets import EPOCH, outer_planets_of_1969, regular_henon_heiles
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from references.jpl import states
 

@@ -9,7 +9,7 @@ import pytest
 
 import galvi
 from benchmarks.measures.orbit_shape import angle, period
-from benchmarks.studies.relativity import LIGHT, displacement, path
+from benchmarks.studies.ephemeris import LIGHT, displacement, path
 
 GM, AXIS, ECCENTRICITY = 2.9591e-4, 0.387098, 0.205630  # Mercury's
 SECONDS = 648_000.0 / math.pi

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.studies import roofline, scaling
+from benchmarks.studies import scaling
 from benchmarks.studies.scaling import COLUMNS, TARGET, ScalingParticipant
-from benchmarks.test_problems.many_planets import innermost_period, many_planets
+from benchmarks.test_problems.planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.diagnostics.orbits import heliocentric
 
@@ -110,8 +110,8 @@ def test_a_system_needs_a_planet() -> None:
 def test_the_limit_s_kernel_does_what_a_pair_needs() -> None:
     squares = np.linspace(0.5, 90.0, 64)
     pulls = np.zeros(64)
-    roofline.pull_pairs(squares, pulls, 1)
+    scaling.pull_pairs(squares, pulls, 1)
     assert pulls == pytest.approx(squares**-1.5, rel=1e-15)
-    call, pairs = roofline.call_and_pairs()
-    assert pairs == roofline.PAIRS * roofline.PASSES
+    call, pairs = scaling.call_and_pairs()
+    assert pairs == scaling.PAIRS * scaling.PASSES
     call()

@@ -13,9 +13,13 @@ from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook import trigonometric
 from reports.figures.picture import picture
-from reports.figures.study_plots.stiff_springs import energy_exchange, errors_and_resonances
 from reports.results.figure import Figure
-from reports.sections.stiff_springs import long_run, stiff_spring_table
+from reports.studies.stiff_springs import (
+    energy_exchange,
+    errors_and_resonances,
+    long_run,
+    stiff_spring_table,
+)
 
 
 @pytest.fixture(scope="module")

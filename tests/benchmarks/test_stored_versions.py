@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.store.row_files import of_one_version
-from reports.sections import fuzz, processors
+from reports.studies import costs, faults
 
 # Sorted by the name of their files, as they are read.
 DATES = {"0a": "2026-02-03", "5b": "2026-03-01", "fc": "2026-01-02"}
@@ -25,12 +25,12 @@ def test_of_no_rows_there_are_none():
 
 @pytest.mark.parametrize("current", ["0a", "unknown"])
 def test_the_tables_show_that_version(monkeypatch, current):
-    for section in (fuzz, processors):
+    for section in (faults, costs):
         monkeypatch.setattr(section, "version", lambda: current)
     shown = current if current in DATES else "5b"
     calls = FRAME[:3].assign(target="gauss", calls=[1, 2, 3], returned=0, refused=0, finding="")
-    table, _ = fuzz.fuzz_table(calls)
+    table, _ = faults.fuzz_table(calls)
     assert table["calls"].iloc[-1] == str([1, 2, 3][[*DATES].index(shown)])
     runs = FRAME[:3].assign(case="a", processor="generic", units=[1.0, 2.0, 3.0], status="")
-    table, _ = processors.processors_table(runs)
+    table, _ = costs.processors_table(runs)
     assert table.loc[0, "generic"].startswith("123"[[*DATES].index(shown)])

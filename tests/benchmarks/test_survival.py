@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.studies.survival import COLUMNS, burrau, heavy_planets, survival_table
+from benchmarks.studies.survival import COLUMNS, survival_table
+from references.stored.encounters import burrau, heavy_planets
 
 pytest.importorskip("rebound")
 
@@ -23,6 +24,11 @@ def test_adaptive_codes_keep_the_energy(table: pd.DataFrame) -> None:
     adaptive = table[table["contender"].isin(["REBOUND IAS15", "SciPy DOP853"])]
     assert len(adaptive) == 4 and adaptive["success"].all()
     assert (adaptive["energy_error"] < 1e-8).all()  # 2e-9, DOP853 on Burrau
+
+
+def test_steps_in_a_clock_keep_the_energy_as_adaptive_codes_do(table: pd.DataFrame) -> None:
+    clock = table[table["contender"].str.startswith("galvi clock")]
+    assert len(clock) == 4 and clock["success"].all() and (clock["energy_error"] < 1e-8).all()
 
 
 def test_a_run_of_galvi_with_a_large_energy_error_says_so(table: pd.DataFrame) -> None:

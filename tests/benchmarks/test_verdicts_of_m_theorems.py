@@ -19,7 +19,7 @@ from benchmarks.claims.vector_spaces import v32_runge_kutta_methods as v32
 from benchmarks.claims.vector_spaces.solution_map import Stability
 from benchmarks.claims.vector_spaces.v30_solution_map import V30
 from benchmarks.claims.vector_spaces.v31_mass_and_potential_in_time import V31
-from benchmarks.test_problems.time_dependent import DRIVEN, FREQUENCY, GROWING_MASS, GROWTH
+from benchmarks.test_problems.oscillators import DRIVEN, FREQUENCY, GROWING_MASS, GROWTH
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick

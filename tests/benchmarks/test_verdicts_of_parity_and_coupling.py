@@ -21,12 +21,10 @@ from benchmarks.claims.vector_spaces import v12_stage_iteration_contracts as v12
 from benchmarks.claims.vector_spaces import v20_contraction_constant as v20
 from benchmarks.measures.symplectic_form import form_defect
 from benchmarks.test_problems import hung_body, joined_pendulums
-from benchmarks.test_problems.coupled import Coupled
-from benchmarks.test_problems.extrapolation import extrapolated
+from benchmarks.test_problems.coupled import Coupled, cross, extrapolated
 from benchmarks.test_problems.hung_body import HUNG_BODY
 from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
-from benchmarks.test_problems.newton_euler import cross
-from benchmarks.test_problems.nonlinear_oscillators import HARDENING, NONLINEAR
+from benchmarks.test_problems.oscillators import HARDENING, NONLINEAR
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick

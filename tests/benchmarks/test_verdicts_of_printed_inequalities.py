@@ -28,7 +28,7 @@ from benchmarks.claims.vector_spaces.v23_brownout_order import V23
 from benchmarks.claims.vector_spaces.v27_printed_inequalities import V27
 from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
 from benchmarks.measures.independent_space import gauss_points
-from benchmarks.test_problems.singular_drive import SingularDrive
+from benchmarks.test_problems.oscillators import SingularDrive
 from references.scipy.ivp import RADAU
 from tests.benchmarks.planted_tables import contradicted, faulty
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from benchmarks.statistics.growth import Growth, growth
+from benchmarks.statistics.drift import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
 from galvi.fast import nystrom_stepper

@@ -12,8 +12,11 @@ from scipy.integrate import solve_ivp
 
 import galvi
 from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
 from galvi.extended_precision import decimals, extended_precision
-from galvi.fast.clock_stepper import Taken, advance_in_lanes, energy_of, masses_in_clock
+from galvi.fast.clock_stepper import energy_of, masses_in_clock, motion_in_lanes
+from galvi.run.clocked.plan import Taken
+from galvi.run.nystrom_steppers import ROUND_OFF
 from galvi.systems.nbody import NBody
 
 KAPPAS = [0.5, 1.0]
@@ -22,7 +25,7 @@ BURRAU_AT_63 = 2.8394339724915002, 8.1128544246959514
 
 
 def gauss(s: int) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s))
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), clock=galvi.DynamicalTime())
 
 
 def begin(problem: galvi.Problem, s: int, energy: float = np.nan) -> tuple[Any, ...]:
@@ -34,9 +37,22 @@ def begin(problem: galvi.Problem, s: int, energy: float = np.nan) -> tuple[Any, 
 
 
 def advance(problem: galvi.Problem, s: int, kappa: float) -> Any:
-    found = advance_in_lanes(problem, gauss(s), kappa)
-    assert found is not None
-    return found
+    motion = motion_in_lanes(problem, gauss(s), None, kappa)
+    assert motion is not None
+
+    def step(
+        state: Array, stages: Array, known: Any, clock: Array, h: float, n: int, keep: bool
+    ) -> tuple[Any, ...]:
+        if np.isnan(clock[2]):
+            clock = motion.at(problem.q0, problem.v0, problem.t0).clock
+        start = Checkpoint(0, state, stages, known, "auto", ROUND_OFF, clock=clock)
+        found = motion.advance(start, h, n, None, keep)
+        after = found.after
+        return (
+            found.taken, after.state, after.stages, after.solver_state, after.clock, found.code
+        )  # fmt: skip
+
+    return step
 
 
 def several(masses: Any, dimension: int, G: float = 1.0) -> galvi.Problem:
@@ -218,9 +234,9 @@ def test_a_step_that_fails_leaves_those_before_it() -> None:
 
 def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> None:
     problem, light = burrau(), several([1.0], 2)
-    assert advance_in_lanes(light, gauss(4), 1.0) is None
-    assert advance_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), 1.0) is None
-    assert advance_in_lanes(problem, gauss(60), 1.0) is None
+    assert motion_in_lanes(light, gauss(4), None) is None
+    assert motion_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), None) is None
+    assert motion_in_lanes(problem, gauss(60), None) is None
     for space, rule in ((4, galvi.gauss(5)), (4, galvi.lobatto(5))):
-        method = galvi.Galerkin(galvi.Polynomials(space), rule)
-        assert advance_in_lanes(problem, method, 1.0) is None
+        method = galvi.Galerkin(galvi.Polynomials(space), rule, clock=galvi.DynamicalTime())
+        assert motion_in_lanes(problem, method, None) is None

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.measures.step_jacobian import canonical_defect
-from benchmarks.measures.symplectic_form import WEIGHTS
+from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect
 from galvi.fast.frames import FRAMES, kepler_frame
 from galvi.fast.in_frame import stepper
 

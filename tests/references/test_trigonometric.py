@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.measures.step_jacobian import canonical_defect
+from benchmarks.measures.symplectic_form import canonical_defect
 from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook.euler import STORMER_VERLET

@@ -74,9 +74,9 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for package in ("benchmarks", "reports"):
         ignored = shutil.ignore_patterns("*.pyc", "out")  # compiled kernels are taken along
         shutil.copytree(ROOT / package, copy / package, ignore=ignored)
-    (copy / "reports" / "sections" / "mine.py").write_text(STUDY)
+    (copy / "reports" / "studies" / "mine.py").write_text(STUDY)
     contents = copy / "reports" / "contents.py"
-    insert(contents, "\nCHECKS = ", "from reports.sections.mine import MINE\n")
+    insert(contents, "\nCHECKS = ", "from reports.studies.mine import MINE\n")
     insert(contents, ")\n\n\ndef load", "    MINE,\n")
     catalogue = copy / "reports" / "figures" / "catalogue" / "oscillator_and_planets.py"
     insert(catalogue, ")  # fmt: skip", FIGURE)

@@ -15,7 +15,7 @@ from benchmarks.studies import high_eccentricity
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problems.planets import kepler
 from reports.cli.commands import run
-from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
+from reports.studies.planets import HIGH_ECCENTRICITY
 
 ROOT = Path(__file__).parents[2]
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")

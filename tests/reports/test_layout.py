@@ -21,8 +21,8 @@ from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, STYLE, drawn
 from reports.figures.sized import SMALL, WIDTHS
-from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.layout import Canvas, panels, spread, wrapped
+from reports.figures.track_record import track_record
 from reports.results.figure import Figure
 from tests.reports.study_frames import FRAMES
 

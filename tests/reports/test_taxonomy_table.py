@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.studies.taxonomy import COLUMNS
-from reports.figures.study_plots.taxonomy_matrix import CODES, code, space_label
-from reports.sections.taxonomy import taxonomy_table
+from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 
 LINE = {
     "kind": "Polynomials", "number": 2, "space": "Polynomials(degree=2)", "family": "Gauss",

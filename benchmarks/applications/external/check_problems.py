@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import galvi
-from benchmarks.measures import hamiltonians
-from benchmarks.test_problems.two_bodies import PAIR
+from benchmarks.measures import independent_invariants
+from benchmarks.test_problems.planets import PAIR
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
@@ -46,7 +46,7 @@ class CheckProblem:
     kept: tuple[str, ...] = ("energy",)
     long: float = 123.0
     watched: Problem | None = None
-    energy: Callable[[Problem, Array, Array], Array] = hamiltonians.energy
+    energy: Callable[[Problem, Array, Array], Array] = independent_invariants.hamiltonian
 
     def states(self) -> Trajectory:
         """The truth at the start, at half of the duration and at its end."""
@@ -60,7 +60,7 @@ CHECK_PROBLEMS = (
     CheckProblem(galvi.problems.planar_pendulum(), 5.0, PENDULUM),
     # Tight is within 1e-12 of itself with a tenth of the tolerance.
     CheckProblem(galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT,
-    energy=hamiltonians.henon_heiles), CheckProblem(PAIR, 5.0, KEPLER, kept=BOTH),
+    energy=independent_invariants.henon_heiles), CheckProblem(PAIR, 5.0, KEPLER, kept=BOTH),
     CheckProblem(galvi.problems.outer_solar_system(), 73_050.0, STORED_TRUTH, ordered=False,
     kept=BOTH,
            long=20.3 * 4332.6),
@@ -68,5 +68,5 @@ CHECK_PROBLEMS = (
     CheckProblem(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
     CheckProblem(galvi.problems.double_pendulum(), 1.0, STORED_CHAIN, long=40.3,
            watched=galvi.problems.double_pendulum(angles=(0.5, 0.7)),
-           energy=hamiltonians.double_pendulum),
+           energy=independent_invariants.double_pendulum),
 )  # fmt: skip

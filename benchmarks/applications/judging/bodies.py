@@ -51,7 +51,7 @@ ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
 LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
 PART, ENGINE, ANOTHER = "body", "rebound", ""
-MORE = "heyoka, of the extra peers (pip install heyoka), would be another"
+MORE = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 
@@ -139,7 +139,7 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     """On units that are not set, on the order of the particles, and on the distances at which the
     user's run ends."""
     problem, found = model.problem, []
-    if not problem.units:
+    if not _named(problem, "length"):
         found.append(
             f"Lengths and times are in the units of the simulation, in which G = "
             f"{cast(NBody, problem.system).G:g}: sim.units is not set."
@@ -200,6 +200,12 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
         if not contender.missing and contender.supports(problem):
             yield [Candidate(label, contender, {**options}, round(revolutions * COARSEST) or 1)]
     yield [
+        Candidate(
+            "REBOUND BS", bulirsch_stoer.BULIRSCH_STOER, {"eps_abs": eps, "eps_rel": eps}, None
+        )
+        for eps in (1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+    ]
+    yield [
         Candidate("REBOUND IAS15", ias15.IAS15, {**ias15.GLOBAL, "epsilon": epsilon}, None)
         for epsilon in (1e-2, 1e-3, 1e-5, 1e-7)
     ] + [Candidate("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT), None)]
@@ -217,11 +223,20 @@ def errors(run: Trajectory, truth: Trajectory) -> Array:
     return found
 
 
+def size(truth: Trajectory) -> float:
+    """The largest distance from the heaviest body; also where each state is at the same phase."""
+    centre = int(np.argmax(cast(NBody, truth.problem.system).masses))
+    return float(np.max(np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=-1)))
+
+
 def unit(problem: Problem, dimension: str) -> str:
     """The unit of length or time with a space before it, by name where REBOUND knows it."""
+    return f" {_named(problem, dimension) or f'units of {dimension}'}"
+
+
+def _named(problem: Problem, dimension: str) -> str:
     words = [part.split(" ") for part in problem.units.split(", ")]
-    known = (word[1] for word in words if len(word) == 2 and word[0] == dimension)
-    return f" {next(known, f'units of {dimension}')}"
+    return next((word[1] for word in words if len(word) == 2 and word[0] == dimension), "")
 
 
 def names(problem: Problem) -> list[str]:

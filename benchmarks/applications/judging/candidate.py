@@ -14,6 +14,7 @@ from galvi.arrays import Array
 from references import Contender
 
 FEWEST = 20  # states at which a run is compared
+TOLERANCES = ("epsilon", "eps_rel")  # that a setting is told by
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +107,7 @@ class Candidate:
         """The step, or what stands for it."""
         if self.steps is not None:
             return f"dt = {duration / self.count(samples):.4g}"
-        given = [f"{k} = {v:g}" for k, v in self.options.items() if k == "epsilon"]
+        given = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
         return ", ".join(["adaptive", *given])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
@@ -168,6 +169,9 @@ class Kind(Protocol):
 
     def errors(self, run: Trajectory, truth: Trajectory) -> Array:
         """How far each part is from the truth, (saved, parts)."""
+
+    def size(self, truth: Trajectory) -> float:
+        """Of the motion, against which an error is small."""
 
     def by_part(self, run: Trajectory, truth: Trajectory) -> pd.DataFrame:
         """Of each part, its largest and its last error, and more."""

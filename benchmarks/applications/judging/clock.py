@@ -26,13 +26,23 @@ def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
     count = 2
     run(count)  # what compiles, and what a first call costs
     while True:
-        once, twice = (_seconds(run, n) for n in (count, 2 * count))
+        once, twice = _pair(run, count)
+        if _prevail(once, twice, enough):  # unless the machine was busy for a moment
+            once, twice = map(min, (once, twice), _pair(run, count))
         bound = twice * max(1.0, whole / (2 * count))
         by_difference = twice + max(twice - once, 0.0) * max(0.0, whole / count - 2.0)
-        steps_prevail = twice - once > 0.5 * once and twice > SEEN * enough
-        if bound <= enough or steps_prevail or 8 * count > whole:
+        if bound <= enough or _prevail(once, twice, enough) or 8 * count > whole:
             return min(bound, by_difference)
         count *= 4
+
+
+def _prevail(once: float, twice: float, enough: float) -> bool:
+    """Whether steps outweigh set-up in a run that is long enough to tell."""
+    return twice - once > 0.5 * once and twice > SEEN * enough
+
+
+def _pair(run: Callable[[int], object], count: int) -> tuple[float, float]:
+    return _seconds(run, count), _seconds(run, 2 * count)
 
 
 def _seconds(run: Callable[[int], object], count: int) -> float:

@@ -83,9 +83,7 @@ class Judgement:
     @property
     def trusted_until(self) -> float:
         """The last time before two sources differ by LOST of the motion; inf where they do not."""
-        still = np.broadcast_to(self.problem.q0, self.truth.q.shape)
-        size = float(np.max(self.kind.errors(replace(self.truth, q=still), self.truth)))
-        ends = []
+        size, ends = self.kind.size(self.truth), []
         for one in self.agreements:
             parted = np.flatnonzero(~(one.apart < LOST * size))
             ends += [float(one.t[parted[0] - 1])] if parted.size and not one.source.opinion else []

@@ -13,6 +13,7 @@ KNOWN = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
 # shifts of a start that are run; from others the distances are in proportion, as long as they are
 # small, which an error that is asked for is
 SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
+SMALL = 0.01  # of the motion: distances up to this are in proportion to a shift
 SEED = 20_260_101
 
 
@@ -28,10 +29,12 @@ def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
     """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
+    small = SMALL * kind.size(truth)
     measured = {one: apart(kind, source, truth, one) for one in dict.fromkeys(SHIFTS.values())}
     rows = []
     for known in KNOWN:
-        found = measured[SHIFTS[known]] * (known / SHIFTS[known])
-        beyond = np.flatnonzero(~(found < error))
+        shift, ran = SHIFTS[known], measured[SHIFTS[known]]
+        lost = (known < shift) & ~(ran < small)
+        beyond = np.flatnonzero(~(ran * (known / shift) < error) | lost)
         rows.append((known, float(truth.t[beyond[0]]) if beyond.size else np.nan))
     return pd.DataFrame(rows, columns=["start_known_to", "until"])

@@ -137,13 +137,14 @@ class Search:
            ) -> list[Tried]:  # fmt: skip
         """Its rows after these: coarser while they reach the error, else finer, for so many
         seconds."""
-        rows, waiting, begun = list(known), list(waiting), time.perf_counter()
+        rows, waiting = list(known), list(waiting)
         while True:
             candidate, why = waiting.pop(0) if not rows else None, ""
             if candidate is None:
-                candidate, why = self._next(rows, waiting, limit - (time.perf_counter() - begun))
+                spent = sum(row.wall for row in rows[len(known) :])
+                candidate, why = self._next(rows, waiting, limit - spent)
             if candidate is None:
-                return _explained(rows, why)
+                return explained(rows, why)
             label, setting = candidate.label, candidate.text(self.span, self.samples)
             try:
                 if candidate.steps is not None and not rows:
@@ -152,7 +153,6 @@ class Search:
                     if seconds > enough:
                         why = f"not tried: it would take about {_rounded(seconds)} s"
                         return [Tried(label, setting, status=why)]
-                    begun = time.perf_counter()  # it is compiled
                 rows.append(self._tried(candidate))
             except ValueError as refused:
                 return [*rows, Tried(label, "", status=str(refused))]
@@ -213,13 +213,17 @@ def _rounded(number: float) -> str:
     return f"{float(f'{number:.2g}'):g}"
 
 
-def _explained(rows: list[Tried], why: str) -> list[Tried]:
-    """With the reason in words at the finest setting, where none reaches the error."""
-    last = rows[-1]
-    if any(row.reached for row in rows) or math.isnan(last.error):
+def explained(rows: list[Tried], why: str) -> list[Tried]:
+    """Where none reaches the error, with the reason in words, both at the finest setting and at the
+    most accurate, which tables show."""
+    known = [row for row in rows if not math.isnan(row.error)]
+    if any(row.reached for row in rows) or not known:
         return rows
-    text = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
-    return [*rows[:-1], replace(last, status=text + why)]
+    best, last = min(known, key=lambda row: row.error), rows[-1]
+    error = "failed" if math.isnan(last.error) else f"error {last.error:.2g}"
+    text = f"not reached with the finest setting tried, {last.setting}, {error}: {why}"
+    told = [best] if math.isnan(last.error) else [best, last]
+    return [replace(row, status=text) if row in told else row for row in rows]
 
 
 def _order(rows: list[Tried], samples: int) -> float:

@@ -38,7 +38,7 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
 }
 ADAPTIVE: tuple[str, ...] = ()
 PART, ENGINE = "joint", "mujoco-core"
-MORE = "Pinocchio, of the extra trees (pip install pin), would be another"
+MORE = "install the extra trees (pip install pin) for Pinocchio as a second"
 UNITS = {"length": " rad or m", "time": " s"}
 STILL = 1e-9  # rad or m by which a joint that rests moves at most
 ANOTHER = (
@@ -108,10 +108,8 @@ def unit(problem: Problem, dimension: str) -> str:
 def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     """That a floating model falls, or drifts, as one rigid body."""
     system = cast(Multibody, truth.problem.system)
-    still = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
     inner = np.array([joint.type != "free" for joint in system.tree.joints])
-    moved = errors(truth, still).max(axis=0)
-    if inner.all() or not inner.any() or moved[inner].max() > STILL:
+    if inner.all() or not inner.any() or _moved(truth)[inner].max() > STILL:
         return []
     return [
         "Warning: from this start the model moves as one rigid body, and nothing moves in its "
@@ -173,6 +171,18 @@ def errors(run: Trajectory, truth: Trajectory) -> Array:
         moved = np.linalg.norm(mine[:, :-4] - theirs[:, :-4], axis=1)
         columns.append(np.maximum(turned, moved))
     return np.stack(columns, axis=1)
+
+
+def size(truth: Trajectory) -> float:
+    """The largest distance of a joint from its start."""
+    return float(np.max(_moved(truth)))
+
+
+def _moved(truth: Trajectory) -> Array:
+    """The largest distance of each joint from its start."""
+    start = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
+    found: Array = errors(truth, start).max(axis=0)
+    return found
 
 
 def _rates(run: Trajectory) -> Array:

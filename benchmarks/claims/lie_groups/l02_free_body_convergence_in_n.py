@@ -23,7 +23,7 @@ from benchmarks.claims.lie_groups.free_body import (
     STEP,
     problem,
 )
-from benchmarks.measures.chart_poles import has_pole
+from benchmarks.measures.rigid_invariants import has_pole
 from galvi.charts import CHARTS
 from references.closed_forms.top_motion import FREE_TOP
 

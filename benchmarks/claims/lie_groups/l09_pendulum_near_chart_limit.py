@@ -19,7 +19,7 @@ from benchmarks.claims.lie_groups.steps_near_the_limit import (
     upside_down,
 )
 from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
-from benchmarks.measures.rotation_angle import turns
+from benchmarks.measures.rigid_invariants import turns
 from galvi.charts import CHARTS
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import pendulum_motion
-from benchmarks.measures.chart_poles import has_pole
+from benchmarks.measures.rigid_invariants import has_pole
 from benchmarks.test_problems import thrown_plate, thrown_point
 from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.hung_body import HUNG_BODY

@@ -10,7 +10,7 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     TRUTH,
     problem,
 )
-from benchmarks.measures.curve_between_ends import distance
+from benchmarks.measures.boundary_motion import distance
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
 ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"

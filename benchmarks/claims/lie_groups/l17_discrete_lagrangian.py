@@ -6,7 +6,7 @@ from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials
 from benchmarks.claims.vector_spaces.step_actions import action_along, discrete_lagrangian
-from benchmarks.measures.curve_between_ends import between
+from benchmarks.measures.boundary_motion import between
 from benchmarks.work_precision.with_settings import WithSettings
 from references import Contender
 from references.closed_forms.top_motion import FREE_TOP

@@ -20,7 +20,7 @@ from benchmarks.measures.independent_space import (
     values,
     z0,
 )
-from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
+from benchmarks.test_problems.oscillators import PENDULUM
 from references.scipy.ivp import TIGHT
 
 POINTS = 40  # of exact integrals

@@ -20,8 +20,7 @@ from benchmarks.measures.independent_space import (
     values,
     z0,
 )
-from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
-from benchmarks.test_problems.time_dependent import FREQUENCY, GROWING_MASS, GROWTH
+from benchmarks.test_problems.oscillators import FREQUENCY, GROWING_MASS, GROWTH, PENDULUM
 
 FLOOR = 1e-12  # of |u - u_N|_X; below it round-off is seen
 

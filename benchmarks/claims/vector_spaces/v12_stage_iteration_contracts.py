@@ -10,7 +10,7 @@ from benchmarks.measures.independent_space import (
     slopes,
     values,
 )
-from benchmarks.test_problems.nonlinear_oscillators import NONLINEAR, NonlinearOscillator
+from benchmarks.test_problems.oscillators import NONLINEAR, NonlinearOscillator
 
 NS = (3, 4, 6, 8, 12, 16, 20)
 SHOWN = (4, 8, 16)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.claims.kit import *
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
-from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
+from benchmarks.measures.symplectic_form import canonical_defect, map_derivative
 
 DEFECT, APART = "defect of DF^T J DF = J", "DF against central differences"
 NUMBERS, POINTS = (1, 2, 3, 4), (1, 2, 3, 4, 5, 6, MANY)

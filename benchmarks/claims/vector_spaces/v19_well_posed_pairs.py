@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from benchmarks.measures.independent_functions import Functions, broken_powers, powers, table, waves
-from benchmarks.measures.independent_space import gauss_points, lobatto_points
+from benchmarks.measures.independent_space import (
+    Functions,
+    broken_powers,
+    gauss_points,
+    lobatto_points,
+    powers,
+    table,
+    waves,
+)
 
 NORM, SOLVABLE = "|.|_{X,N} is a norm", "free particle has a unique motion"
 DEFECT, END = "free particle off the straight line", "displacement over a step h v0"

@@ -18,7 +18,7 @@ from benchmarks.measures.independent_space import (
     values,
     z0,
 )
-from benchmarks.test_problems.nonlinear_oscillators import NONLINEAR, NonlinearOscillator
+from benchmarks.test_problems.oscillators import NONLINEAR, NonlinearOscillator
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
 GAUSS, GAUSS_TWICE = "Gauss N", "Gauss 2 N"

@@ -7,7 +7,7 @@ from decimal import Decimal, localcontext
 from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces import oscillator
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
-from benchmarks.test_problems.two_springs import DURATION, KINK, SMOOTHNESS, motion, two_springs
+from benchmarks.test_problems.oscillators import DURATION, KINK, SMOOTHNESS, motion, two_springs
 from references.closed_forms.kepler import KEPLER
 from references.scipy.ivp import DOP853, TIGHT
 

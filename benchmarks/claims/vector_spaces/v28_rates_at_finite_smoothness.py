@@ -12,7 +12,7 @@ from benchmarks.claims.vector_spaces.singular_approximation import (
     quadrature_error,
 )
 from benchmarks.measures.best_approximation import best_errors
-from benchmarks.test_problems.singular_drive import SingularDrive
+from benchmarks.test_problems.oscillators import SingularDrive
 
 BEST, CLOSED = "error of the best polynomial", "the same in closed form"
 LARGEST, PATH = "e_max", "error along the path"
@@ -350,9 +350,7 @@ V28 = Claim(
         Fault(
             "another motion",
             {"distance between the two references, motion"},
-            wrong={
-                "benchmarks.test_problems.singular_drive.SingularDrive.motion": scaled(1.0 + 1e-4)
-            },
+            wrong={"benchmarks.test_problems.oscillators.SingularDrive.motion": scaled(1.0 + 1e-4)},
         ),
         of_motion(
             "a singularity elsewhere",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
+from benchmarks.measures.symplectic_form import canonical_defect, map_derivative
 from references.scipy.ivp import DOP853
 from references.stored.planets import STORED_TRUTH
 

@@ -27,7 +27,7 @@ from benchmarks.measures.independent_space import (
     grams,
     z0,
 )
-from benchmarks.test_problems.nonlinear_oscillators import PENDULUM
+from benchmarks.test_problems.oscillators import PENDULUM
 from references.closed_forms.pendulum import PENDULUM as EXACT_PENDULUM
 
 MOTIONS: Mapping[str, Motions] = {"oscillator": oscillations, "pendulum": swings}

@@ -18,7 +18,7 @@ from benchmarks.measures.independent_space import (
     z0,
 )
 from benchmarks.measures.refinement import completed
-from benchmarks.test_problems.time_dependent import FREQUENCY, TIMED, TimedOscillator
+from benchmarks.test_problems.oscillators import FREQUENCY, TIMED, TimedOscillator
 from references.scipy.ivp import TIGHT
 
 DURATION, DEGREES = 4.0, (1, 2, 3)

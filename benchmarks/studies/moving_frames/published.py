@@ -20,7 +20,7 @@ import galvi
 from benchmarks.statistics.timing import once
 from benchmarks.store.provenance import version
 from benchmarks.store.row_files import RowFiles
-from benchmarks.test_problems.published import outer_planets_of_1969, regular_henon_heiles
+from benchmarks.test_problems.planets import outer_planets_of_1969, regular_henon_heiles
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import frame_label, galvi_label
 from galvi import Problem

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.arms import brownout, floating_arm, skew_arm
+from benchmarks.work_precision.problems.encounters import MET, NOT_QUICK
 from benchmarks.work_precision.problems.pendulums import (
     double_pendulum,
     elastic_pendulum,
@@ -43,8 +44,10 @@ PROBLEMS = (
     brownout,
     skew_arm,
     floating_arm,
+    *MET,
 )
-NOT_IN_QUICK = (applegate,)  # the planets of outer_solar_system, with other masses and states
+# The planets of outer_solar_system, with other masses and states; and most encounters.
+NOT_IN_QUICK = (applegate, *NOT_QUICK)
 
 
 def work_precision_problems(quick: bool) -> tuple[WorkPrecisionProblem, ...]:

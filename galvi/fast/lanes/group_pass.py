@@ -36,9 +36,9 @@ from galvi.fast.lanes.group_rows import (
     N,
     total,
 )
-from galvi.fast.lanes.law_pass import Constants, Generic, of_words
+from galvi.fast.lanes.law_pass import Constants, Generic
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE
+from galvi.fast.lanes.vectors import DOUBLE, of_words
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
 PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map

@@ -29,14 +29,12 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from galvi.fast.lanes.dense import Triangle, factored, is_written_out
 from galvi.fast.lanes.functions import two_product
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, Lanes, announce, everywhere
+from galvi.fast.lanes.vectors import DOUBLE, Lanes, everywhere, of_words
 
 Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
 
@@ -384,21 +382,3 @@ def one_pass(law, d, width, one, alone):
         builder.store(made.change(), place)
 
     return of_words(do)
-
-
-def of_words(do):
-    """An intrinsic of the address of some words, which does what ``do`` (context, builder, words)
-    generates."""
-
-    @intrinsic
-    def generated(typingctx, given):
-        signature = types.void(types.int64)
-
-        def generate(context, builder, signature, values):
-            do(context, builder, builder.inttoptr(values[0], values[0].type.as_pointer()))
-            announce(builder)
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return generated

@@ -24,10 +24,12 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
+from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
 
@@ -50,7 +52,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 VERSION = 3
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
-WATCHED = ("energies", "passage")  # absent in files of older versions
+WATCHED = ("energies", "passage", "clock")  # absent in files of older versions
 UNREADABLE = (
     KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
     tokenize.TokenError,  # of an array's header
@@ -61,13 +63,14 @@ UNREADABLE = (
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Raises ValueError for a run of a reference and for one whose space or chart is not galvi's own.
+    Raises ValueError for a run of a reference, and for one whose space, chart or clock is not
+    galvi's own.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
     if not is_storable(run.method):
         raise ValueError(
-            f"a run can be saved when its space and chart are galvi's own; "
+            f"a run can be saved when its space, chart and clock are galvi's own; "
             f"received {shown(run.method)}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
@@ -83,22 +86,29 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "failed_step": run.failed_step,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
-        "curves": None if run.curves is None else run.curves.t0, "engine": run.engine,
+        "curves": getattr(run.curves, "t0", None), "engine": run.engine,
     }  # fmt: skip
     arrays = {
         "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
         "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
-        "energies": end.energies, "passage": end.passage,
+        "energies": end.energies, "passage": end.passage, "clock": end.clock,
     }  # fmt: skip
     if run.velocities is not None:
         arrays["velocities"] = run.velocities
+    if run.tau is not None:
+        arrays["tau"] = run.tau
     if run.again is not None:
-        facts["again"] = {"total": run.again.total, "done": run.again.done,
-                          "known": [one.first for one in run.again.known]}  # fmt: skip
-        for name in KNOWN:
+        known = [one.first for one in run.again.known]
+        facts["again"] = {"known": known} if isinstance(run.again, RedoneClockCurves) else {
+            "total": run.again.total, "done": run.again.done, "known": known,
+        }  # fmt: skip
+        for name in (*KNOWN, "clock"):
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
+    if isinstance(run.curves, ClockCurves):
+        arrays |= {"times": run.curves.times, "rates": run.curves.rates}
+        facts["last"] = run.curves.last
     contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
 
     def write(partial: Path) -> None:
@@ -149,6 +159,9 @@ def _check(run: Trajectory) -> None:
     assert len(run.t) == len(run.q) == len(run.p) > 0 and np.all(np.diff(run.t) * step > 0.0)
     assert run.q.shape[1:] == run.problem.q0.shape and run.p[0].size == run.problem.v0.size
     assert run.curves is None or len(run.curves.bases) == len(run.curves.coefficients)
+    if run.tau is not None:
+        assert run.tau.shape == run.t.shape and end.clock.shape == (4,)
+        return
     fresh = engine_for(run.problem, run.method).start(run.problem, run.method)
     for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
         assert one.shape == other.shape and one.dtype == other.dtype
@@ -173,7 +186,15 @@ def _restored(
     written = facts["system"]
     if not _agree(_written(problem.system), written):
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
-    curves = None
+    curves: Any = None
+    if "times" in arrays:
+        chart = motion_of(problem, method, facts["solver"], facts["tolerance"]).chart
+        times, bases, coefficients, rates = (
+            read_only(arrays[name]) for name in ("times", "bases", "coefficients", "rates")
+        )
+        curves = ClockCurves(
+            method, facts["step"], facts["last"], times, bases, coefficients, rates, chart
+        )
     if facts["curves"] is not None:
         bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
         try:
@@ -182,13 +203,22 @@ def _restored(
             )
         except ValueError as error:  # of numpy
             raise LookupError("the curves do not fit") from error
-    again = None
+    again: Any = None
     if "again" in facts:
-        held = zip(*(arrays[f"known_{name}"] for name in KNOWN), strict=True)
+        none = np.zeros((len(facts["again"]["known"]), 0))  # of files of older versions
+        held = zip(*(arrays.get(f"known_{name}", none) for name in (*KNOWN, "clock")), strict=True)
         known = tuple(
-            Checkpoint(first, state, stages, numbers, facts["solver"], facts["tolerance"])
-            for first, (state, stages, numbers) in zip(facts["again"]["known"], held, strict=True)
+            Checkpoint(
+                first, state, stages, numbers, facts["solver"], facts["tolerance"], clock=clock
+            )
+            for first, (state, stages, numbers, clock) in zip(
+                facts["again"]["known"], held, strict=True
+            )
         )
+        if "tau" in arrays:
+            last = float(arrays["t"][-1])
+            again = RedoneClockCurves(problem, method, facts["step"], known, last)
+    if "again" in facts and again is None:
         total, done = facts["again"]["total"], facts["again"]["done"]
         again = RedoneCurves(problem, method, facts["step"], total, done, known)
     end = Checkpoint(
@@ -201,7 +231,7 @@ def _restored(
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
         read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
-        facts.get("engine", ""),
+        facts.get("engine", ""), read_only(arrays["tau"]) if "tau" in arrays else None,
     )  # fmt: skip
 
 

@@ -28,10 +28,9 @@ from galvi.fast.lanes.group_rows import (
     F,
     N,
 )
-from galvi.fast.lanes.law_pass import of_words
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import NOTHING
+from galvi.fast.lanes.vectors import NOTHING, of_words
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.chart_functions import REACHES
 from galvi.kernels.on_group.scale import LEAST

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 
 from galvi.fast.lanes.functions import two_product, two_sum
-from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, of_words
+from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.nbody import moved
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import NOTHING
+from galvi.fast.lanes.vectors import NOTHING, of_words
 from galvi.kernels.lie.arithmetic import larger_size, where
 from galvi.kernels.nystrom.solve import decide, reset_history
 

@@ -1,0 +1,142 @@
+"""Point masses on eccentric orbits and in encounters, where steps must follow the motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import galvi
+from benchmarks.work_precision.galvi_methods import in_clock
+from benchmarks.work_precision.problem import (
+    EPS,
+    Participant,
+    Setting,
+    Truth,
+    WorkPrecisionProblem,
+    adaptive,
+    fixed,
+)
+from galvi import NBody, Problem
+from references.closed_forms.kepler import KEPLER
+from references.heyoka import taylor as heyoka_taylor
+from references.rebound import ias15
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
+from references.rebound.mercurius import MERCURIUS
+from references.rebound.trace import TRACE
+from references.scipy.ivp import DOP853
+from references.stored.encounters import ENCOUNTERS
+from references.stored.planets import STORED_TRUTH
+
+REVOLUTIONS = 100.37  # ends away from the pericentre, with its phase
+
+
+class Case(NamedTuple):
+    """One problem of close encounters.
+
+    steps  in tau, by the degree of the method
+    maps   steps of TRACE and MERCURIUS, in its unit of time; none where no mass dominates
+    """
+
+    steps: dict[int, tuple[float, ...]]
+    maps: tuple[float, ...] = ()
+
+
+USUAL = {8: (0.8, 0.6, 0.5, 0.4, 0.3, 0.2), 12: (0.8, 0.6, 0.45), 16: (1.0, 0.8, 0.6)}
+CASES = {
+    "burrau": Case(USUAL),
+    "heavy_planets": Case(USUAL, (20.0, 5.0)),
+    "hd_80606": Case(USUAL, (0.1, 0.02)),
+    "kozai": Case(USUAL, (0.3, 0.1)),
+    "binary_meets_star": Case(USUAL),
+    "sixteen_stars": Case(USUAL),
+    "sitnikov": Case(USUAL),
+}
+ECCENTRICITIES = (0.9, 0.99, 0.999, 0.9999)
+
+
+def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
+    """A problem whose truth is stored, as it needs quadruple precision."""
+    make, duration = ENCOUNTERS[case]
+    problem, chosen = make(), CASES[case]
+
+    def truth() -> Truth:
+        kept = STORED_TRUTH.run(problem, duration, {"samples": 1})
+        speed = float(np.max(np.abs(kept.v[-1])))
+        error = EPS * (float(np.max(np.abs(kept.q[-1]))) + duration * speed)
+        text = f"{kept.method}; to the rounding of positions and times, {error:.0e}"
+        return Truth(kept.q[-1], error, text)
+
+    maps = [fixed(duration, math.ceil(duration / step)) for step in chosen.maps]
+    others = [
+        Participant("REBOUND TRACE", TRACE, maps), Participant("REBOUND MERCURIUS", MERCURIUS, maps)
+    ] if maps else []  # fmt: skip
+    return _case(problem, duration, chosen.steps, others, truth, quick)
+
+
+def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
+    """Two bodies of masses 0.7 and 0.3 on an orbit of eccentricity e, a = 1."""
+    apart, speed = 1.0 - e, math.sqrt((1.0 + e) / (1.0 - e))
+    masses = np.array([0.7, 0.3])
+    share = np.array([[-masses[1]], [masses[0]]])
+    problem = Problem(
+        NBody(masses), share * [[apart, 0.0]], share * [[0.0, speed]], name=f"two bodies, e = {e:g}"
+    )
+    duration = REVOLUTIONS * math.tau
+
+    def truth() -> Truth:
+        end = KEPLER.run(problem, duration, {"samples": 1}).q[-1]
+        return Truth(end, 4.0 * EPS * duration * 2.0, KEPLER.name)
+
+    return _case(problem, duration, USUAL, [], truth, quick)
+
+
+def _case(
+    problem: Problem, duration: float, steps: dict[int, tuple[float, ...]],
+    others: Sequence[Participant], truth: Any, quick: bool,
+) -> WorkPrecisionProblem:  # fmt: skip
+    def once(**options: Any) -> Setting:
+        return {"samples": 1, **options}
+
+    loose = (1e-9,) if quick else (1e-9, 1e-12)
+    taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
+    return WorkPrecisionProblem(
+        problem,
+        duration,
+        (
+            *(
+                Participant(
+                    clock_label(s), in_clock(s, galvi.DynamicalTime()),
+                    [{"step": h} for h in (sizes[::2] if quick else sizes)],
+                )
+                for s, sizes in steps.items()
+            ),
+            Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+            Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
+            Participant(
+                "REBOUND IAS15, looser", ias15.IAS15,
+                [once(**{**ias15.DEFAULT, "epsilon": 1e-5})],
+            ),
+            Participant("REBOUND BS", BULIRSCH_STOER, adaptive("tolerance", (1e-8, 1e-13))),
+            *others,
+            Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", loose)),
+        ),
+        truth,
+        net_time=True,
+    )  # fmt: skip
+
+
+def clock_label(stages: int) -> str:
+    """The label of Gauss collocation in `galvi.DynamicalTime`."""
+    return f"galvi clock, Gauss {stages}"
+
+
+MET = (
+    *(partial(encounter, case) for case in CASES),
+    *(partial(eccentric, e) for e in ECCENTRICITIES),
+)
+NOT_QUICK = tuple(make for make in MET if make.args[0] not in ("burrau", 0.99))

@@ -1,0 +1,1 @@
+"""Clocks: constant steps in tau, with dt = g(q) dtau."""

@@ -1,0 +1,180 @@
+"""Clocks of a system: dt = g(q) dtau with g > 0, so that constant steps in tau follow the motion.
+
+Sundman's transformation, in Poincare's form: with E the energy at the start,
+
+    L_tau(q, q') = g(q) (L(q, q'/g(q)) + E),    t' = g(q)
+
+is a Lagrangian like any other, whose motions of energy 0 are those of L with energy E. A method's
+step of constant length in tau is therefore as symplectic, symmetric and momentum-preserving as it
+is for L with a constant step in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.input_checks import shown
+from galvi.problem import Problem
+from galvi.systems.finite_differences import differenced_gradient
+from galvi.systems.nbody import NBody
+
+Rate = Callable[[Any], Any]  # g of one configuration
+
+
+@runtime_checkable
+class AnyClock(Protocol):
+    """A clock, as a method takes it."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether g also takes configurations (entries, n) at once, flat ones in front."""
+
+    def rate(self, problem: Problem) -> Rate:
+        """g of one flat configuration of the problem; ValueError where the clock does not apply."""
+
+    def slope(self, problem: Problem) -> Callable[[Array], Array]:
+        """dg/dq of one flat configuration."""
+
+
+@dataclass(frozen=True)
+class DynamicalTime:
+    """The clock of point masses, g = (sum over pairs of G (m_i + m_j) / r_ij^3)^(-1/2).
+
+    The time in which two bodies on a circle turn by one radian: a revolution is 2 pi, and with more
+    bodies that of the closest pair, or less. A step of 0.3 to 0.6 suits degree 8. Pairs of massless
+    bodies do not count. For `galvi.NBody` alone, with two bodies or more.
+    """
+
+    whole = True
+    longest = 3.0  # step, since a revolution is 2 pi
+
+    def rate(self, problem: Problem) -> Rate:
+        """g of a flat configuration, entries in front."""
+        system = problem.system
+        if not isinstance(system, NBody) or system.masses.size < 2:
+            what = "one body" if isinstance(system, NBody) else f"a {type(system).__name__} system"
+            raise ValueError(
+                f"galvi.DynamicalTime needs a galvi.NBody system of at least two bodies; received "
+                f"{what}. Use galvi.Clock(function), or for one centre galvi.Sundman()."
+            )
+        masses, size = system.G * system.masses, problem.q0.shape[1]
+        pairs = [
+            (i, j, float(masses[i] + masses[j]))
+            for i in range(masses.size)
+            for j in range(i + 1, masses.size)
+            if masses[i] + masses[j] > 0.0
+        ]
+
+        def rate(q: Any) -> Any:
+            total: Any = 0.0
+            for i, j, mass in pairs:
+                square: Any = 0.0
+                for k in range(size):
+                    gap = q[i * size + k] - q[j * size + k]
+                    square = square + gap * gap
+                total = total + mass / (square * np.sqrt(square))
+            return 1.0 / np.sqrt(total)
+
+        return rate
+
+    def slope(self, problem: Problem) -> Callable[[Array], Array]:
+        """dg/dq of a flat configuration."""
+        masses, rate = problem.system.G * problem.system.masses, self.rate(problem)  # type: ignore[attr-defined]
+        sums = masses[:, None] + masses
+
+        def slope(flat: Array) -> Array:
+            q = flat.reshape(problem.q0.shape)
+            gaps = q[:, None] - q
+            square = np.sum(gaps**2, axis=-1) + np.eye(len(q))
+            pull: Array = np.sum((sums * (1.0 - np.eye(len(q))) / square**2.5)[..., None] * gaps, 1)
+            return (1.5 * rate(flat) ** 3 * pull).ravel()
+
+        return slope
+
+
+@dataclass(frozen=True)
+class Sundman:
+    """The clock of one particle about a centre at the origin, g = |q|^power.
+
+    power  3/2 makes steps of equal shares of the local dynamical time, 1 of the eccentric, 2 of the
+           true anomaly
+    """
+
+    power: float = 1.5
+    whole = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "power", input_checks.positive("power", self.power))
+
+    def rate(self, problem: Problem) -> Rate:
+        """g of a configuration (d,)."""
+        if isinstance(problem.system, NBody) or problem.q0.ndim != 1:
+            raise ValueError(
+                f"galvi.Sundman needs one particle on a vector space, with its centre at the "
+                f"origin; received {shown(problem)}. For point masses use galvi.DynamicalTime()."
+            )
+        if not np.any(problem.q0):
+            raise ValueError(
+                "galvi.Sundman needs a particle away from its centre; received q0 = 0."
+            )
+        half = 0.5 * self.power
+
+        def rate(q: Any) -> Any:
+            square: Any = 0.0
+            for k in range(problem.q0.size):
+                square = square + q[k] * q[k]
+            return square**half
+
+        return rate
+
+    def slope(self, problem: Problem) -> Callable[[Array], Array]:
+        """dg/dq of a configuration (d,)."""
+        rate = self.rate(problem)
+        return lambda q: self.power * rate(q) / (q @ q) * q
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The clock of a function g of one configuration q, dt = g(q) dtau.
+
+    function  q -> positive number; smooth, of about the time in which q changes by its size. On a
+              group q is a matrix. Traced where it does not branch, called otherwise
+    gradient  q -> dg/dq of q's shape; differenced when missing and not traced
+    """
+
+    function: Callable[..., Any]
+    gradient: Callable[..., Any] | None = None
+    whole = False
+
+    def __post_init__(self) -> None:
+        for name in ("function", "gradient"):
+            value = getattr(self, name)
+            if not callable(value) and (name == "function" or value is not None):
+                raise TypeError(f"{name} must be a function of q; received {shown(value)}.")
+
+    def rate(self, problem: Problem) -> Rate:
+        """g of a flat configuration."""
+        shape = problem.q0.shape
+        value = input_checks.returned("the clock", self.function(problem.q0.copy()))
+        if not (np.isfinite(value) and value > 0.0):
+            raise ValueError(
+                f"a clock must return a positive, finite number; received {value} at q0. Check it, "
+                f"or start elsewhere."
+            )
+        if len(shape) == 1:
+            return self.function
+        return lambda flat: self.function(flat.reshape(shape))
+
+    def slope(self, problem: Problem) -> Callable[[Array], Array]:
+        """dg/dq of a flat configuration."""
+        gradient, shape = self.gradient, problem.q0.shape
+        if gradient is None:
+            found: Callable[[Array], Array] = differenced_gradient(self.rate(problem), False)
+            return found
+        return lambda flat: np.asarray(gradient(flat.reshape(shape)), dtype=np.float64).ravel()

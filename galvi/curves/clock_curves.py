@@ -1,0 +1,166 @@
+"""The curves of a run in a clock: q and t over tau, and so q over t."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import EPSILON, Curves, LocalChart
+from galvi.method import Galerkin
+from galvi.problem import Problem
+
+PASSES = 60  # of a bracketed Newton iteration
+SAMPLES = 9  # places of a step at which its t is seen to grow
+
+
+@dataclass(frozen=True, eq=False)
+class ClockCurves:
+    """q and t at shares x of steps in tau; t(x) has the slopes h g at the stages.
+
+    method        with its clock
+    step          h, but of the last step
+    last          length of the last step in tau
+    times         (steps + 1,) t between the steps
+    bases         (steps, *shape) configurations there
+    coefficients  (steps, d, m) as of `galvi.curves.curves.Curves`
+    rates         (steps, s) g at the stages
+    chart         of the coefficients
+    """
+
+    method: Galerkin
+    step: float
+    last: float
+    times: Array
+    bases: Array
+    coefficients: Array
+    rates: Array
+    chart: LocalChart
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
+        return self._at(t, lambda index, x: self._curves.places(index, x))
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, on a group the body velocity; where steps meet, that of the later one."""
+
+        def velocities(index: Any, x: Array) -> Array:
+            slopes = self._curves.velocities(index, x)
+            rate = self._time(index, x)[1]
+            return slopes / rate.reshape(-1, *(1,) * (slopes.ndim - 1))
+
+        return self._at(t, velocities)
+
+    def falls_back(self) -> Any:
+        """Numbers of the steps in which t does not grow, at some of their places."""
+        n = len(self.rates)
+        index = np.repeat(np.arange(n), SAMPLES)
+        _, rate = self._time(index, np.tile(np.linspace(0.0, 1.0, SAMPLES), n))
+        return np.flatnonzero((rate.reshape(n, SAMPLES) <= 0.0).any(axis=1))
+
+    @property
+    def _curves(self) -> Curves:
+        """In tau, where each step has the length 1."""
+        return Curves(self.method.space, 0.0, 1.0, self.bases, self.coefficients, self.chart)
+
+    def _time(self, index: Any, x: Array) -> tuple[Array, Array]:
+        """t - the start of the step, and dt/dx, at shares x (k,) of the steps ``index`` (k,)."""
+        lengths = np.full(len(self.rates), self.step)
+        lengths[-1:] = self.last
+        series = (self.method.table.analysis @ self.rates[index].T) * lengths[index]
+        rates = _each(legendre.legvander(2.0 * x - 1.0, len(series) - 1), series)
+        whole = legendre.legint(series, lbnd=-1.0, axis=0)
+        return 0.5 * _each(legendre.legvander(2.0 * x - 1.0, len(whole) - 1), whole), rates
+
+    def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
+        times = input_checks.array("t", t)
+        if times.ndim > 1:
+            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        sign = 1.0 if self.step > 0.0 else -1.0
+        grid, wanted = sign * self.times, sign * np.atleast_1d(times)
+        slack = 8.0 * EPSILON * max(abs(grid[0]), abs(grid[-1]))
+        if not np.all((wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)):
+            raise ValueError(
+                f"t must lie inside the run, from {float(self.times[0])!r} to "
+                f"{float(self.times[-1])!r}; received {input_checks.shown(t)}."
+            )
+        index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
+        since = sign * (wanted - grid[index])
+        found = values(index, self._shares(index, since))
+        return found[0] if times.ndim == 0 else found
+
+    def _shares(self, index: Any, since: Array) -> Array:
+        """The shares of the steps at times since their starts."""
+        whole = self.times[index + 1] - self.times[index]
+        x = np.clip(since / whole, 0.0, 1.0)
+        low, high = np.zeros_like(x), np.ones_like(x)
+        for _ in range(PASSES):
+            t, rate = self._time(index, x)
+            off = (since - t) * np.sign(whole)
+            low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = x + (since - t) / rate
+            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+            if np.all(np.abs(new - x) <= EPSILON):
+                break
+            x = new
+        ends = (since == 0.0) | (since == whole)
+        return np.where(ends, np.where(since == 0.0, 0.0, 1.0), x)
+
+
+def _each(basis: Any, series: Any) -> Array:
+    found: Array = np.einsum("kl,lk->k", basis, series)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class RedoneClockCurves:
+    """As `ClockCurves`, of a run that kept none: steps are done again from known states.
+
+    known  the run before some of its steps, in their order
+    end    the last time of the run
+    """
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    known: tuple[Checkpoint, ...]
+    end: float
+
+    # (problem, method, step, state, time) -> the curves from a state to a time: registered by
+    # galvi/__init__, as it does a run, which stands above.
+    redo_of: ClassVar[Callable[..., ClockCurves]]
+
+    def position(self, t: Any) -> Array:
+        """q at t, as `ClockCurves.position`."""
+        return self._each(t, lambda curves, times: curves.position(times), self.problem.q0.shape)
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, as `ClockCurves.velocity`."""
+        return self._each(t, lambda curves, times: curves.velocity(times), self.problem.v0.shape)
+
+    def _each(self, t: Any, values: Any, shape: tuple[int, ...]) -> Array:
+        times = input_checks.array("t", t)
+        if times.ndim > 1:
+            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        sign = 1.0 if self.step > 0.0 else -1.0
+        wanted, grid = sign * np.atleast_1d(times), np.array([s.clock[0] for s in self.known])
+        if not np.all((wanted >= sign * grid[0]) & (wanted <= sign * self.end)):
+            raise ValueError(
+                f"t must lie inside the run, from {float(grid[0])!r} to {self.end!r}; "
+                f"received {input_checks.shown(t)}."
+            )
+        pieces = np.searchsorted(sign * grid, wanted, side="right") - 1
+        found = np.full((len(wanted), *shape), np.nan)
+        for k in np.unique(pieces).tolist():
+            rows = np.flatnonzero(pieces == k)
+            farthest = sign * float(wanted[rows].max())
+            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], farthest)
+            found[rows] = values(curves, sign * wanted[rows])
+        return found[0] if times.ndim == 0 else found

@@ -1,0 +1,1 @@
+"""Steps of point masses in a clock, in vector instructions."""

@@ -1,0 +1,1 @@
+"""Runs in a clock: constant steps in tau, dt = g(q) dtau."""

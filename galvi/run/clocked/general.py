@@ -1,0 +1,179 @@
+"""Steps in a clock of any system: those of the Lagrangian g (L(q, q'/g) + E) in tau."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import AnyClock
+from galvi.curves.curves import Curves, GroupChart, IdentityChart
+from galvi.groups.matrix_groups import Rn
+from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.clocked.plan import Advanced, Motion, Taken
+from galvi.run.engine_choice import engine_for
+from galvi.run.interruption import uninterrupted
+from galvi.run.loop import run_steps
+from galvi.run.plan import Run
+from galvi.systems.canonical import Canonical
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+
+
+@singledispatch
+def lagrangian_of(system: Any, problem: Problem) -> Lagrangian:
+    """A system as a Lagrangian of flat configurations, or of matrices, without checks."""
+    return cast(Lagrangian, system.lagrangian)
+
+
+@lagrangian_of.register
+def _(system: Lagrangian, problem: Problem) -> Lagrangian:
+    return system
+
+
+@lagrangian_of.register
+def _(system: Canonical, problem: Problem) -> Lagrangian:
+    def L(q: Any, v: Any, *t: Any) -> Any:
+        return 0.5 * (v @ system.momentum(v)) - system.potential(q, *t)
+
+    return Lagrangian(
+        L, Rn(problem.q0.size), None, system.force, explicit_time=system.explicit_time,
+        timed_force=system.timed_force, check=False,
+    )  # fmt: skip
+
+
+@lagrangian_of.register
+def _(system: NBody, problem: Problem) -> Lagrangian:
+    size = problem.q0.shape[1]
+    masses = np.repeat(system.masses, size)
+    n = system.masses.size
+    pairs = [(i, j, float(system.G * system.masses[i] * system.masses[j]))
+             for i in range(n) for j in range(i + 1, n)]  # fmt: skip
+
+    def L(q: Any, v: Any) -> Any:
+        found: Any = 0.5 * (v @ (masses * v))
+        for i, j, mass in pairs:
+            square: Any = 0.0
+            for k in range(size):
+                gap = q[i * size + k] - q[j * size + k]
+                square = square + gap * gap
+            found = found + mass / np.sqrt(square)
+        return found
+
+    return Lagrangian(L, Rn(problem.q0.size), check=False)
+
+
+def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:
+    """The problem in tau. Its functions are called, with slopes where these are known, if they
+    cannot be traced."""
+    base, rate = lagrangian_of(problem.system, problem), clock.rate(problem)
+    L, slope = base.function, clock.slope(problem)
+
+    def function(q: Any, u: Any) -> Any:
+        g = rate(q.reshape(-1))
+        return g * (L(q, u / g) + energy)
+
+    shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
+    q0, u0 = problem.q0.reshape(shape), rate(problem.q0.ravel()) * problem.v0.ravel()
+    found = Problem(Lagrangian(function, base.group, check=False), q0, u0, problem.t0)
+    known = base.slopes or getattr(base.builtin, "slopes", None)
+    if not cast(Lagrangian, found.system).untraced or known is None:
+        return found
+    d = base.group.dimension
+
+    def slopes(q: Array, u: Array) -> Array:
+        flat = q.reshape(-1)
+        g = rate(flat)
+        both = np.array(known(q, u / g), dtype=np.float64)
+        excess = float(both[:d] @ u) / g - L(q, u / g) - energy
+        both[d:] = g * both[d:] - excess * slope(flat)
+        return both
+
+    return Problem(Lagrangian(function, base.group, slopes, check=False), q0, u0, problem.t0)
+
+
+def motion_in_general(
+    problem: Problem, method: Galerkin, energy: float, solver: str, tolerance: float
+) -> Motion:
+    """The motion of a system that conserves its energy, by the engines of its Lagrangian in tau."""
+    clock = cast(AnyClock, method.clock)
+    if isinstance(problem.system, NBody) and problem.system.has_massless:
+        raise ValueError(
+            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast with "
+            "Polynomials(s), gauss(s) and DynamicalTime(). Give them small masses."
+        )
+    inner = in_clock(problem, clock, energy)
+    plain = Galerkin(method.space, method.rule, method.group_chart)
+    engine, rate, s = engine_for(inner, plain), clock.rate(problem), method.stages
+    if solver == "fixed_point" and not engine.solves_by_iteration(inner, plain):
+        raise ValueError(
+            "in this clock the solver fixed_point needs functions that can be traced. Use the "
+            "solver auto."
+        )
+
+    def rates(curves: Curves, n: int) -> Array:
+        index, nodes = np.repeat(np.arange(n), s), np.tile(method.table.c, n)
+        places = curves.places(index, nodes).reshape(n * s, problem.q0.size)
+        if clock.whole:
+            return np.asarray(rate(places.T)).reshape(n, s)
+        return np.array([float(rate(q)) for q in places]).reshape(n, s)
+
+    def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
+        begin = Checkpoint(0, state.state, state.stages, state.solver_state, solver, tolerance)
+        run = uninterrupted(run_steps(engine, Run(inner, plain, h, n, begin), watched=False))
+        done = run.counts["steps"]
+        found = rates(cast(Curves, run.curves), done)
+        # One after another: the bits of a product of matrices depend on their sizes.
+        t = _times(
+            state.clock, h * sum(b * g for b, g in zip(method.table.b, found.T, strict=True))
+        )
+        if time is not None and (past := np.flatnonzero((t[:, 0] - time) * h > 0.0)).size:
+            if past[0] == 0:
+                return Advanced(_taken(run, found, t, keep, 0), state, SOLVED)
+            return advance(state, h, int(past[0]), None, keep)
+        end = run.checkpoint
+        assert end is not None
+        last = t[-1] if done else state.clock[:2]
+        after = Checkpoint(
+            state.first + done, end.state, end.stages, end.solver_state, solver, tolerance,
+            clock=np.append(last, state.clock[2:]),
+        )  # fmt: skip
+        reason = "" if done == n else run.status.partition(": ")[2]
+        return Advanced(_taken(run, found, t, keep, done), after, DIVERGED if reason else SOLVED,
+                        reason)  # fmt: skip
+
+    def at(q: Array, v: Array, t: float) -> Checkpoint:
+        flat = q.ravel()
+        here = Problem(inner.system, q.reshape(inner.q0.shape), rate(flat) * v.ravel(), problem.t0)
+        start = engine.start(here, plain)
+        return Checkpoint(0, *start, solver, tolerance, clock=np.array([t, 0.0, energy, 0.0]))
+
+    group = getattr(problem.system, "group", None)
+    chart = (
+        IdentityChart(problem.q0.shape) if group is None else GroupChart(group, plain.group_chart)
+    )
+    return Motion(advance, at, rate, chart, "clock")
+
+
+def _taken(run: Any, rates: Array, t: Array, keep: bool, n: int) -> Taken:
+    rows = slice(1, n + 1)
+    q, p = run.q[rows].reshape(n, run.q[0].size), run.p[rows]
+    coefficients = run.curves.coefficients[: n if keep else 0]
+    return Taken(q, p, None, t[:n], coefficients, rates[:n], run.counts["iterations"])
+
+
+def _times(clock: Array, steps: Array) -> Array:
+    """Times (n, 2) with their low parts, after steps in time (n,)."""
+    found, (t, low) = np.empty((len(steps), 2)), clock[:2].tolist()
+    for k, dt in enumerate(steps.tolist()):
+        low += dt
+        new = t + low
+        low -= new - t
+        t = new
+        found[k] = t, low
+    return found

@@ -1,0 +1,149 @@
+"""The steps of a run in a clock: those of the grid, in chunks, and a shortened one to a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves
+from galvi.kernels.nystrom.solve import SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.clocked.plan import Motion, Taken, joined
+from galvi.run.clocked.remarks import closest_pair
+from galvi.run.loop import APART
+from galvi.systems.nbody import NBody
+
+STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
+SEEN = 16  # states of a chunk by whose energies it is judged
+LARGEST = 2**22  # numbers of curves in a chunk of steps
+NEWTON = 20  # iterations for the length of the last step
+
+
+class Loop:
+    """The grid steps of one run, and what they gave.
+
+    kept, numbers  states at every save_every-th step, and their numbers in this run
+    every          all steps, where curves are kept
+    seen, places   states to judge by, and the numbers of their steps
+    known          states from which its curves can be found
+    """
+
+    def __init__(
+        self, problem: Problem, method: Galerkin, step: float, motion: Motion, state: Checkpoint,
+        time: float | None,
+    ) -> None:  # fmt: skip
+        self.problem, self.method, self.step, self.motion = problem, method, step, motion
+        self.start = self.state = state
+        self.time, self.done, self.iterations = time, 0, 0
+        self.over, self.reason = False, ""
+        self.kept: list[Taken] = []
+        self.numbers: list[Any] = []
+        self.every: list[Taken] = []
+        self.seen: list[Taken] = []
+        self.places: list[Any] = []
+        self.known = [state]
+        self.q = state.state[0, : problem.q0.size]
+
+    def call(self, n: int) -> int:
+        """Does n more steps, or as many as there are."""
+        keep = self.start.keeps_curves
+        if keep:
+            n = min(n, max(1, LARGEST // (self.problem.v0.size * self.method.space.dimension)))
+        found = self.motion.advance(self.state, self.step, n, self.time, keep)
+        t = found.taken.t[:, 0]
+        dt = np.diff(t, prepend=self.state.clock[0])
+        stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
+        if stuck.size:
+            self.reason = _collision(self.problem, found.taken.q[stuck[0]])
+            found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
+        self._record(found.taken, keep)
+        self.state, self.over = found.after, bool(stuck.size)
+        if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
+            self.known.append(self.state)
+        if found.code != SOLVED:
+            self.reason = found.reason
+        elif len(found.taken.t) < n:
+            self.over = True
+        return found.code
+
+    def _record(self, taken: Taken, keep: bool) -> None:
+        n = len(taken.t)
+        self.iterations += taken.iterations
+        if n == 0:
+            return
+        numbers = np.arange(self.done + 1, self.done + n + 1)
+        few = np.unique(np.linspace(0, n - 1, min(n, SEEN)).astype(np.int64))
+        rows = np.flatnonzero(numbers % self.start.save_every == 0)
+        self.kept.append(taken.rows(rows))
+        self.numbers.append(numbers[rows])
+        self.seen.append(taken.rows(few))
+        self.places.append(numbers[few])
+        if keep:
+            self.every.append(taken)
+        self.q, self.done = taken.q[-1], self.done + n
+
+    @property
+    def reached(self) -> bool:
+        """Whether the next step would pass the time asked for."""
+        return self.time is not None and self.over and not self.reason
+
+    def to_time(self) -> tuple[Taken | None, float]:
+        """The shortened step from the last grid point to the time, by Newton's method for its share
+        of a step; None where the grid point is there, or with a ``reason``."""
+        t, low = self.state.clock[:2].tolist()
+        time, rate, h = cast(float, self.time), self.motion.rate, self.step
+        wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
+        if abs(wanted) <= fine:
+            return None, 0.0
+        x, low_x, high_x = min(1.0, wanted / (h * float(rate(self.q)))), 0.0, 2.0
+        best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
+        for _ in range(NEWTON):
+            found = self.motion.advance(self.state, x * h, 1, None, self.start.keeps_curves)
+            self.iterations += found.taken.iterations
+            if found.code != SOLVED:
+                high_x, x = x, 0.5 * (low_x + x)
+                continue
+            after = found.taken.t[0]
+            off = wanted - ((after[0] - t) + (after[1] - low))
+            if abs(off) >= best[0]:
+                break
+            best = abs(off), found.taken, x
+            if abs(off) <= 0.25 * fine:
+                break
+            low_x, high_x = (x, high_x) if off * h > 0.0 else (low_x, x)
+            new = x + off / (h * float(rate(found.taken.q[0])))
+            x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
+        if not best[0] <= 64.0 * fine:
+            self.reason = "the step that ends at the time asked for could not be solved"
+            return None, 0.0
+        return best[1], best[2]
+
+    def curves(self, end: Taken | None, share: float) -> ClockCurves | None:
+        """The curves of all steps, the shortened one included; None where they were not kept."""
+        parts = [*self.every, *([end] if end is not None else [])]
+        if not self.every and not (parts and self.start.keeps_curves):
+            return None
+        whole, first = joined(parts), self.start.state[0, : self.problem.q0.size]
+        times = np.concatenate([self.start.clock[:1], whole.t[:, 0]])
+        if end is not None:
+            times[-1] = self.time
+        bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
+        last = self.step if end is None else share * self.step
+        return ClockCurves(
+            self.method, self.step, last, read_only(times), read_only(bases),
+            read_only(whole.coefficients), read_only(whole.rates), self.motion.chart,
+        )  # fmt: skip
+
+
+def _collision(problem: Problem, q: Array) -> str:
+    if isinstance(problem.system, NBody):
+        one, other = closest_pair(problem, q)
+        return (
+            f"time stands still: bodies {one} and {other} collide. Stop before then, or merge them"
+        )
+    return "time stands still: the clock tends to 0, as at a collision. Stop before then"

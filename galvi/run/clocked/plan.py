@@ -1,0 +1,91 @@
+"""What the runs in a clock are made of: how steps are done, and what they gave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import Rate
+from galvi.curves.curves import LocalChart
+from galvi.method import Galerkin
+from galvi.problem import Problem
+
+
+class Taken(NamedTuple):
+    """n steps in a clock.
+
+    q, p          (n, r), (n, d) after each step
+    v             (n, d) velocities dq/dt, where momenta do not determine them; else None
+    t             (n, 2) time and its low part after each step
+    coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
+    rates         (n, s) g at the stages
+    iterations    passes, in all
+    """
+
+    q: Array
+    p: Array
+    v: Array | None
+    t: Array
+    coefficients: Array
+    rates: Array
+    iterations: int
+
+    def rows(self, rows: Any) -> Taken:
+        """Some of the steps, without their curves."""
+        v = None if self.v is None else self.v[rows]
+        none = self.coefficients[:0]
+        return Taken(self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], 0)
+
+
+def joined(parts: Sequence[Taken]) -> Taken:
+    """Steps one after another."""
+    arrays: Any = zip(*(part[:-1] for part in parts), strict=True)
+    whole: Any = [None if x[0] is None else np.concatenate(x) for x in arrays]
+    return Taken._make([*whole, sum(part.iterations for part in parts)])
+
+
+class Advanced(NamedTuple):
+    """Up to n steps from a state: they, the state after them, and a code of kernels.nystrom.solve.
+
+    With fewer steps and code SOLVED the next step would pass the time asked for. ``reason`` says
+    why a step failed.
+    """
+
+    taken: Taken
+    after: Checkpoint
+    code: int
+    reason: str = ""
+
+
+# (state, h, n, time, keep) -> up to n steps of length h, none beyond a time unless that is None;
+# ``keep`` their curves. The same bits in any portions; the state is not changed.
+Advance = Callable[[Checkpoint, float, int, float | None, bool], Advanced]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a problem moves in a clock.
+
+    advance  does steps
+    at       (q, v, t) -> a state that moves with the energy of the problem's start
+    rate     g of a flat configuration
+    chart    of the Galerkin curves
+    engine   for `galvi.Trajectory.engine`
+    remark   for the status of a run; "" for none
+    """
+
+    advance: Advance
+    at: Callable[[Array, Array, float], Checkpoint]
+    rate: Rate
+    chart: LocalChart
+    engine: str
+    remark: str = ""
+
+
+# (problem, method, energy) -> the motion in lanes, or None; see galvi.fast.
+FAST: list[Callable[[Problem, Galerkin, float | None], Motion | None]] = []

@@ -1,0 +1,259 @@
+"""One run in a clock: its motion, its trajectory and how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.input_checks import shown
+from galvi.kernels.energy_errors import SMALL
+from galvi.kernels.nystrom.solve import SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.clocked.general import motion_in_general
+from galvi.run.clocked.loop import Loop
+from galvi.run.clocked.plan import FAST, Motion, Taken, joined
+from galvi.run.clocked.remarks import dear_pair
+from galvi.run.energies import (
+    States,
+    asks_functions,
+    conserves_energy,
+    energies,
+    kick_energy,
+    noise,
+    start_energies,
+)
+from galvi.run.energy_check import Judgement, judgement
+from galvi.run.interruption import Interrupted, defer_interrupts
+from galvi.run.loop import step_in_batches
+from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.systems.nbody import NBody
+from galvi.systems.velocities import velocity_at
+from galvi.trajectory import COMPLETED, Trajectory
+
+LOOKED_AT = 1024  # states of a run by whose energies it is judged
+TOO_LONG = "the step is too large for the clock"
+
+
+def motion_of(
+    problem: Problem, method: Galerkin, solver: str, tolerance: float, energy: float | None = None
+) -> Motion:
+    """The motion of a problem in a method's clock; ValueError where it has none.
+
+    energy  that the clock is told; None: that of the start
+    """
+    method.clock.rate(problem)
+    if not conserves_energy(problem.system):
+        raise ValueError(
+            f"a clock needs a system that conserves its energy; received {shown(problem)}, with an "
+            f"external force or explicit time. Leave the clock out."
+        )
+    total = start_energies(problem).total
+    if not math.isfinite(total):
+        raise ValueError(
+            f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
+        )
+    if solver != "newton" and tolerance == ROUND_OFF:
+        for find in FAST:
+            found = find(problem, method, energy)
+            if found is not None:
+                return found
+    told = total if energy is None else energy
+    return motion_in_general(problem, method, told, solver, tolerance)
+
+
+def run_in_clock(
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    start: Checkpoint,
+    steps: int | None,
+    time: float | None,
+    *,
+    first: Trajectory | None = None,
+    progress: bool | None = None,
+    interrupted: Callable[[], bool] | None = None,
+) -> Trajectory:
+    """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
+
+    first  the run that is continued: its last state is the first of this one
+    """
+    motion = motion_of(problem, method, start.solver, start.tolerance)
+    state = start if start.state.size else replace(
+        motion.at(problem.q0, problem.v0, problem.t0), solver=start.solver,
+        tolerance=start.tolerance, save_every=start.save_every, curves=start.curves,
+    )  # fmt: skip
+    loop = Loop(problem, method, step, motion, state, time)
+    most = input_checks.LARGEST if steps is None else steps
+    with defer_interrupts() as pressed:
+        stopped = interrupted or pressed
+        code = step_in_batches(
+            loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
+        )
+        run = _trajectory(loop, code, steps, first)
+        if pressed() and not run.interrupted:
+            raise Interrupted(run)
+    if asks_functions(cast(Hashable, problem.system)):
+        run._judge()  # now: what the functions refer to may change
+    return run
+
+
+def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | None) -> Trajectory:
+    """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
+    problem, start, h = loop.problem, loop.start, loop.step
+    end, share = loop.to_time() if loop.reached else (None, 0.0)
+    parts, numbers = list(loop.kept), [np.zeros(1), *(start.first + n for n in loop.numbers)]
+    number = start.first + loop.done
+    if end is not None:
+        parts.append(end.rows([0]))
+        numbers.append(np.array([number + share]))
+    elif loop.done and numbers[-1][-1:] != number:
+        parts.append(loop.seen[-1].rows([-1]))
+        numbers.append(np.array([number]))
+    tau = np.concatenate(numbers) * h
+    begin = problem.q0, problem.p0, problem.v0, problem.t0
+    if first is not None:
+        tau[0] = cast(Array, first.tau)[-1]
+        begin = first.q[-1], first.p[-1], first.v[-1], float(first.t[-1])
+    massless = isinstance(problem.system, NBody) and problem.system.has_massless
+    q, p, v = (np.reshape(x, (1, -1)) for x in begin[:3])
+    clock = np.array([[begin[3], 0.0]])
+    head = Taken(q, p, v if massless else None, clock, np.zeros((0, *problem.v0.shape)),
+                 np.zeros((1, loop.method.stages)), 0)  # fmt: skip
+    whole = joined([head, *(part._replace(coefficients=head.coefficients) for part in parts)])
+    times = whole.t[:, 0]
+    if end is not None:
+        times[-1] = loop.time
+    forces = loop.iterations * loop.method.stages
+    counts = {"steps": loop.done, "iterations": loop.iterations, "force_evaluations": forces,
+              "hessian_evaluations": 0, "linear_solves": 0}  # fmt: skip
+    if isinstance(problem.system, NBody):
+        counts["pair_evaluations"] = forces * problem.system.pairs
+    curves, last = loop.curves(end, share), float(times[-1])
+    run = Trajectory(
+        problem=problem,
+        t=read_only(times),
+        q=read_only(whole.q.reshape(-1, *problem.q0.shape)),
+        p=read_only(whole.p.reshape(-1, *problem.v0.shape)),
+        counts=counts,
+        step=h,
+        method=loop.method,
+        curves=curves,
+        again=None
+        if curves is not None
+        else RedoneClockCurves(problem, loop.method, h, tuple(loop.known), last),
+        interrupted=not loop.over and code == SOLVED and loop.done != steps,
+        velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))
+        if massless
+        else None,
+        engine=loop.motion.engine,
+        tau=read_only(tau),
+    )
+    run._judge_later(lambda: _ending(loop, run, steps, end))
+    return run
+
+
+def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -> Mapping[str, Any]:
+    """The fields of a trajectory that tell how it ended."""
+    start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
+    where = f"after {loop.done} steps, at t = {float(run.t[-1]):.10g}"
+    failed: int | None = loop.done + 1
+    if loop.reason:
+        status = f"Stopped {where}: {loop.reason.rstrip('.')}."
+        status += f" Note that {_units(loop.problem, loop.method)}." if loop.done == 0 else ""
+    elif run.interrupted:
+        status = f"Interrupted {where}; what was computed is kept."
+    elif loop.time is not None and not loop.over:
+        status = (
+            f"Stopped {where}: the bound of {steps} steps was reached before t = "
+            f"{loop.time:.10g}. Give more steps, or a larger step."
+        )
+    else:
+        failed, wrong = None, _doubts(found)
+        status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
+        if found.ruined is not None:
+            failed = max(found.ruined - start.first, 1)
+            status = f"Ruined from step {failed} on: {wrong}. {remedy}"
+    if isinstance(run.curves, ClockCurves) and (back := run.curves.falls_back()).size:
+        status += f" The time does not grow along step {int(back[0]) + 1}: {TOO_LONG}."
+    said = [loop.motion.remark]
+    if isinstance(loop.problem.system, NBody) and loop.seen:
+        said.append(dear_pair(loop.problem, joined(loop.seen).q))
+    last = replace(loop.state, energies=found.energies, save_every=start.save_every,
+                   curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
+    return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),
+            "failed_step": failed, "checkpoint": last}  # fmt: skip
+
+
+def _judged(loop: Loop, end: Taken | None) -> Judgement:
+    """What the energies of some steps say."""
+    problem, start = loop.problem, loop.start
+    if not loop.seen:
+        return Judgement(energies=start.energies)
+    whole = joined([*loop.seen, *([end.rows([0])] if end is not None else [])])
+    numbers = np.concatenate([*loop.places, [loop.done] * (end is not None)]) + start.first
+    few = np.unique(np.linspace(0, len(numbers) - 1, LOOKED_AT).astype(np.int64))
+    seen, numbers, n = whole.rows(few), numbers[few], len(few)
+    q, p = seen.q.reshape(n, *problem.q0.shape), seen.p.reshape(n, *problem.v0.shape)
+    with np.errstate(all="ignore"):
+        known, v = start_energies(problem), seen.v
+        if v is None:
+            v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
+        kinetic, potential = energies(problem, States(q, p, v, np.full(n, problem.t0)), sharp=True)
+        so_far = start.energies if start.energies.size else known.fresh
+        given = (numbers, kinetic, potential, known.total, known.kinetic, so_far)
+        found = judgement(*given)
+        if found.error > SMALL or found.unknown:
+            first = float(loop.motion.rate(problem.q0.ravel()))
+            found = judgement(*given, noise(problem), kick_energy(problem, first * loop.step))
+        return found
+
+
+def _doubts(found: Judgement) -> str:
+    if found.unknown:
+        return "the energy is not a number"
+    if found.error > SMALL:
+        return (
+            f"the energy changed by {found.error:.2g} times the larger of the kinetic energy at "
+            f"the start and the range of the potential energy: the step is too large"
+        )
+    return ""
+
+
+def check_step(problem: Problem, method: Galerkin, step: float) -> None:
+    """ValueError for a clock without a g at the start, or a step that cannot be one of its."""
+    g = float(method.clock.rate(problem)(problem.q0.ravel()))
+    if not (math.isfinite(g) and g > 0.0):
+        raise ValueError(
+            f"a clock must be positive and finite; received {g} at the start. Start elsewhere."
+        )
+    longest = getattr(method.clock, "longest", math.inf)
+    if abs(step) > longest:
+        raise ValueError(
+            f"step must be at most {longest:g}: {_units(problem, method)}, so that a revolution is "
+            f"2 pi; received {step!r}. Use 0.3 to 0.6 for degree 8."
+        )
+
+
+def _units(problem: Problem, method: Galerkin) -> str:
+    g = float(method.clock.rate(problem)(problem.q0.ravel()))
+    return f"steps are in units of the clock {method.clock}, {g:.3g} of time at the start"
+
+
+def curves_from(
+    problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float
+) -> ClockCurves:
+    """The curves from a state to the first grid point past a time, or to the time itself."""
+    there = replace(state, save_every=1, curves=True)
+    run = run_in_clock(problem, method, step, there, None, time)
+    if run.curves is None:
+        raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
+    return cast(ClockCurves, run.curves)

@@ -1,0 +1,102 @@
+"""States of a run at any times, of the order of its steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.input_checks import shown
+from galvi.kernels.nystrom.solve import SOLVED
+from galvi.problem import Problem
+from galvi.run.clocked.loop import Loop
+from galvi.run.clocked.run import motion_of
+from galvi.run.integrate import integrate
+from galvi.trajectory import Trajectory
+
+
+def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
+    """States (q, p) at any times of a run, (k, ...) each, or of a scalar those of one time.
+
+    Each is reached by whole steps from the last kept state before it and one shortened step, so
+    that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
+    theirs. NaN where such a step fails. Raises ValueError outside the run and for a run of a
+    reference.
+    """
+    if (
+        not isinstance(run, Trajectory)
+        or run.step is None
+        or (run.again is None and run.curves is None)
+    ):
+        raise ValueError(
+            f"states between steps are those of a run of galvi.integrate; received {shown(run)}."
+        )
+    wanted = input_checks.array("times", times)
+    if wanted.ndim > 1:
+        raise ValueError(f"times must be a scalar or (k,); received shape {wanted.shape}.")
+    problem, sign = run.problem, math.copysign(1.0, run.step)
+    good = int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
+    grid, last = sign * run.t[:good], float(run.t[good - 1])
+    flat = sign * np.atleast_1d(wanted)
+    if not np.all((flat >= grid[0]) & (flat <= grid[-1])):
+        raise ValueError(
+            f"times must lie inside the run, from {float(run.t[0])!r} to {last!r}; "
+            f"received {shown(times)}."
+        )
+    rows = np.searchsorted(grid, flat, side="right") - 1
+    q = np.empty((len(flat), *run.q.shape[1:]))
+    p = np.empty((len(flat), *run.p.shape[1:]))
+    v = run.v
+    reach = _reach_in_clock(run) if run.tau is not None else _reach_in_time(run)
+    for k, row in enumerate(rows.tolist()):
+        if flat[k] == grid[row]:
+            q[k], p[k] = run.q[row], run.p[row]
+        else:
+            here = problem.with_initial_state(run.q[row], v[row])
+            q[k], p[k] = reach(replace(here, t0=float(run.t[row])), sign * float(flat[k]))
+    return (q, p) if wanted.ndim else (q[0], p[0])
+
+
+Reach = Callable[[Problem, float], tuple[Array, Array]]
+
+
+def _reach_in_clock(run: Trajectory) -> Reach:
+    end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
+    motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
+
+    def reach(here: Problem, time: float) -> tuple[Array, Array]:
+        state = motion.at(here.q0, here.v0, here.t0)
+        loop = Loop(run.problem, run.method, step, motion, replace(state, curves=False), time)
+        while not loop.over and loop.call(8) == SOLVED:
+            pass
+        found, _ = loop.to_time() if loop.over else (None, 0.0)
+        if found is None:
+            return np.full(run.q.shape[1:], np.nan), np.full(run.p.shape[1:], np.nan)
+        return found.q[0].reshape(run.q.shape[1:]), found.p[0].reshape(run.p.shape[1:])
+
+    return reach
+
+
+def _reach_in_time(run: Trajectory) -> Reach:
+    step = cast(float, run.step)
+
+    def reach(here: Problem, time: float) -> tuple[Array, Array]:
+        whole = int((time - here.t0) / step)
+        rest = time - (here.t0 + whole * step)
+        if whole:
+            there = integrate(here, run.method, step, whole)
+            here = replace(
+                here.with_initial_state(there.q[-1], there.v[-1]), t0=here.t0 + whole * step
+            )
+            if rest == 0.0:
+                return there.q[-1], there.p[-1]
+        last = integrate(here, run.method, rest, 1)
+        return last.q[-1], last.p[-1]
+
+    return reach

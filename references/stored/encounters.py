@@ -1,0 +1,125 @@
+"""Point masses that meet: problems whose truths are stored, as they need quadruple precision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from galvi import NBody, Problem, problems
+
+YEAR = 365.25  # days
+HEAVIER = 50.0
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
+
+
+def burrau() -> Problem:
+    """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
+    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
+    return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
+
+
+def heavy_planets() -> Problem:
+    """The outer planets with ``HEAVIER`` times their masses."""
+    outer = problems.outer_solar_system()
+    system: Any = outer.system
+    masses = system.masses * HEAVIER
+    masses[0] /= HEAVIER
+    return Problem(
+        NBody(masses), outer.q0, outer.v0, name="outer planets, 50 times as heavy",
+        parameters={"bodies": outer.parameters["bodies"]}, units=outer.units,
+    )  # fmt: skip
+
+
+def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:
+    """Place and velocity at the apocentre, relative to the centre of a mass; tilted about x after a
+    turn in the plane."""
+    r, speed = a * (1.0 + e), math.sqrt(mass / a * (1.0 - e) / (1.0 + e))
+    q, v = np.array([-r, 0.0, 0.0]), np.array([0.0, -speed, 0.0])
+    c, s, ct, st = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    tilted = np.array([[1.0, 0.0, 0.0], [0.0, ct, -st], [0.0, st, ct]])
+    return tilted @ turned @ q, tilted @ turned @ v
+
+
+def _balanced(masses: Any, q: Any, v: Any, name: str, units: str, bodies: Any) -> Problem:
+    """The problem about its centre of mass, G = 1."""
+    m, q, v = (np.array(x, dtype=np.float64) for x in (masses, q, v))
+    q, v = q - m @ q / m.sum(), v - m @ v / m.sum()
+    return Problem(NBody(m), q, v, name=name, units=units, parameters={"bodies": bodies})
+
+
+AU = "au, solar mass, year / 2 pi"
+
+
+def hd_80606() -> Problem:
+    """A planet of e = 0.933, as that of HD 80606, and a companion of Jupiter's mass at 3 au."""
+    star, planet, companion = 1.05, 3.9e-3, 9.5e-4
+    one = _orbit(0.4565, 0.9332, star + planet, 0.0, 0.0)
+    two = _orbit(3.0, 0.1, star + planet + companion, math.radians(10.0), 1.0)
+    zero = (np.zeros(3), np.zeros(3))
+    q, v = zip(zero, one, two, strict=True)
+    masses = [star, planet, companion]
+    return _balanced(masses, q, v, "HD 80606 and a companion", AU, ("star", "planet", "companion"))
+
+
+def kozai_triple() -> Problem:
+    """A planet that a star at 6 au, inclined by 75 degrees, makes eccentric again and again."""
+    star, planet, other = 1.0, 1e-3, 1.0
+    one = _orbit(1.0, 0.05, star + planet, math.radians(75.0), 0.3)
+    two = _orbit(6.0, 0.0, star + planet + other, 0.0, 0.0)
+    inner = planet / (star + planet)
+    q = [-inner * one[0], (1.0 - inner) * one[0], two[0]]
+    v = [-inner * one[1], (1.0 - inner) * one[1], two[1]]
+    return _balanced(
+        [star, planet, other], q, v, "Kozai-Lidov cycles", AU, ("star", "planet", "other star")
+    )
+
+
+def binary_meets_star() -> Problem:
+    """A third star flies through a circular binary of equal stars."""
+    q = [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [-1.1, 12.0, 0.2]]
+    speed = math.sqrt(2.0) / 2.0
+    v = [[0.0, -speed, 0.0], [0.0, speed, 0.0], [0.05, -0.8, 0.0]]
+    return _balanced([1.0, 1.0, 1.0], q, v, "a binary meets a star", "G = 1", (0, 1, 2))
+
+
+def sixteen_stars() -> Problem:
+    """Equal stars in Plummer's density, placed along spirals, total mass 1 and G = 1."""
+    n = 16
+    k = np.arange(n)
+    share = (k + 0.5) / n
+    radius = 1.0 / np.sqrt(share ** (-2.0 / 3.0) - 1.0)
+    height, angle = 1.0 - 2.0 * ((k * 7) % n + 0.5) / n, GOLDEN * k
+    flat = np.sqrt(1.0 - height**2)
+    q = radius[:, None] * np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+    speed = 0.45 * math.sqrt(2.0) * (1.0 + radius**2) ** -0.25
+    up, turn = 1.0 - 2.0 * ((k * 11 + 5) % n + 0.5) / n, GOLDEN * (3 * k + 2) + 1.0
+    level = np.sqrt(1.0 - up**2)
+    v = speed[:, None] * np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
+    return _balanced(np.full(n, 1.0 / n), q, v, "16 stars", "G = 1", tuple(range(n)))
+
+
+def sitnikov() -> Problem:
+    """A massless body on the axis of a binary of e = 0.6."""
+    e = 0.6
+    speed = math.sqrt((1.0 - e) / (1.0 + e)) / 2.0
+    q = [[-0.5 * (1.0 + e), 0.0, 0.0], [0.5 * (1.0 + e), 0.0, 0.0], [0.0, 0.0, 0.6]]
+    v = [[0.0, -speed, 0.0], [0.0, speed, 0.0], [0.0, 0.0, 0.2]]
+    return Problem(
+        NBody([0.5, 0.5, 0.0]), q, v, name="Sitnikov's problem", units="G = 1",
+        parameters={"bodies": (0, 1, "massless body")},
+    )  # fmt: skip
+
+
+ENCOUNTERS: Mapping[str, tuple[Callable[[], Problem], float]] = {  # file: problem, horizon
+    "burrau": (burrau, 63.0),
+    "heavy_planets": (heavy_planets, 600.0 * YEAR),
+    "hd_80606": (hd_80606, 100.0 * 2.0 * math.pi),
+    "kozai": (kozai_triple, 1000.0 * 2.0 * math.pi),
+    "binary_meets_star": (binary_meets_star, 60.0),
+    "sixteen_stars": (sixteen_stars, 6.0 * math.sqrt(2.0)),
+    "sitnikov": (sitnikov, 200.0),
+}

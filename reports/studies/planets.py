@@ -1,0 +1,113 @@
+"""The sections on planets: published runs, JPL's ephemeris, close encounters, eccentric orbits."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pandas as pd
+
+from benchmarks.studies import ephemeris, high_eccentricity, survival
+from benchmarks.studies.moving_frames import published
+from reports.results.section import LongForm, Section
+from reports.tables.study_table import readable_table
+
+PUBLISHED_COLUMNS = {
+    "problem": "problem",
+    "contender": "contender",
+    "step": "step",
+    "steps": "steps",
+    "energy_error": "largest energy error",
+    "microseconds": "time of a step [µs]",
+    "seconds": "time [s]",
+    "status": "status",
+    "commit": "commit",
+    "date": "date",
+}
+
+PUBLISHED = Section(
+    name="published",
+    title="Problems published for IRKGL16-SIMD",
+    text=published.EXPLANATION,
+    measure=published.published,
+    table=partial(readable_table, headings=PUBLISHED_COLUMNS),
+    long_form=LongForm(published.parts, published.stored),
+    timed=True,
+)
+
+
+SKY_COLUMNS = {
+    "contender": "contender",
+    "body": "body",
+    "days": "days",
+    "difference_au": "from DE421, barycentric [au]",
+    "difference_arcsec": "seen from the Sun [″]",
+    "relativity_au": "relativity alone [au]",
+    "integration_error_au": "error of the run [au]",
+    "in_frame": "in the Kepler frame [au]",
+    "status": "status",
+}
+
+
+def sky_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A line for each contender, body and time, with the error in the Kepler frame beside the first
+    contender's, whose model it shares; and the CSS classes of the columns."""
+    framed = (frame["contender"] == ephemeris.IN_FRAME) & (frame["status"] == "")
+    error = frame[framed].set_index(["body", "days"])["integration_error_au"]
+    rest = frame[~framed].copy()
+    ours = rest["contender"] == rest["contender"].iloc[0]
+    places = pd.MultiIndex.from_frame(rest[["body", "days"]])
+    rest["in_frame"] = error.reindex(places).where(ours.to_numpy()).to_numpy(float)
+    return readable_table(rest, SKY_COLUMNS)
+
+
+EPHEMERIS = Section(
+    name="ephemeris",
+    title="Point masses against JPL's ephemeris",
+    text=ephemeris.EXPLANATION,
+    measure=ephemeris.ephemeris_table,
+    table=sky_table,
+    open=True,
+    compared=True,
+)
+
+
+ECCENTRIC_COLUMNS = {
+    "eccentricity": "eccentricity",
+    "contender": "contender",
+    "settings": "setting",
+    "error": "error",
+    "energy_error": "energy error",
+    "evaluations": "force evaluations",
+    "status": "status",
+}
+
+HIGH_ECCENTRICITY = Section(
+    name="high_eccentricity",
+    title="Through the pericentre at high eccentricity",
+    text=high_eccentricity.EXPLANATION,
+    measure=high_eccentricity.high_eccentricity_table,
+    table=partial(readable_table, headings=ECCENTRIC_COLUMNS),
+    open=True,
+    compared=True,
+)
+
+
+SURVIVAL_COLUMNS = {
+    "problem": "problem",
+    "contender": "contender",
+    "settings": "setting",
+    "energy_error": "largest energy error",
+    "seconds": "time [s]",
+    "success": "completed",
+    "status": "status",
+}
+
+SURVIVAL = Section(
+    name="survival",
+    title="Close encounters: who survives",
+    text=survival.EXPLANATION,
+    measure=survival.survival_table,
+    table=partial(readable_table, headings=SURVIVAL_COLUMNS),
+    compared=True,
+    timed=True,
+)

@@ -1,0 +1,294 @@
+"""Steps in a clock: constant in tau, dt = g(q) dtau, and as variational as those in time."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.curves.clock_curves import ClockCurves
+from galvi.run.clocked import general
+
+GAUSS, LOBATTO, MORE = "gauss", "lobatto", "more points"
+
+
+def method(s: int, clock: Any, kind: str = GAUSS) -> galvi.Galerkin:
+    rules = {GAUSS: galvi.gauss(s), LOBATTO: galvi.lobatto(s + 1), MORE: galvi.gauss(s + 1)}
+    return galvi.Galerkin(galvi.Polynomials(s), rules[kind], clock=clock)
+
+
+def upright(q: Any) -> Any:
+    return 1.0 / (1.5 + np.cos(q[0]) * 0.5)
+
+
+def facing(R: Any) -> Any:
+    return 1.0 / (1.5 + 0.5 * R[2, 2])
+
+
+def burrau() -> galvi.Problem:
+    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
+    return galvi.Problem(galvi.NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)))
+
+
+def three_bodies() -> galvi.Problem:
+    """A star, a planet and a moon-like companion, in three dimensions."""
+    q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [-2.0, 0.3, 0.0]]
+    v = [[0.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.1, -0.6, 0.05]]
+    return galvi.Problem(galvi.NBody([1.0, 0.02, 0.05]), q, v)
+
+
+CASES = {
+    "Kepler, Sundman": (galvi.problems.kepler(0.5), galvi.Sundman(), 6.0, 0.4),
+    "Kepler, eccentric anomaly": (galvi.problems.kepler(0.5), galvi.Sundman(1.0), 6.0, 0.4),
+    "double pendulum": (galvi.problems.elastic_pendulum(), galvi.Clock(upright), 2.0, 0.2),
+    "3D pendulum": (galvi.problems.pendulum_3d(), galvi.Clock(facing), 2.0, 0.2),
+    "three bodies": (three_bodies(), galvi.DynamicalTime(), 3.0, 0.4),
+}
+each = pytest.mark.parametrize("case", list(CASES))
+
+
+def ends(case: str, s: int, kind: str, step: float) -> Any:
+    problem, clock, duration, _ = CASES[case]
+    run = galvi.integrate(problem, method(s, clock, kind), step, duration=duration)
+    assert run.success, run.status
+    assert run.t[-1] == problem.t0 + duration
+    return run.q[-1]
+
+
+@pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
+@each
+def test_a_run_ends_at_its_time_with_the_order_of_the_method(case: str, kind: str) -> None:
+    truth = ends(case, 8, GAUSS, 0.05)
+    step = CASES[case][3]
+    steps = step / np.array([2.0, 3.0, 4.0])
+    errors = [float(np.max(np.abs(ends(case, 2, kind, h) - truth))) for h in steps]
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 3.6 < order < 4.7, (errors, order)
+
+
+@each
+def test_a_run_in_a_clock_is_the_motion_that_steps_in_time_find(case: str) -> None:
+    problem, _clock, duration, _ = CASES[case]
+    plain = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    run = galvi.integrate(problem, plain, duration / 400, 400)
+    assert np.max(np.abs(ends(case, 8, GAUSS, 0.1) - run.q[-1])) < 1e-11
+
+
+@pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
+@each
+def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) -> None:
+    problem, clock, _, step = CASES[case]
+    assert galvi.symplecticity_defect(problem, method(2, clock, kind), step) < 1e-10
+
+
+def test_a_clock_without_the_slope_of_g_is_not_symplectic(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fixed(problem: galvi.Problem, clock: Any, energy: float) -> galvi.Problem:
+        base, rate = general.lagrangian_of(problem.system, problem), clock.rate(problem)
+        known = base.builtin.slopes
+
+        def slopes(q: Any, u: Any) -> Any:
+            g, both = rate(q), None
+            both = np.array(known(q, u / g))
+            both[q.size :] *= g
+            return both
+
+        def L(q: Any, u: Any) -> Any:
+            g = rate(q)
+            return g * (base.function(q, u / g) + energy)
+
+        found = galvi.Lagrangian(L, base.group, slopes, check=False)
+        return galvi.Problem(found, problem.q0, rate(problem.q0) * problem.v0)
+
+    problem, clock, _, step = CASES["double pendulum"]
+    assert galvi.symplecticity_defect(problem, method(2, clock), step) < 1e-10
+    monkeypatch.setattr(general, "in_clock", fixed)
+    assert galvi.symplecticity_defect(problem, method(2, clock), step) > 1e-6
+
+
+def test_momenta_are_kept_to_round_off_where_g_is_invariant() -> None:
+    run = galvi.integrate(three_bodies(), method(4, galvi.DynamicalTime()), 0.4, duration=40.0)
+    p = run.p.sum(axis=1)
+    turning = np.cross(run.q, run.p).sum(axis=1)
+    assert np.max(np.abs(p - p[0])) < 1e-14
+    assert np.max(np.abs(turning - turning[0])) < 1e-14
+    assert np.max(np.abs(galvi.energy(run) - galvi.energy(run)[0])) > 1e-12  # coarse, and not kept
+
+
+@each
+def test_steps_back_cancel_steps_forward(case: str) -> None:
+    problem, clock, duration, step = CASES[case]
+    symmetric = case != "3D pendulum"  # charts on groups are based at the step's start
+    error = galvi.round_trip_error(problem, method(3, clock), step, 10)
+    assert error < (1e-13 if symmetric else 1e-3)
+    there = galvi.integrate(problem, method(8, clock), step, duration=duration)
+    start = galvi.Problem(problem.system, there.q[-1], there.v[-1], duration)
+    back = galvi.integrate(start, method(8, clock), -step, duration=duration)
+    assert back.success and back.t[-1] == 0.0 and np.all(np.diff(back.t) < 0.0)
+    assert np.max(np.abs(back.q[-1] - problem.q0)) < 1e-8
+
+
+def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() -> None:
+    problem, clock, duration, _ = CASES["Kepler, Sundman"]
+    times = np.linspace(0.01, 5.99, 401)
+    truth = galvi.integrate(problem, method(12, clock), 0.05, duration=duration)(times)
+    steps = np.array([0.3, 0.2, 0.15])
+    curve, state = [], []
+    for h in steps:
+        run = galvi.integrate(problem, method(3, clock), h, duration=duration)
+        curve.append(np.max(np.abs(run(times) - truth)))
+        state.append(np.max(np.abs(galvi.states_at(run, times[::20])[0] - truth[::20])))
+        assert np.max(np.abs(run(run.t) - run.q)) < 2e-15
+    orders = [np.polyfit(np.log(steps), np.log(e), 1)[0] for e in (curve, state)]
+    assert 3.4 < orders[0] < 4.8 and 5.5 < orders[1] < 6.9, orders
+
+
+def test_states_at_are_those_of_a_run_in_time_too() -> None:
+    problem = galvi.problems.kepler(0.3)
+    run = galvi.integrate(problem, method(6, None), 0.2, 20, save_every=3)
+    q, p = galvi.states_at(run, 2.35)
+    fine = galvi.integrate(problem, method(8, None), 2.35 / 40, 40)
+    assert np.max(np.abs(q - fine.q[-1])) < 1e-10 and np.max(np.abs(p - fine.p[-1])) < 1e-10
+    with pytest.raises(ValueError, match="inside the run"):
+        galvi.states_at(run, 4.1)
+
+
+@each
+def test_a_continued_run_has_the_bits_of_one_long_run(case: str) -> None:
+    problem, clock, duration, step = CASES[case]
+    whole = galvi.integrate(problem, method(4, clock), step, duration=duration)
+    part = galvi.integrate(problem, method(4, clock), step, duration=0.4 * duration)
+    rest = galvi.resume(part, until=duration)
+    assert rest.t[0] == part.t[-1] and rest.t[-1] == duration
+    n = len(rest.q) - 1
+    assert np.array_equal(rest.q[1:], whole.q[-n:]) and np.array_equal(rest.p[1:], whole.p[-n:])
+    assert np.array_equal(rest.tau[1:], whole.tau[-n:])
+    again = galvi.resume(galvi.resume(part, 2), 2)
+    assert np.array_equal(again.q[-1], galvi.resume(part, 4).q[-1])
+
+
+@pytest.mark.parametrize("save_every", [1, 5])
+def test_a_saved_run_is_the_same_run(tmp_path: Path, save_every: int) -> None:
+    problem, clock, duration, step = CASES["Kepler, Sundman"]
+    run = galvi.integrate(problem, method(6, clock), step, duration=duration, save_every=save_every)
+    times = np.linspace(0.0, duration, 17)
+    galvi.save(run, tmp_path / "run.npz")
+    for same in (galvi.load(tmp_path / "run.npz"), pickle.loads(pickle.dumps(run))):
+        assert same.status == run.status and same.engine == run.engine
+        assert np.array_equal(same.tau, run.tau) and np.array_equal(same(times), run(times))
+        more = galvi.resume(same, duration=1.0)
+        assert np.array_equal(more.q, galvi.resume(run, duration=1.0).q)
+    every = galvi.integrate(problem, method(6, clock), step, duration=duration)
+    assert np.array_equal(every.q[:-1][::save_every], run.q[:-1])
+    assert np.max(np.abs(every(times) - run(times))) < 1e-14
+
+
+@given(st.floats(0.05, 0.9), st.floats(0.1, 0.4), st.floats(0.5, 9.0))
+@settings(max_examples=15, deadline=None)
+def test_a_duration_of_any_length_is_met(e: float, step: float, duration: float) -> None:
+    problem = galvi.problems.kepler(e)
+    run = galvi.integrate(problem, method(8, galvi.Sundman()), step, duration=duration)
+    assert run.success and run.t[-1] == duration
+    anomaly = duration
+    for _ in range(60):
+        anomaly -= (anomaly - e * math.sin(anomaly) - duration) / (1.0 - e * math.cos(anomaly))
+    place = [math.cos(anomaly) - e, math.sqrt(1.0 - e * e) * math.sin(anomaly)]
+    assert np.max(np.abs(run.q[-1] - place)) < 1e-9
+    assert np.all(np.diff(run.t) > 0.0) and np.all(np.diff(run.tau) > 0.0)
+
+
+def test_burrau_ends_where_quadruple_precision_does() -> None:
+    run = galvi.integrate(burrau(), method(8, galvi.DynamicalTime()), 0.3, duration=63.0)
+    truth = [2.8394339724915002, 8.1128544246959514]  # heyoka, quadruple precision
+    assert run.success and np.max(np.abs(run.q[-1, 0] - truth)) < 2e-4, run.q[-1, 0] - truth
+    assert run.engine == "clock"
+
+
+def test_a_collision_ends_the_run_and_names_the_bodies() -> None:
+    head_on = galvi.Problem(
+        galvi.NBody([1.0, 1.0]), [[1.0, 0.0], [-1.0, 0.0]], np.zeros((2, 2)),
+        parameters={"bodies": ["Castor", "Pollux"]},
+    )  # fmt: skip
+    run = galvi.integrate(head_on, method(8, galvi.DynamicalTime()), 0.3, duration=63.0)
+    assert not run.success and "Castor and Pollux collide" in run.status
+    assert abs(run.t[-1] - math.pi / math.sqrt(2.0)) < 1e-12 and np.isfinite(run.q).all()
+
+
+def test_a_pair_that_sets_the_steps_of_all_is_named() -> None:
+    q = [[0.0, 0.0], [30.0, 0.0], [30.01, 0.0]]
+    v = [[0.0, 0.0], [0.0, 0.18], [0.0, 0.18 + math.sqrt(2e-3 / 0.01)]]
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-3, 1e-3]), q, v)
+    run = galvi.integrate(problem, method(6, galvi.DynamicalTime()), 0.4, 100)
+    assert "Bodies 1 and 2 set the steps of all" in run.status
+
+
+def test_a_duration_within_a_step_is_one_shortened_step() -> None:
+    run = galvi.integrate(burrau(), method(8, galvi.DynamicalTime()), 0.3, duration=1e-3)
+    assert run.success and run.counts["steps"] == 0 and run.t[-1] == 1e-3
+    long = galvi.integrate(galvi.problems.kepler(0.5), method(8, galvi.Sundman()), 1e5, 3)
+    assert not long.success and "units of the clock" in long.status
+
+
+def test_steps_bound_a_duration_and_say_so() -> None:
+    run = galvi.integrate(burrau(), method(6, galvi.DynamicalTime()), 0.3, 20, duration=63.0)
+    assert not run.success and "the bound of 20 steps" in run.status and len(run.t) == 21
+    assert galvi.resume(run, until=63.0).t[-1] == 63.0
+
+
+def test_a_step_whose_time_does_not_grow_is_said() -> None:
+    run = galvi.integrate(galvi.problems.kepler(0.9), method(4, galvi.Sundman()), 2.5, 12)
+    assert isinstance(run.curves, ClockCurves)
+    if run.curves.falls_back().size:
+        assert "does not grow" in run.status
+
+
+def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
+    def branches(q: Any) -> float:
+        return 1.0 if q[0] > 1e9 else float(1.0 / (1.5 + math.cos(q[0]) * 0.5))
+
+    problem, _, duration, step = CASES["double pendulum"]
+    slow = galvi.integrate(problem, method(4, galvi.Clock(branches)), step, duration=duration)
+    quick = galvi.integrate(problem, method(4, galvi.Clock(upright)), step, duration=duration)
+    assert slow.success and np.max(np.abs(slow.q[-1] - quick.q[-1])) < 1e-8
+
+
+KEPLER, BURRAU = galvi.problems.kepler(0.5), burrau()
+DYNAMICAL, CIRCLES = galvi.DynamicalTime(), galvi.Sundman()
+FORCED = galvi.Problem(
+    galvi.Canonical(1.0, galvi.CentralForce(1.0), force=lambda q, v: -0.1 * v), [1.0, 0.0],
+    [0.0, 1.0],
+)  # fmt: skip
+REFUSED = [
+    (lambda: galvi.integrate(KEPLER, method(4, DYNAMICAL), 0.1, 3), "at least two bodies"),
+    (lambda: galvi.integrate(BURRAU, method(4, CIRCLES), 0.1, 3), "one particle"),
+    (lambda: galvi.integrate(BURRAU, method(4, DYNAMICAL), 7.0, 3), "a revolution is 2 pi"),
+    (lambda: galvi.integrate(BURRAU, method(4, DYNAMICAL), 0.1), "received neither"),
+    (lambda: galvi.integrate(KEPLER, method(4, galvi.Clock(lambda q: -1.0)), 0.1, 3), "positive"),
+    (lambda: galvi.integrate(KEPLER, method(4, galvi.Clock(lambda q: np.inf)), 0.1, 3), "finite"),
+    (lambda: galvi.integrate(FORCED, method(4, CIRCLES), 0.1, 3), "conserves its energy"),
+    (lambda: galvi.Clock(3), "must be a function"),
+    (lambda: galvi.Sundman(0.0), "power"),
+    (lambda: method(4, 3), "clock must be a clock"),
+    (lambda: method(4, galvi.DynamicalTime), "clock must be a clock"),
+    (lambda: galvi.resume(galvi.integrate(KEPLER, method(4, CIRCLES), 0.1, 3), until=0.0), "until"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "words"), REFUSED)
+def test_what_a_clock_cannot_do_is_refused_in_words(call: Any, words: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=words):
+        call()
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
+def test_a_frame_and_a_clock_exclude_each_other() -> None:
+    with pytest.raises(ValueError, match="exclude each other"):
+        galvi.Galerkin(
+            galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame(), clock=DYNAMICAL
+        )
