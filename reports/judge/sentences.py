@@ -73,10 +73,10 @@ def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
             f"{readable(best['error'])}, in {timing(best)}"
         )
         faster = float(f"{own['seconds'] / best['seconds']:.2g}")
-        if own["seconds_low"] <= best["seconds_high"]:
-            text += ", within quartiles no faster than your run"
-        elif faster > 1.0 and not math.isnan(own["error"]):
-            text += f", {faster:g} times as fast as your run"
+        if faster > 1.0 and not math.isnan(own["error"]):
+            alike = own["seconds_low"] <= best["seconds_high"]
+            text += ", within quartiles no faster" if alike else f", {faster:g} times as fast"
+            text += " than your run" if alike else " as your run"
     if not names.size:
         return f"{text}."
     listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"

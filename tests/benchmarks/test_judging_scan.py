@@ -13,9 +13,9 @@ import pytest
 
 import galvi
 from benchmarks.applications.judging import bodies, clock
-from benchmarks.applications.judging.candidate import Candidate, Kind
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own
 from benchmarks.applications.judging.judgement import YOURS, Judgement, judge
-from benchmarks.applications.judging.scan import Limits, Search, Tried, scan
+from benchmarks.applications.judging.scan import Limits, Search, Tried, explained, scan
 from galvi import Problem, Trajectory
 from references.closed_forms.kepler import KEPLER
 from references.rebound.leapfrog import LEAPFROG
@@ -109,6 +109,13 @@ def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
     told = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
     assert last.status.startswith(told) and len(last.status) > len(told)
     assert all(row.status for row in rows)
+    best = Tried("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
+    worse = replace(best, setting="dt = 1", error=0.2)
+    failed = replace(best, setting="dt = 1", error=math.nan, status="It failed.")
+    for finest, word in ((worse, "error 0.2"), (failed, "failed")):
+        told = [row.status for row in explained([best, finest], "why")]
+        assert told[0] == f"not reached with the finest setting tried, dt = 1, {word}: why"
+        assert told[1] == ("It failed." if finest is failed else told[0])
     steps = [row.candidate.count(100) for row in rows if row.candidate is not None]
     assert steps == sorted(steps)
 
@@ -171,6 +178,8 @@ def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> Non
         given = replace(found, table=other, own={**found.own, **times})
         (said,) = [one for one in sentences(given) if "The cheapest that reaches" in one]
         assert words in said and "As fast, within quartiles: " in said
+    hasty = {**found.own, "seconds": 0.5, "seconds_low": 0.4, "seconds_high": 0.6}
+    assert not any("your run." in one for one in sentences(replace(given, own=hasty))[2:])
 
 
 def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judgement) -> None:
@@ -192,7 +201,15 @@ def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(found: Jud
 
 
 def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) -> None:
-    assert any("in the units of the simulation, in which G = 1" in note for note in found.notes)
+    told = "in the units of the simulation, in which G = 1"
+    assert any(told in note for note in found.notes)
+    sim = pytest.importorskip("rebound").Simulation()
+    sim.add(m=1.0)
+    sim.add(a=1.0)
+    own = Own("", LEAPFROG, {}, 0.1)
+    read = Model(galvi.from_rebound(sim))
+    assert bodies.unit(read.problem, "length") == " units of length"
+    assert told in bodies.notes(read, own, found.truth)[0]
     assert " units of length over 25.1 units of time" in sentences(found)[0]
     page = rendered(found, "planet", {})
     assert "in units of length" in page and "dt in units of time" in page

@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import galvi
+from benchmarks.experiments.clock_drift import binary, drift, stopped_at
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.extended_precision import decimals, extended_precision
@@ -240,3 +241,13 @@ def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> N
     for space, rule in ((4, galvi.gauss(5)), (4, galvi.lobatto(5))):
         method = galvi.Galerkin(galvi.Polynomials(space), rule, clock=galvi.DynamicalTime())
         assert motion_in_lanes(problem, method, None) is None
+
+
+def test_the_energy_does_not_drift() -> None:
+    """At most 4 standard errors of it; with an early stop there are more than 100."""
+    found = drift(binary(), blocks=60)
+    assert abs(found["K a step"]) < 4.0 * found["standard error"]
+    assert found["standard error"] < 2e-17
+    with stopped_at(2.0**-48, 0.0):
+        early = drift(binary(), blocks=60)
+    assert abs(early["K a step"]) > 8.0 * early["standard error"]

@@ -139,7 +139,7 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     """On units that are not set, on the order of the particles, and on the distances at which the
     user's run ends."""
     problem, found = model.problem, []
-    if not problem.units:
+    if not _named(problem, "length"):
         found.append(
             f"Lengths and times are in the units of the simulation, in which G = "
             f"{cast(NBody, problem.system).G:g}: sim.units is not set."
@@ -231,9 +231,12 @@ def size(truth: Trajectory) -> float:
 
 def unit(problem: Problem, dimension: str) -> str:
     """The unit of length or time with a space before it, by name where REBOUND knows it."""
+    return f" {_named(problem, dimension) or f'units of {dimension}'}"
+
+
+def _named(problem: Problem, dimension: str) -> str:
     words = [part.split(" ") for part in problem.units.split(", ")]
-    known = (word[1] for word in words if len(word) == 2 and word[0] == dimension)
-    return f" {next(known, f'units of {dimension}')}"
+    return next((word[1] for word in words if len(word) == 2 and word[0] == dimension), "")
 
 
 def names(problem: Problem) -> list[str]:

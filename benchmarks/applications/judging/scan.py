@@ -144,7 +144,7 @@ class Search:
                 spent = sum(row.wall for row in rows[len(known) :])
                 candidate, why = self._next(rows, waiting, limit - spent)
             if candidate is None:
-                return _explained(rows, why)
+                return explained(rows, why)
             label, setting = candidate.label, candidate.text(self.span, self.samples)
             try:
                 if candidate.steps is not None and not rows:
@@ -213,13 +213,17 @@ def _rounded(number: float) -> str:
     return f"{float(f'{number:.2g}'):g}"
 
 
-def _explained(rows: list[Tried], why: str) -> list[Tried]:
-    """With the reason in words at the finest setting, where none reaches the error."""
-    last = rows[-1]
-    if any(row.reached for row in rows) or math.isnan(last.error):
+def explained(rows: list[Tried], why: str) -> list[Tried]:
+    """Where none reaches the error, with the reason in words, both at the finest setting and at the
+    most accurate, which tables show."""
+    known = [row for row in rows if not math.isnan(row.error)]
+    if any(row.reached for row in rows) or not known:
         return rows
-    text = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
-    return [*rows[:-1], replace(last, status=text + why)]
+    best, last = min(known, key=lambda row: row.error), rows[-1]
+    error = "failed" if math.isnan(last.error) else f"error {last.error:.2g}"
+    text = f"not reached with the finest setting tried, {last.setting}, {error}: {why}"
+    told = [best] if math.isnan(last.error) else [best, last]
+    return [replace(row, status=text) if row in told else row for row in rows]
 
 
 def _order(rows: list[Tried], samples: int) -> float:

@@ -15,18 +15,20 @@ the last one, then new velocities, then new places.
 d = bodies * dimension rows, one for each coordinate; s stages, then zeros, P in all
 
 masses        pairs (5 n,): M_j, M_i, M_i M_j, its low part and (M_i + M_j)^kappa of each pair of
-              bodies; members (n, 2): first rows of both; bodies (2, N): M / 2, and 1 / M or
-              0 where the term with H - E0 is left out
+              bodies, those of one body after another; seconds (n,): the first row of the other;
+              starts (N + 1,): where a body's pairs begin; bodies (2, N): M / 2, and 1 / M or 0
+              where the term with H - E0 is left out
 tables        mu^T and the extrapolation of slopes to the next step (s, P); h b (1, P); the curve's
               coefficients from slopes (m, s)
 state         (4, d)   q, its low part, v, its low part
 stages        (2 d, s) the last step's slopes of q and v, if solver_state[0] says so
 clock         (4,)     t, its low part, E0, its low part
-scratch       rows (8, d, P), before (5, at least d and 4), totals (6, P), changes (4, P), gaps
-              (n dimension,)
+scratch       rows (8, d, P): slopes of q and v, shifts, pulls, turns, the last step's slopes, none;
+              totals (6, P), changes (4, P), gaps (n dimension,), history (4,)
+noise         changes below it that do not shrink are rounding; a last pass takes the mean of old
+              and new slopes then
 done          (2,)     <- steps, passes
-kept          q, v, t, coefficients and g at the stages after each step, as `Taken` of
-              galvi.fast.clock_stepper
+kept          q, v, t, coefficients and g at the stages after each step, see galvi.run.clocked.plan
 """
 
 from __future__ import annotations
@@ -36,38 +38,19 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.fast.lanes.clocks.rows import (
-    CHANGE,
-    LENGTH,
-    RATE,
-    SIZE,
-    attract,
-    combine,
-    drift,
-    kick,
-    set_clock,
-    sum_of,
-)  # fmt: skip
+from galvi.fast.lanes.clocks import rows as lanes
 from galvi.fast.lanes.law import curve_of
-from galvi.fast.lanes.nbody import copy_rows
+from galvi.fast.lanes.nbody import FIXED_NUMBERS, copy_rows
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    GOING,
-    NOT_FINITE,
-    SOLVED,
-    reset_history,
-    verdict,
-)  # fmt: skip
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 
 FAR = 0.5  # relative change by the first pass from which on an extrapolated guess is no use
-MASSES = types.Tuple((FIXED_VECTOR, types.Array(types.int64, 2, "C", readonly=True), FIXED_MATRIX))
-SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, MATRIX, VECTOR))
+MASSES = types.Tuple((FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX))
+SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, VECTOR, VECTOR))
 TAKEN = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
 
@@ -80,128 +63,119 @@ def clear(rows):
 
 
 @jit_inline
-def move(form, masses, mu, state, totals, rows, slopes, changes, kicks):
-    """New slopes of places and shifts of all bodies, after new slopes of velocities if wanted."""
-    for body in range(masses[2].shape[1]):
-        row, half, light = body * len(form[0]), masses[2][0, body], masses[2][1, body]
-        if kicks:
-            kick(form, totals, rows[3], rows[4], row, light, rows[1], changes)
-        drift(form, mu, state[2], state[3], row, half, totals, rows[1], slopes, changes)
-        combine(form, mu, rows[0], row, rows[2])
+def begin(form, masses, tables, state, scratch, guessed):
+    """The start of a step: separations, slopes (extrapolated, or 0) and shifts."""
+    dimension, (rows, totals, changes, gaps, _) = len(form[0]), scratch
+    for body in range(masses[3].shape[1]):
+        for k in range(masses[2][body], masses[2][body + 1]):
+            for x in range(dimension):
+                i, j = body * dimension + x, masses[1][k] + x
+                gaps[k * dimension + x] = (state[0, i] - state[0, j]) + (state[1, i] - state[1, j])
+    for part in range(2):
+        clear(rows[part])
+        clear(rows[3 + part])
+        for row in range(0, state.shape[1] if guessed else 0, dimension):
+            lanes.combine(form, tables[1], rows[5 + part], row, rows[part])
+    clear(totals)
+    move(form, masses, tables[0], state, totals, rows, rows[7], 1.0, changes)
 
 
 @jit_inline
-def iterate(form, masses, tables, state, clock, tolerance, scratch, history, guessed):
+def move(form, masses, mu, state, totals, rows, slopes, share, changes):
+    """New slopes of places, from velocities, and shifts from the slopes in rows."""
+    dimension, bodies = len(form[0]), masses[3]
+    for body in range(bodies.shape[1]):
+        lanes.drift(form, mu, state[2], state[3], body * dimension, bodies[0, body], totals,
+                    rows[1], slopes, share, changes)  # fmt: skip
+    for body in range(bodies.shape[1]):
+        lanes.combine(form, mu, rows[0], body * dimension, rows[2])
+
+
+@jit_inline
+def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
     """Passes from the slopes in rows until convergence; returns a code and their number."""
-    rows, _, totals, changes, gaps = scratch
-    pairs, members, _ = masses
-    clear(totals)
-    clear(rows[3])
-    clear(rows[4])
-    move(form, masses, tables[0], state, totals, rows, rows[7], changes, False)
-    reset_history(history)
-    for passes in range(1, FIXED_POINT_PASSES + 1):
+    rows, totals, changes, gaps, history = scratch
+    (pairs, seconds, starts, bodies), dimension, share = masses, len(form[0]), 1.0
+    begin(form, masses, tables, state, scratch, guessed)
+    solve.reset_history(history)
+    for passes in range(1, solve.FIXED_POINT_PASSES + 1):
         clear(changes)
-        for k in range(members.shape[0]):
-            attract(form, rows[2], gaps, pairs, k, members[k, 0], members[k, 1], rows[3], rows[4],
-                    totals)  # fmt: skip
-        set_clock(form, tables[2], clock[2], clock[3], totals)
-        move(form, masses, tables[0], state, totals, rows, rows[0], changes, True)
+        for body in range(bodies.shape[1]):
+            lanes.attract(form, rows[2], gaps, pairs, seconds, body * dimension, starts[body],
+                          starts[body + 1], rows[3], rows[4], totals)  # fmt: skip
+        lanes.set_clock(form, tables[2], clock[2], clock[3], totals)
+        for body in range(bodies.shape[1]):
+            lanes.kick(form, totals, rows[3], rows[4], body * dimension, bodies[1, body], rows[1],
+                       share, changes)  # fmt: skip
+        move(form, masses, tables[0], state, totals, rows, rows[0], share, changes)
         change = 0.0
         for part in range(0, 4, 2):
-            one = sum_of(form, changes, part + CHANGE) / sum_of(form, changes, part + SIZE)
+            one = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
             change = one if not one <= change else change  # NaN too
+        code = solve.verdict(change, tolerance, history)
         if guessed and passes == 1 and not change < FAR:
-            return DIVERGED, passes
-        code = verdict(change, tolerance, history)
-        if code != GOING:
+            return solve.DIVERGED, passes
+        if share < 1.0 and change < np.inf:
+            return solve.SOLVED, passes
+        if code != solve.GOING:
             return code, passes
-    return DIVERGED, FIXED_POINT_PASSES
+        if history[3] > 0.0 and change < noise:
+            share = 0.5
+    return solve.DIVERGED, solve.FIXED_POINT_PASSES
 
 
 @jit_inline
-def add_slopes(form, rows, totals, state, clock):
-    """The state and the time at the step's end; returns whether they are finite."""
-    size = 0.0
-    for part in range(2):
-        for i in range(state.shape[1]):
-            moved = state[2 * part + 1, i] + sum_of(form, rows[part], i)
-            state[2 * part, i], state[2 * part + 1, i] = two_sum(state[2 * part, i], moved)
-            size += abs(state[2 * part, i])
-    clock[0], clock[1] = two_sum(clock[0], clock[1] + sum_of(form, totals, LENGTH))
-    return size + abs(clock[0]) < np.inf
-
-
-@jit_inline
-def begin(form, members, ahead, state, rows, gaps, guessed):
-    """The separations of pairs at a step's start, and slopes extrapolated from the last step's."""
-    dimension = len(form[0])
-    for k in range(members.shape[0]):
-        for x in range(dimension):
-            i, j = members[k, 0] + x, members[k, 1] + x
-            gaps[k * dimension + x] = (state[0, i] - state[0, j]) + (state[1, i] - state[1, j])
-    for part in range(2):
-        copy_rows(rows[5 + part], rows[part])
-        for row in range(0, state.shape[1] if guessed else 0, dimension):
-            combine(form, ahead, rows[5 + part], row, rows[part])
-
-
-@jit_inline
-def advance_clock(form, masses, tables, todo, until, tolerance, state, stages, solver_state, clock,
-                  scratch, done, kept):  # fmt: skip
+def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, stages, solver_state,
+                  clock, scratch, done, kept):  # fmt: skip
     """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` unless
     that is NaN, is not done."""
-    rows, before, totals, _, gaps = scratch
-    d, s = state.shape[1], stages.shape[1]
+    rows, totals, d, code = scratch[0], scratch[1], state.shape[1], solve.SOLVED
+    q, v, times, curves, rates = kept
     for part in range(2):
         copy_rows(rows[part], stages[part * d : (part + 1) * d])
     for step in range(todo):
-        guessed, code = solver_state[HOLDS] == LAST_STEP, DIVERGED
-        copy_rows(before, state)
-        begin(form, masses[1], tables[1], state, rows, gaps, guessed)
+        code, guessed = solve.DIVERGED, solver_state[HOLDS] == LAST_STEP
+        for part in range(2):
+            copy_rows(rows[5 + part], rows[part])
         for attempt in range(0 if guessed else 1, 2):
-            if attempt == 1:
-                clear(rows[0])
-                clear(rows[1])
-            code, passes = iterate(
-                form, masses, tables, state, clock, tolerance, scratch, before[4], attempt == 0
-            )
-            done[1] += passes
-            if code == SOLVED:
-                break
-        t, low = clock[0], clock[1]
-        if code == SOLVED and not add_slopes(form, rows, totals, state, clock):
-            code = NOT_FINITE
-        passed = (clock[0] - until) * (clock[0] - t) > 0.0
-        if code != SOLVED or passed:
-            copy_rows(state, before)
-            clock[0], clock[1] = t, low
+            if code != solve.SOLVED:
+                code, passes = iterate(
+                    form, masses, tables, state, clock, tolerance, noise, scratch, attempt == 0
+                )
+                done[1] += passes
+        t, low = two_sum(clock[0], clock[1] + lanes.sum_of(form, totals, lanes.LENGTH))
+        if code == solve.SOLVED and not abs(t) < np.inf:
+            code = solve.NOT_FINITE
+        if code != solve.SOLVED or (t - until) * (t - clock[0]) > 0.0:
             for part in range(2):
-                copy_rows(stages[part * d : (part + 1) * d], rows[5 + part])
-            return code
+                copy_rows(rows[part], rows[5 + part])
+            break
+        clock[0], clock[1], times[step, 0], times[step, 1] = t, low, t, low
         solver_state[HOLDS], done[0] = LAST_STEP, step + 1
-        q, v, times, curves, rates = kept
+        for part in range(2):
+            for i in range(d):
+                moved = state[2 * part + 1, i] + lanes.sum_of(form, rows[part], i)
+                state[2 * part, i], state[2 * part + 1, i] = two_sum(state[2 * part, i], moved)
         for i in range(d):
             q[step, i], v[step, i] = state[0, i], state[2, i]
-        times[step, 0], times[step, 1] = clock[0], clock[1]
-        for k in range(s):
-            rates[step, k] = totals[RATE, k]
+        for k in range(stages.shape[1]):
+            rates[step, k] = totals[lanes.RATE, k]
         if curves.shape[0] > 0:
             curve_of(tables[3], rows[0], curves[step])
     for part in range(2):
         copy_rows(stages[part * d : (part + 1) * d], rows[part])
-    return SOLVED
+    return code
 
 
 @cache
-def compiled_advance_clock(dimension, halves, lanes):
+def compiled_advance_clock(dimension, halves, width):
     """``advance_clock`` compiled or cached for a dimension, 2 kappa and the lanes of a vector."""
-    whole, numbers = types.int64, types.int64[::1]
+    whole, real, numbers = types.int64, types.float64, types.int64[::1]
     form = types.Tuple(
-        [*(types.UniTuple(whole, n) for n in (dimension, halves, lanes)), whole, whole]
+        [*(types.UniTuple(whole, n) for n in (dimension, halves, width)), whole, whole]
     )
     signature = whole(
-        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, types.float64, types.float64, MATRIX,
-        MATRIX, numbers, VECTOR, SCRATCH, numbers, TAKEN,
+        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, real, real, real, MATRIX, MATRIX,
+        numbers, VECTOR, SCRATCH, numbers, TAKEN,
     )  # fmt: skip
     return compiled_for(advance_clock, signature, jit_inline)

@@ -9,6 +9,8 @@ form  tuples of as many numbers as there are dimensions, halves in the power of 
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -64,12 +66,14 @@ class Stages(Lanes):
         sums = self.sums(first, matrix.data, row.type(0), values.data, row, self.stages)
         return [Lane(self.builder, total) for total in sums]
 
-    def renew(self, slopes, row, new, changes, first):
-        """A body's slopes become the new ones; changes add up from the row ``first`` on."""
+    def renew(self, slopes, row, new, share, changes, first):
+        """A body's slopes become a share of the new ones and the rest of the old; changes add up
+        from the row ``first`` on."""
         changed, size = changes[first + CHANGE], changes[first + SIZE]
         for x, one in enumerate(new):
-            changed, size = changed + abs(one - slopes[row, x]), size + abs(one)
-            slopes[row, x] = one
+            old = slopes[row, x]
+            changed, size = changed + abs(one - old), size + abs(one)
+            slopes[row, x] = share * one + (1.0 - share) * old
         changes[first + CHANGE], changes[first + SIZE] = changed, size
 
 
@@ -113,29 +117,43 @@ sum_of = in_lanes(lambda at, rows, row: rows[row, 0], types.float64)  # of a row
 
 
 @in_lanes
-def attract(at, shifts, gaps, pairs, k, first, second, pulls, turns, totals):
-    """What the k-th pair of bodies adds to their rows, the potential and the rate of the clock."""
-    row, start = at.builder.mul(k, k.type(COLUMNS)), at.builder.mul(k, k.type(len(at.axes)))
-    gap = [shifts[first, x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
-    if at.halves == 2:
-        inverse = at.inverse.root(square(gap))
-        third = inverse * inverse * inverse
-        pace = pairs.number(row, PACE) * third
-    else:
-        half = at.inverse.quarters(square(gap), 3)
-        third = half * half
-        inverse = square(gap) * third
-        pace = pairs.number(row, PACE) * half
-    for column in (PRODUCT_LOW, PRODUCT):
-        totals[POTENTIAL] = totals[POTENTIAL] + pairs.number(row, column) * inverse
-    totals[RATES] = totals[RATES] + pace
-    turn = pace * inverse * inverse
-    onto_first, onto_second = (pairs.number(row, n) * third for n in (ONTO_FIRST, ONTO_SECOND))
-    for x, one in enumerate(gap):
-        pulls[first, x] = pulls[first, x] - onto_first * one
-        pulls[second, x] = pulls[second, x] + onto_second * one
-        turns[first, x] = turns[first, x] + turn * one
-        turns[second, x] = turns[second, x] - turn * one
+def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, totals):
+    """What the pairs ``begin`` to ``end`` of one body with the ``seconds`` add to their rows, the
+    potential and the rate of the clock."""
+    builder, n = at.builder, len(at.axes)
+    here = [shifts[first, x] for x in at.axes]
+    owned: list[Any] = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
+    owned += [(totals, POTENTIAL), (totals, RATES)]
+    sums = [at.variable(rows[place].value) for rows, place in owned]
+
+    def add(place, amount):
+        builder.store((Lane(builder, builder.load(place)) + amount).value, place)
+
+    with cgutils.for_range(builder, end, start=begin, intp=end.type) as loop:
+        row, start = (builder.mul(loop.index, loop.index.type(size)) for size in (COLUMNS, n))
+        second = at.number(seconds.data, loop.index)
+        gap = [here[x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
+        if at.halves == 2:
+            inverse = at.inverse.root(square(gap))
+            third = inverse * inverse * inverse
+            pace = pairs.number(row, PACE) * third
+        else:
+            half = at.inverse.quarters(square(gap), 3)
+            third = half * half
+            inverse = square(gap) * third
+            pace = pairs.number(row, PACE) * half
+        for column in (PRODUCT_LOW, PRODUCT):
+            add(sums[2 * n], pairs.number(row, column) * inverse)
+        add(sums[2 * n + 1], pace)
+        turn = pace * inverse * inverse
+        onto_first, onto_second = (pairs.number(row, n) * third for n in (ONTO_FIRST, ONTO_SECOND))
+        for x, one in enumerate(gap):
+            add(sums[x], -onto_first * one)
+            add(sums[n + x], turn * one)
+            pulls[second, x] = pulls[second, x] + onto_second * one
+            turns[second, x] = turns[second, x] - turn * one
+    for (rows, place), total in zip(owned, sums, strict=True):
+        rows[place] = Lane(builder, builder.load(total))
 
 
 @in_lanes
@@ -153,20 +171,20 @@ def set_clock(at, parts, energy, energy_low, totals):
 
 
 @in_lanes
-def kick(at, totals, pulls, turns, row, light, slopes, changes):
+def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
     """New slopes of a body's velocity; pulls and turns <- 0.
 
     light  1 / M, or 0 where it does not feel H - E0
     """
     length, turned = totals[LENGTH], totals[EXCESS] * light
     new = [length * (pulls[row, x] - turned * turns[row, x]) for x in at.axes]
-    at.renew(slopes, row, new, changes, 0)
+    at.renew(slopes, row, new, share, changes, 0)
     for x in at.axes:
         pulls[row, x] = turns[row, x] = at.none
 
 
 @in_lanes
-def drift(at, matrix, state, low, row, half, totals, kicks, slopes, changes):
+def drift(at, matrix, state, low, row, half, totals, kicks, slopes, share, changes):
     """New slopes of a body's place, from its velocity, whose energy is added to the totals.
 
     half  M / 2
@@ -174,7 +192,7 @@ def drift(at, matrix, state, low, row, half, totals, kicks, slopes, changes):
     kicked = enumerate(at.sums_of(matrix, kicks, row))
     v = [state.number(row, x) + (low.number(row, x) + one) for x, one in kicked]
     totals[KINETIC] = totals[KINETIC] + half * square(v)
-    at.renew(slopes, row, [totals[LENGTH] * one for one in v], changes, 2)
+    at.renew(slopes, row, [totals[LENGTH] * one for one in v], share, changes, 2)
 
 
 @in_lanes
