@@ -72,15 +72,23 @@ def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
             f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
             f"{readable(best['error'])}, in {timing(best)}"
         )
-        faster = float(f"{own['seconds'] / best['seconds']:.2g}")
-        if faster > 1.0 and not math.isnan(own["error"]):
+        if own["seconds"] > best["seconds"] and not math.isnan(own["error"]):
             alike = own["seconds_low"] <= best["seconds_high"]
-            text += ", within quartiles no faster" if alike else f", {faster:g} times as fast"
-            text += " than your run" if alike else " as your run"
+            text += ", within quartiles no faster than your run" if alike else (
+                f", {_times(own, best)} times as fast as your run"
+            )  # fmt: skip
     if not names.size:
         return f"{text}."
     listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"
     return f"{text}. As fast, within quartiles: {listed}."
+
+
+def _times(own: Mapping[str, Any], best: Mapping[str, Any]) -> str:
+    """How often the best run fits into the own one, from quartile to quartile."""
+    ratios = [own["seconds_low"] / best["seconds_high"], own["seconds_high"] / best["seconds_low"]]
+    if any(math.isnan(one) for one in ratios):
+        ratios = [own["seconds"] / best["seconds"]]
+    return " to ".join(dict.fromkeys(f"{float(f'{one:.2g}'):g}" for one in ratios))
 
 
 def _truth(found: Judgement) -> str:
