@@ -111,7 +111,7 @@ def net_time(
 ) -> NetTime:
     """Of a contender's run at a setting that saves its last state only, which took these steps."""
     call = call_of(contender, problem, duration, setting)
-    if "step" in setting:
+    if "save_every" in setting:
         one, brief = {**setting, "save_every": 1}, float(setting["step"])
     else:
         one, brief = dict(setting), BRIEF * duration

@@ -98,12 +98,6 @@ LABELS = {
         "each other at 1e-2 to 1e-4 of their first distance until one leaves, over 63 units of "
         "time.",
     ),
-    "outer planets, 50 times as heavy": Label(
-        "Outer planets, 50 times as heavy",
-        "The outer Solar System with 50 times the masses of its planets, which meet again and "
-        "again, over 600 years; au and days.",
-        "d",
-    ),
     "HD 80606 and a companion": Label(
         "HD 80606 and a companion",
         "A planet of eccentricity 0.933 at 0.46 au and a companion of Jupiter's mass at 3 au, "

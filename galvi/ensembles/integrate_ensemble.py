@@ -16,12 +16,13 @@ from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import Chunk, Kept
 from galvi.ensembles.folder import Folder
 from galvi.ensembles.keep import FinalStates, Keep, OfStates, TimeGrid
-from galvi.ensembles.laws import Law, law_of, runs_in_lanes
+from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.ensembles.singles import Single, Singles
 from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
+from galvi.fast.nystrom_stepper import FINER
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -139,8 +140,12 @@ class _Work:
             self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
         else:
             self.parameters.check()
-        rotates = self.law is not None and bool(self.law.layout)
-        self.tolerance = max(tolerance or 0.0, FINEST_IN_LANES if rotates else FINEST_ON_RN)
+        finest = FINEST_ON_RN
+        if self.law is not None and self.law.layout:
+            finest = FINEST_IN_LANES
+        elif self.law is not None and iterates_places(self.law, method):
+            finest = FINER
+        self.tolerance = max(tolerance or 0.0, finest)
         if self.keep is not None:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
         self.values: list[Array] = []

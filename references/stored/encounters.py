@@ -116,7 +116,6 @@ def sitnikov() -> Problem:
 
 ENCOUNTERS: Mapping[str, tuple[Callable[[], Problem], float]] = {  # file: problem, horizon
     "burrau": (burrau, 63.0),
-    "heavy_planets": (heavy_planets, 600.0 * YEAR),
     "hd_80606": (hd_80606, 100.0 * 2.0 * math.pi),
     "kozai": (kozai_triple, 1000.0 * 2.0 * math.pi),
     "binary_meets_star": (binary_meets_star, 60.0),

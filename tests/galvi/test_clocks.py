@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 import galvi
 from galvi.curves.clock_curves import ClockCurves
 from galvi.run.clocked import general
+from references.stored.encounters import sitnikov
+from references.stored.planets import STORED_TRUTH
 
 GAUSS, LOBATTO, MORE = "gauss", "lobatto", "more points"
 
@@ -208,6 +210,15 @@ def test_burrau_ends_where_quadruple_precision_does() -> None:
     truth = [2.8394339724915002, 8.1128544246959514]  # heyoka, quadruple precision
     assert run.success and np.max(np.abs(run.q[-1, 0] - truth)) < 2e-4, run.q[-1, 0] - truth
     assert run.engine == "clock"
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="massless bodies need galvi.fast")
+def test_sitnikovs_body_stays_on_its_axis_and_where_quadruple_precision_has_it() -> None:
+    problem, duration = sitnikov(), 200.0
+    run = galvi.integrate(problem, method(8, galvi.DynamicalTime()), 0.3, duration=duration)
+    truth = STORED_TRUTH.run(problem, duration, {"samples": 1}).q[-1]
+    assert not np.any(run.q[:, 2, :2])
+    assert np.max(np.abs(run.q[-1] - truth)) < 1e-10
 
 
 def test_a_collision_ends_the_run_and_names_the_bodies() -> None:

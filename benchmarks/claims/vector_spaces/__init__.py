@@ -1,1 +1,1 @@
-"""Claims about vector spaces: V1 to V32."""
+"""Claims about vector spaces: V1 to V35."""

@@ -48,7 +48,6 @@ class Case(NamedTuple):
 USUAL = {8: (0.8, 0.6, 0.5, 0.4, 0.3, 0.2), 12: (0.8, 0.6, 0.45), 16: (1.0, 0.8, 0.6)}
 CASES = {
     "burrau": Case(USUAL),
-    "heavy_planets": Case(USUAL, (20.0, 5.0)),
     "hd_80606": Case(USUAL, (0.1, 0.02)),
     "kozai": Case(USUAL, (0.3, 0.1)),
     "binary_meets_star": Case(USUAL),

@@ -146,7 +146,10 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
             add(sums[2 * n], pairs.number(row, column) * inverse)
         add(sums[2 * n + 1], pace)
         turn = pace * inverse * inverse
-        onto_first, onto_second = (pairs.number(row, n) * third for n in (ONTO_FIRST, ONTO_SECOND))
+        # Rounded one by one: pulls from both sides cancel, and Sitnikov's body stays on its axis.
+        onto_first, onto_second = (
+            (pairs.number(row, n) * third).exact for n in (ONTO_FIRST, ONTO_SECOND)
+        )
         for x, one in enumerate(gap):
             add(sums[x], -onto_first * one)
             add(sums[n + x], turn * one)
