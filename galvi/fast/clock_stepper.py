@@ -41,11 +41,14 @@ FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",
     NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
 }
-LIGHT = 1e-3  # share of the largest mass below which a body does not feel H - E0
-
+# Share of the second largest mass below which a body does not feel H - E0, whose rounding its own
+# mass divides. Third bodies of 1e-3 to 0 of two heavy ones, comets and far ones, then come as close
+# to the truth as either way lets them; at 1e-4 those that feel it are up to 3,000 times worse, and
+# at 1e-9 no step is solved.
+LIGHT = 0.02
 LIGHT_BODIES = (
-    "Bodies of less than {share:g} of the largest mass ({names}) do not feel H - E, so that the "
-    "run is not variational in them."
+    "Bodies of less than {share:g} of the second largest mass ({names}) do not feel H - E, so that "
+    "the run is not variational in them."
 )
 
 
@@ -115,7 +118,7 @@ def masses_in_clock(system: NBody, dimension: int, kappa: float) -> tuple[Array,
         product, low = with_low_part(decimals(M[first]) * decimals(M[second]))
     pace = (M[first] + M[second]) ** kappa
     pairs = np.stack([M[second], M[first], product, low, pace], axis=1)
-    heavy = LIGHT * M.max() <= M
+    heavy = (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
     turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
     for whole in (seconds, starts):

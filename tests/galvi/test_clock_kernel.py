@@ -251,3 +251,23 @@ def test_the_energy_does_not_drift() -> None:
     with stopped_at(2.0**-48, 0.0):
         early = drift(binary(), blocks=60)
     assert abs(early["K a step"]) > 8.0 * early["standard error"]
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+def test_the_path_of_a_light_body_tends_to_that_without_mass(kappa: float) -> None:
+    """A comet about one of two stars, which sets the clock: off in proportion to its mass, and by
+    1e-11: the rounding of H - E0 is not divided by its mass."""
+    ends = {}
+    for mass in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
+        q = np.array([[0.0, 0.0, 0.0], [9.0, 4.0, 1.0], [0.2, 0.0, 0.05]])
+        v = np.array([[0.0, 0.0, 0.0], [-0.15, 0.3, 0.1], [0.0, 2.9, 0.3]])
+        problem = galvi.Problem(NBody([1.0, 0.5, mass]), q, v)
+        ends[mass] = at_time(problem, 8, kappa, 0.3, 20.0).q[0].reshape(3, 3)
+    for mass, end in ends.items():
+        assert np.max(np.abs(end - ends[0.0])) < 200.0 * mass + 1e-11
+
+
+def test_bodies_of_less_than_two_percent_of_the_second_do_not_feel_the_term() -> None:
+    masses = [1.0, 1e-3, 3e-5, 1e-5, 0.0]
+    light = [masses_in_clock(NBody(order), 3, 1.0)[3][1] == 0.0 for order in (masses, masses[::-1])]
+    assert light[0].tolist() == light[1][::-1].tolist() == [False, False, False, True, True]

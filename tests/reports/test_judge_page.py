@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from references.heyoka.taylor import HEYOKA
-from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from reports.cli.commands import run
 
 pytest.importorskip("mujoco")
