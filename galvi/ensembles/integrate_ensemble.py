@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import Chunk, Kept
 from galvi.ensembles.folder import Folder
+from galvi.ensembles.in_clock import members_in_clock
 from galvi.ensembles.keep import FinalStates, Keep, OfStates, TimeGrid
 from galvi.ensembles.laws import Law, law_of, runs_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters
@@ -22,12 +24,20 @@ from galvi.ensembles.result import Ensemble
 from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.ensembles.singles import Single, Singles
 from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.input_checks import shown
+from galvi.input_checks import LARGEST, shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
 from galvi.run.ensemble import processors
-from galvi.run.integrate import check_end, checked
+from galvi.run.integrate import (
+    check_end,
+    check_types,
+    checked,
+    checked_in_clock,
+    number_of_steps,
+)
+from galvi.run.interruption import uninterrupted
+from galvi.trajectory import Trajectory
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"
@@ -43,13 +53,14 @@ def integrate_ensemble(
     v0: Any,
     method: Galerkin,
     step: Any,
-    steps: int,
+    steps: int | None = None,
     parameters: Any = None,
     keep: Any = None,
     executor: Any = None,
     folder: Any = None,
     progress: bool | None = None,
     *,
+    duration: float | None = None,
     tolerance: float | None = None,
     version: str | None = None,
 ) -> Ensemble:
@@ -57,7 +68,9 @@ def integrate_ensemble(
 
     q0, v0      (n, ...) starts; one of the shape of the problem's is that of all members
     step        step size, or (n,) one for each member
-    steps       number of steps of each member
+    steps       number of steps of each member; or
+    duration    length of time, a whole number of steps and of all members the same one. With a
+                clock of any length: each member has its own steps, and runs by itself
     parameters  name -> (n, ...) numbers of the system that differ between members: fields of the
                 system, its potential, force or Lagrangian (every one of that name), or parameters
                 of a SymPy expression
@@ -86,6 +99,19 @@ def integrate_ensemble(
     Raises ValueError or TypeError for bad input before the first step.
     """
     shows = progress is not None and input_checks.flag("progress", progress)
+    if isinstance(method, Galerkin) and method.clock is not None:
+        return _in_clock(
+            problem, q0, v0, method, step, steps, parameters, keep, executor, folder, shows,
+            duration, tolerance,
+        )  # fmt: skip
+    if duration is not None or steps is None:
+        each = {number_of_steps(h, steps, duration) for h in np.atleast_1d(step).tolist()}
+        if len(each) > 1:
+            raise ValueError(
+                f"duration must be the same number of steps of all members; received {duration!r}, "
+                f"{min(each)} to {max(each)} steps. Give steps."
+            )
+        (steps,) = each
     work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
     workers = workers_of(executor, processors())
     if version is not None and not isinstance(version, str):
@@ -96,6 +122,41 @@ def integrate_ensemble(
         if shows:
             bar = stack.enter_context(tqdm(total=work.members, unit="run"))
         return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
+
+
+def _in_clock(
+    problem: Problem, q0: Any, v0: Any, method: Galerkin, step: Any, steps: int | None,
+    parameters: Any, keep: Any, executor: Any, folder: Any, shows: bool, duration: float | None,
+    tolerance: float | None,
+) -> Ensemble:  # fmt: skip
+    """`integrate_ensemble` with a clock."""
+    check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, duration=...)")
+    values = checked_parameters(parameters)
+    q, v, h = _starts(problem, q0, v0, step, values)
+    own = Parameters(problem, values, len(q))
+    own.check()
+    kept, function = _kept(keep)
+
+    def made(k: int) -> Problem:
+        return replace(own.problem, system=own.system(k), q0=q[k], v0=v[k])
+
+    each = [partial(made, k) for k in range(len(q))]
+    if len(set(h.tolist())) > 1:
+        raise ValueError("with a clock, step must be one number for all members.")
+    checked_in_clock(each[0](), method, float(h[0]), steps, duration=duration, tolerance=tolerance)
+
+    def run(here: Problem) -> Trajectory:
+        return uninterrupted(checked_in_clock(
+            here, method, float(h[0]), steps, duration=duration, tolerance=tolerance,
+            save_every=1 if function or not isinstance(kept, FinalStates) else LARGEST,
+        )())  # fmt: skip
+
+    with ExitStack() as stack:
+        bar = stack.enter_context(tqdm(total=len(q), unit="run")) if shows else None
+        return members_in_clock(
+            each, run, function or kept, q.shape[1:], executor, folder,
+            (lambda n: None) if bar is None else bar.update,
+        )  # fmt: skip
 
 
 class _Work:
