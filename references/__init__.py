@@ -5,11 +5,14 @@ from __future__ import annotations
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
-from references.closed_forms.thrown_body import THROWN_BODY
-from references.closed_forms.top_motion import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.contender import Contender
-from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
-from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
+from references.heyoka.lagrangian import (
+    HEYOKA_CHAIN,
+    HEYOKA_CHAIN_QUADRUPLE,
+    HEYOKA_LAGRANGIAN,
+    HEYOKA_LAGRANGIAN_QUADRUPLE,
+)
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
@@ -21,7 +24,7 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
-from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
@@ -31,9 +34,8 @@ from references.rebound.saba import SABA
 from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
-from references.scipy.chain_ivp import CHAIN_DOP853
 from references.scipy.ivp import DOP853, ODE45, RADAU
-from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
+from references.scipy.lagrangian_ivp import CHAIN_DOP853, LAGRANGIAN_DOP853
 from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.setting import nearest
 from references.stored.attitude import STORED_ATTITUDE
@@ -48,8 +50,7 @@ from references.textbook.euler import (
     SYMPLECTIC_EULER,
 )
 from references.textbook.implicit_euler import IMPLICIT_EULER
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853
-from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 
 REFERENCES: tuple[Contender, ...] = (
     OSCILLATOR,

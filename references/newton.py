@@ -26,9 +26,15 @@ from galvi import (
 )
 from galvi.arrays import Array
 from references.forces import formulas
-from references.forces.force import Force, by_formula, by_function, together
-from references.forces.given_gradient import agrees, points_around
-from references.forces.ridders import gradient
+from references.forces.force import (
+    Force,
+    agrees,
+    by_formula,
+    by_function,
+    gradient,
+    points_around,
+    together,
+)
 
 # type of a potential: its formula and the fields that are its numbers
 FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {

@@ -14,9 +14,7 @@ import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
-from references.forces.force import checked
-from references.forces.given_gradient import agrees
-from references.forces.ridders import derivative
+from references.forces.force import agrees, checked, derivative
 from references.newton import is_forced
 
 ATTITUDES = 8  # besides the start, at which a given gradient is compared

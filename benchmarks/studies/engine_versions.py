@@ -27,8 +27,7 @@ from benchmarks.store.row_files import RowFiles
 from galvi.arrays import Array
 from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco import other_versions
-from references.mujoco.body import mujoco_body
-from references.mujoco.states import from_mujoco, to_mujoco
+from references.mujoco.body import from_mujoco, mujoco_body, to_mujoco
 from references.mujoco.steps import MUJOCO_RK4
 
 COLUMNS: Mapping[str, type] = {

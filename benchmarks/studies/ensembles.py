@@ -25,7 +25,7 @@ import galvi
 from benchmarks.statistics.timing import Timing, interleaved
 from galvi.run.ensemble import processors
 from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
-from references.heyoka.batches import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
+from references.heyoka.taylor import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
 from references.rebound.pool import REBOUND_POOLS
 

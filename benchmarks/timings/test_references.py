@@ -14,8 +14,7 @@ from references import REFERENCES, Contender
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
-from references.closed_forms.thrown_body import THROWN_BODY
-from references.closed_forms.top_motion import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.lagrangian import STORED_LAGRANGIAN

@@ -45,7 +45,8 @@ class Batch:
         for name, values in starts.items():
             first = self.fields.first[name]
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
-        self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
+        if not kernel.alone:
+            self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
         reals = np.append(growth, tolerance)
         self._kept_alive = (tables, complement, reals)
         self.words = np.array(

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
 from tqdm import tqdm
 
 from galvi import input_checks
@@ -17,27 +15,24 @@ from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import Chunk, Kept
 from galvi.ensembles.folder import Folder
 from galvi.ensembles.in_clock import members_in_clock
-from galvi.ensembles.keep import FinalStates, Keep, OfStates, TimeGrid
-from galvi.ensembles.laws import Law, law_of, runs_in_lanes
-from galvi.ensembles.parameters import Parameters, checked_parameters
+from galvi.ensembles.keep import OfStates, TimeGrid, kept_of
+from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
+from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.ensembles.singles import Single, Singles
 from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.input_checks import LARGEST, shown
+from galvi.fast.nystrom_stepper import FINER
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
 from galvi.run.ensemble import processors
 from galvi.run.integrate import (
     check_end,
-    check_types,
     checked,
-    checked_in_clock,
     number_of_steps,
 )
-from galvi.run.interruption import uninterrupted
-from galvi.trajectory import Trajectory
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"
@@ -100,7 +95,7 @@ def integrate_ensemble(
     """
     shows = progress is not None and input_checks.flag("progress", progress)
     if isinstance(method, Galerkin) and method.clock is not None:
-        return _in_clock(
+        return members_in_clock(
             problem, q0, v0, method, step, steps, parameters, keep, executor, folder, shows,
             duration, tolerance,
         )  # fmt: skip
@@ -124,41 +119,6 @@ def integrate_ensemble(
         return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
 
 
-def _in_clock(
-    problem: Problem, q0: Any, v0: Any, method: Galerkin, step: Any, steps: int | None,
-    parameters: Any, keep: Any, executor: Any, folder: Any, shows: bool, duration: float | None,
-    tolerance: float | None,
-) -> Ensemble:  # fmt: skip
-    """`integrate_ensemble` with a clock."""
-    check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, duration=...)")
-    values = checked_parameters(parameters)
-    q, v, h = _starts(problem, q0, v0, step, values)
-    own = Parameters(problem, values, len(q))
-    own.check()
-    kept, function = _kept(keep)
-
-    def made(k: int) -> Problem:
-        return replace(own.problem, system=own.system(k), q0=q[k], v0=v[k])
-
-    each = [partial(made, k) for k in range(len(q))]
-    if len(set(h.tolist())) > 1:
-        raise ValueError("with a clock, step must be one number for all members.")
-    checked_in_clock(each[0](), method, float(h[0]), steps, duration=duration, tolerance=tolerance)
-
-    def run(here: Problem) -> Trajectory:
-        return uninterrupted(checked_in_clock(
-            here, method, float(h[0]), steps, duration=duration, tolerance=tolerance,
-            save_every=1 if function or not isinstance(kept, FinalStates) else LARGEST,
-        )())  # fmt: skip
-
-    with ExitStack() as stack:
-        bar = stack.enter_context(tqdm(total=len(q), unit="run")) if shows else None
-        return members_in_clock(
-            each, run, function or kept, q.shape[1:], executor, folder,
-            (lambda n: None) if bar is None else bar.update,
-        )  # fmt: skip
-
-
 class _Work:
     """The arguments of `integrate_ensemble`, checked, and its result while it grows."""
 
@@ -170,7 +130,7 @@ class _Work:
         if not isinstance(problem, Problem):
             raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
         values = checked_parameters(parameters)
-        self.q, self.v, self.step = _starts(problem, q0, v0, step, values)
+        self.q, self.v, self.step = starts_of(problem, q0, v0, step, values)
         self.members = len(self.q)
         self.parameters = Parameters(problem, values, self.members)
         self.problem = problem = self.parameters.problem
@@ -180,7 +140,7 @@ class _Work:
             ends = problem.t0 + int(steps) * self.step
         check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
         self.plan = TimeGrid(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
-        self.keep, self.function = _kept(keep)
+        self.keep, self.function = kept_of(keep)
         self.singles = Singles(
             self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
         )
@@ -200,8 +160,12 @@ class _Work:
             self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
         else:
             self.parameters.check()
-        rotates = self.law is not None and bool(self.law.layout)
-        self.tolerance = max(tolerance or 0.0, FINEST_IN_LANES if rotates else FINEST_ON_RN)
+        finest = FINEST_ON_RN
+        if self.law is not None and self.law.layout:
+            finest = FINEST_IN_LANES
+        elif self.law is not None and iterates_places(self.law, method):
+            finest = FINER
+        self.tolerance = max(tolerance or 0.0, finest)
         if self.keep is not None:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
         self.values: list[Array] = []
@@ -344,61 +308,3 @@ class _Work:
         messages = {k - members.start: self.messages[k] for k in every if k in self.messages}
         values = tuple(rows[members] for rows in self.values)
         store.save(members, values, self.failed[members], self.passes[members], messages)
-
-
-def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
-    """A value to keep, or else a Python function of a run."""
-    if keep is None:
-        return FinalStates(), None
-    if isinstance(keep, CPUDispatcher):
-        return OfStates(keep), None
-    if hasattr(keep, "begin") and hasattr(keep, "steps") and not isinstance(keep, type):
-        return keep, None
-    if callable(keep) and not isinstance(keep, type):
-        return None, keep
-    raise TypeError(
-        f"keep must be a value such as galvi.FinalStates(), or a function; received {shown(keep)}."
-    )
-
-
-def _starts(
-    problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
-) -> tuple[Array, Array, Array]:
-    """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
-    q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
-    h = input_checks.array("step", step)
-    counts = {}
-    for name, array, shape in (
-        ("q0", q, problem.q0.shape), ("v0", v, problem.v0.shape), ("step", h, ())
-    ):  # fmt: skip
-        if array.shape == shape:
-            continue
-        if array.shape[1:] != shape or array.ndim != len(shape) + 1 or not len(array):
-            raise ValueError(
-                f"{name} must have shape (members, {', '.join(map(str, shape))}), or "
-                f"{shape} for all members; received {array.shape}."
-            )
-        counts[name] = len(array)
-    for name, values in parameters.items():
-        counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
-    if not counts:
-        counts["q0"] = 1
-    if len(set(counts.values())) > 1:
-        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
-        raise ValueError(
-            f"q0, v0, step and parameters must have the same number of members; received {found}."
-        )
-    (members,) = set(counts.values())
-    if np.any(h == 0.0):
-        raise ValueError("step must not be zero. Give the step size in units of time.")
-    q = _of_all(q, problem.q0.shape, members)
-    v = _of_all(v, problem.v0.shape, members)
-    check = getattr(problem.system, "group", None)
-    if check is not None and q[0].ndim == 2:
-        for k, g in enumerate(q):
-            check.check(f"q0[{k}]", g)
-    return q, v, read_only(np.array(_of_all(h, (), members)))
-
-
-def _of_all(array: Array, shape: tuple[int, ...], members: int) -> Array:
-    return array if array.shape != shape else np.broadcast_to(array, (members, *shape))

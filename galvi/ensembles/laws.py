@@ -30,6 +30,7 @@ class Law:
     dimension    d of the velocities
     entries      of a configuration
     in_velocity  whether the law's momenta are velocities, and the system's M v
+    of_places    whether its forces know no velocities, besides
     layout       of a group with rotations, as galvi.kernels.lie.product takes it; () on R^d
     """
 
@@ -37,6 +38,7 @@ class Law:
     dimension: int
     entries: int
     in_velocity: bool = False
+    of_places: bool = False
     layout: tuple[tuple[int, ...], ...] = ()
 
     def momenta(self, q: Array, v: Array, t: float, constants: Array) -> Array:
@@ -95,7 +97,7 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
         lines = built_in("point_masses", bodies, d // bodies)
         masses = np.repeat(system.masses, d // bodies)
         numbers = LawNumbers((system.G * system.masses)[None], masses[None])
-        return Law(lines, d, d, in_velocity=True), numbers
+        return Law(lines, d, d, in_velocity=True, of_places=True), numbers
     if isinstance(system, Canonical):
         return _of_canonical(system, d)
     on_group = group_law(system)
@@ -125,7 +127,7 @@ def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
     mass = system.mass if coupled else np.broadcast_to(system.mass, (d,))
     all_constants = np.concatenate([inverse.ravel(), constants, force[1]])
     numbers = LawNumbers(all_constants[None], np.array(mass)[None])
-    return Law(lines, d, d, in_velocity=True), numbers
+    return Law(lines, d, d, in_velocity=True, of_places=system.force is None), numbers
 
 
 def runs_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
@@ -141,6 +143,11 @@ def runs_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
     if numbers.mass is not None and numbers.mass.ndim == 3:
         return len(set(degrees)) == 1
     return all(degrees[i] == degrees[j] for i, j in _coupled(law))
+
+
+def iterates_places(law: Law, method: Galerkin) -> bool:
+    """Whether places alone are iterated."""
+    return law.of_places and component_degrees(method) is None
 
 
 def on_space(system: Any) -> bool:

@@ -9,20 +9,15 @@ from functools import lru_cache
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.ensembles.laws import Law
+from galvi.ensembles.laws import Law, iterates_places
 from galvi.fast.lanes.group_rows import rows_of_group_work
 from galvi.fast.lanes.law_pass import rows_of_work
 from galvi.fast.lanes.members.group import group_fields
 from galvi.fast.lanes.members.law import law_fields
 from galvi.fast.lanes.members.steps import Fields
 from galvi.fast.lanes.vectors import LANES
-from galvi.fast.law_stepper import (
-    aligned_copies,
-    component_degrees,
-    orthonormal_complement,
-    outside,
-)
-from galvi.fast.nystrom_stepper import aligned, integrals_of
+from galvi.fast.law_stepper import component_degrees, orthonormal_complement, outside
+from galvi.fast.nystrom_stepper import aligned, aligned_copies, integrals_of
 from galvi.fast.symbolic.lane_law import compiled_group_members, compiled_members
 from galvi.kernels.lie import product
 from galvi.kernels.lie.arithmetic import two_sum
@@ -42,6 +37,7 @@ class MemberKernel:
     rows      of work
     tables    tables, complement and growth, as there
     extra     rows of the complement, on a group half of them
+    alone     whether places alone are iterated
     memory    (q (n, r), p (n, d)) -> more fields of the records at the start
     """
 
@@ -50,6 +46,7 @@ class MemberKernel:
     rows: int
     tables: tuple[Array, Array, Array]
     extra: int
+    alone: bool
     memory: Callable[[Array, Array], dict[str, Array]]
 
     def work(self, stages: int) -> Array:
@@ -62,12 +59,15 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     """The kernel of a law with a method."""
     d, table = law.dimension, method.table
     if not law.layout:
-        tables = tables_on_space(table, component_degrees(method))
+        alone = iterates_places(law, method)
+        tables = (
+            nystrom_tables(table) if alone else tables_on_space(table, component_degrees(method))
+        )
         extra = tables[1].shape[0]
         stages = method.stages if d <= NARROW and method.stages <= FEW else 0
         return MemberKernel(
-            compiled_members(law.lines, d, stages), law_fields(d), rows_of_work(d), tables, extra,
-            lambda q, p: {},
+            compiled_members(law.lines, d, stages, alone), law_fields(d), rows_of_work(d), tables,
+            extra, alone, lambda q, p: {},
         )  # fmt: skip
     tables = tables_on_group(table)
     extra = tables[1].shape[0] // 2
@@ -83,7 +83,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     chart = method.group_chart.number
     function = compiled_group_members(law.lines, law.layout, chart)
     rows = rows_of_group_work(d, extra)
-    return MemberKernel(function, group_fields(d, law.entries), rows, tables, extra, memory)
+    return MemberKernel(function, group_fields(d, law.entries), rows, tables, extra, False, memory)
 
 
 @lru_cache(maxsize=32)
@@ -96,6 +96,14 @@ def tables_on_space(table: Tableau, degrees: tuple[int, ...] | None) -> tuple[Ar
     if s > min(coefficients):
         complement = np.concatenate([outside(table, k).T for k in coefficients])
     return _in_lines(table, A, B, np.zeros(s), complement)
+
+
+@lru_cache(maxsize=32)
+def nystrom_tables(table: Tableau) -> tuple[Array, Array, Array]:
+    """As ``tables_on_space``, for places alone."""
+    A, beta = np.stack([table.A.T, table.low_parts[3].T]), np.zeros((2, *table.A.shape))
+    beta[:, 0] = table.beta, table.low_parts[2]
+    return _in_lines(table, A, beta, table.low_parts[0], np.zeros((0, table.c.size)))
 
 
 @lru_cache(maxsize=32)

@@ -12,13 +12,19 @@ from galvi.arrays import Array, read_only
 from galvi.fast.lanes.called import called_numbers
 from galvi.fast.lanes.countdown import HISTORY
 from galvi.fast.lanes.group_law import compiled_advance_group_law
-from galvi.fast.lanes.group_pass import GROUP_PASS_TYPE
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.fast.lanes.law_pass import rows_of_work
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.laws import law_of
-from galvi.fast.nystrom_stepper import aligned, collocation_tables, stages_in_lanes
+from galvi.fast.nystrom_stepper import (
+    aligned,
+    aligned_copies,
+    collocation_tables,
+    in_blocks,
+    stages_in_lanes,
+    words_of,
+)
 from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.compile.function_pointers import addresses
@@ -106,10 +112,10 @@ def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
 
 
 @lru_cache(maxsize=32)
-def _compiled(lines: str, d: int, lanes: int) -> tuple[Any, Any]:
+def _compiled(lines: str, d: int, lanes: int, one: bool) -> tuple[int, Any]:
     """The address of a law, and the function, which must exist as long."""
-    function = compiled_law(lines, d, lanes)
-    return addresses((function, PASS_TYPE)), function
+    function = compiled_law(lines, d, lanes, one)
+    return int(addresses((function, PASS_TYPE))[0]), function
 
 
 @lru_cache(maxsize=32)
@@ -124,20 +130,13 @@ def law_tables(
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step, lanes)
     (s, m), stages = table.slope.shape, stages_in_lanes(table.c.size, lanes)
     coefficients = degrees or (m,)
-    complement = np.zeros((0, stages.size))
+    P, complement = stages.size, np.zeros((0, stages.size))
     if s > min(coefficients):
-        complement = np.vstack([np.ascontiguousarray(outside(table, k)[stages].T)
-                                for k in coefficients])  # fmt: skip
-    tables, complement = aligned_copies(np.concatenate([moves, turns]), complement)
-    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[stages])
-
-
-def aligned_copies(*given: Array) -> list[Array]:
-    """Copies that start at cache lines."""
-    copies = aligned(*(array.shape for array in given))
-    for copy, array in zip(copies, given, strict=True):
-        copy[:] = array
-    return copies
+        complement = in_blocks([outside(table, k)[stages].T for k in coefficients], P)
+    tables = in_blocks(np.concatenate([moves, turns]).reshape(4, s, P), P)
+    tables, complement = aligned_copies(tables, complement)
+    c = read_only(table.c[stages])
+    return kicks, ahead, series, tables, complement, growth, fit, c, growth[:0]
 
 
 def outside(table: Tableau, coefficients: int) -> Array:
@@ -155,19 +154,22 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     found = lane_law(problem.system, d)
     assert found is not None
     lanes = lanes_for(s)
-    law, function = _compiled(found.lines, d, lanes)
-    given = law_tables(method.table, run.step, lanes, component_degrees(method))
-    padded = given[3].shape[1]
+    tables = law_tables(method.table, run.step, lanes, component_degrees(method))
+    padded = tables[3].shape[1]
+    law, function = _compiled(found.lines, d, lanes, padded == lanes)
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
-    constants, numbers = with_room(found, d, padded), np.zeros(2 * d + 3)
+    constants, numbers = with_room(found, d, padded), np.zeros(4 * d + 4)
     work.counts[CALLED] = found.calls is not None
+    arrays = (scratch, tables[3], tables[4], constants, numbers)
+    given = words_of(*arrays, padded, s, len(tables[4]))
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
 
-    def call(todo: int, kept_alive: Any = (function, found)) -> int:
+    def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
-            law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
+            law, given.ctypes.data, tables, False, plan, todo, progress, scratch, numbers, spare,
+            kept,
         ))  # fmt: skip
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         return code
@@ -201,7 +203,7 @@ def _compiled_on_group(
     assert law is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
     function = compiled_group_law(law.lines, layout, chart, lanes, one)
-    return int(addresses((function, GROUP_PASS_TYPE))[0]), law, function
+    return int(addresses((function, PASS_TYPE))[0]), law, function
 
 
 @lru_cache(maxsize=32)
@@ -256,7 +258,7 @@ def group_law_stepper(run: Run, work: RunArrays) -> Call:
     constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
     work.counts[CALLED] = found.calls is not None
     arrays = (scratch, tables, complement, constants, numbers)
-    given = np.array([*(array.ctypes.data for array in arrays), padded, extra])
+    given = words_of(*arrays, padded, method.stages, extra)
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_IN_LANES))
 

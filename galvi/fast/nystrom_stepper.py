@@ -10,14 +10,15 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.extended_precision import decimals, extended_precision, rounded, scaled
-from galvi.fast.lanes import nbody as packed
-from galvi.fast.lanes.canonical import compiled_advance_canonical
-from galvi.fast.lanes.vectors import LANES
+from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
+from galvi.fast.lanes.law_pass import rows_of_work
+from galvi.fast.lanes.nbody import compiled_advance
+from galvi.fast.lanes.vectors import LANES, lanes_for
 from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_law import compiled_force, fits, force_source
+from galvi.fast.symbolic.lane_law import compiled_law, fits, unit_mass_law
 from galvi.kernels.compile.function_pointers import addresses
-from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
-from galvi.kernels.nystrom.solve import FORCES
+from galvi.kernels.nystrom.advance import STREAK
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES
 from galvi.run.nystrom_steppers import ROUND_OFF, general_stepper, kernel_tableau
 from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
@@ -34,30 +35,21 @@ FINER = 2.0**-68
 
 def lane_stepper(run: Run, work: RunArrays) -> Call | None:
     """A `Call` of a kernel in vector instructions; None where none of these applies."""
-    problem, start = run.problem, run.start
-    system: Any = problem.system
-    point_masses = isinstance(system, NBody) and system.masses.size > 1
-    law = None
+    system: Any = run.problem.system
     if isinstance(system, Canonical):
-        law = _lane_force(system, problem.q0.size, traces(system))
-    if not (point_masses or law):
+        packed = _canonical_stepper(run, work)
+    elif isinstance(system, NBody) and system.masses.size > 1:
+        packed = _point_mass_stepper(run, work)
+    else:
+        packed = None
+    if packed is None:
         return None
-    axes = (0,) * problem.q0.shape[-1]
-    kernel = packed.compiled_advance(len(axes)) if point_masses else compiled_advance_canonical()
-    force = law[:2] if law else (axes, *_masses(system))
-    table = run.method.table
-    tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
-    tolerance = FINER if law and start.tolerance == ROUND_OFF else start.tolerance
-    plan, progress, kept = run_plan(run, work, tolerance)
-    d, width = problem.q0.size, tables[1].shape[1]
-    scratch, spare = aligned((6, d, width), (8, max(d, width)))
     slow: list[Call] = []
 
     def call(todo: int) -> int:
-        before = work.counts[FORCES]
-        code = int(kernel(
-            *force, tableau, tables, plan, todo, progress, scratch, spare, kept,
-        ))  # fmt: skip
+        before, code = work.counts[FORCES], DIVERGED
+        if not work.solver_state[STREAK]:
+            code = packed(todo)
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         if code:
             slow[:] = slow or [general_stepper(run, work)]
@@ -67,10 +59,51 @@ def lane_stepper(run: Run, work: RunArrays) -> Call | None:
     return call
 
 
+def _point_mass_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the kernel for point masses."""
+    problem, table = run.problem, run.method.table
+    axes, d = (0,) * problem.q0.shape[-1], problem.q0.size
+    kernel = compiled_advance(len(axes))
+    tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
+    plan, progress, kept = run_plan(run, work, run.start.tolerance)
+    width = tables[1].shape[1]
+    scratch, spare = aligned((6, d, width), (8, max(d, width)))
+    system: Any = problem.system
+    given = (axes, *_masses(system), tableau, tables, plan)
+    return lambda todo: int(kernel(*given, todo, progress, scratch, spare, kept))
+
+
+def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
+    """A `Call` of the kernel for laws, which iterates places alone; None where no law is known."""
+    problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
+    system: Any = problem.system
+    d, s, kernel = problem.q0.size, table.c.size, compiled_advance_law()
+    law = _lane_force(system, d, s, traces(system))
+    if law is None:
+        return None
+    address, function, constants, lanes, rows = law
+    tables = nystrom_tables(table, run.step, lanes)
+    padded = tables[3].shape[1]
+    scratch, spare = aligned((rows, padded), (6, max(padded, d, s)))
+    numbers = np.zeros(4 * d + 4)
+    given = words_of(scratch, tables[3], tables[4], constants, numbers, padded, s, 0)
+    plan, progress, kept = run_plan(run, work, FINER if tolerance == ROUND_OFF else tolerance)
+
+    def call(todo: int, kept_alive: Any = (function, given, constants)) -> int:
+        return int(kernel(
+            address, given.ctypes.data, tables, True, plan, todo, progress, scratch, numbers, spare,
+            kept,
+        ))  # fmt: skip
+
+    return call
+
+
 @lru_cache(maxsize=32)
-def _lane_force(system: Canonical, d: int, found: Traces) -> tuple[Any, Array, Any] | None:
-    """The accelerations in lanes or None: their address, constants, and the function, which must
-    exist as long.
+def _lane_force(
+    system: Canonical, d: int, s: int, found: Traces
+) -> tuple[int, Any, Array, int, int] | None:
+    """The law of unit mass or None: its address, the function, which must exist as long, constants,
+    the lanes of a vector, and the rows of work.
 
     found  the system's traces, on which they depend
     """
@@ -78,10 +111,12 @@ def _lane_force(system: Canonical, d: int, found: Traces) -> tuple[Any, Array, A
     coupled = inverse_mass.shape[1] > 1
     if slopes is None or not fits(d, coupled):
         return None
-    lines, constants = slopes
-    function = compiled_force(force_source(lines, d, coupled))
-    address = addresses((function, SIGNATURES[BUILT_IN][0]))
-    return address, np.concatenate([inverse_mass.ravel(), constants]), function
+    lanes = lanes_for(s)
+    law = unit_mass_law(slopes[0], "", d, coupled, 0)
+    function = compiled_law(law, d, lanes, s <= lanes, True)
+    address = int(addresses((function, PASS_TYPE))[0])
+    constants = np.concatenate([inverse_mass.ravel(), slopes[1]])
+    return address, function, constants, lanes, rows_of_work(d)
 
 
 @lru_cache(maxsize=32)
@@ -96,22 +131,71 @@ def _masses(system: NBody) -> tuple[Array, Any, Any]:
 @lru_cache(maxsize=32)
 def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.fast.lanes.nbody."""
-    s = table.c.size
-    lanes = stages_in_lanes(s)
-    c, b, beta, A = map(np.stack, zip(_high_parts(table), table.low_parts[:4], strict=True))
-    moves = scaled(A, step, 2)[:, lanes].swapaxes(1, 2)
-    columns = np.zeros((s, lanes.size))
-    columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
-    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
+    moves, columns, c = _nystrom_parts(table, step, LANES)
     numbers = (
-        np.concatenate([moves[None], ahead]).reshape(-1, lanes.size),
-        table.analysis.T[:, lanes],
+        moves.reshape(-1, c.shape[1]),
+        table.analysis.T[:, stages_in_lanes(table.c.size)],
         table.growth,
         columns,
-        c[:, lanes],
+        c,
     )
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+@lru_cache(maxsize=32)
+def nystrom_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.fast.lanes.law for places alone.
+
+    lanes  of a vector
+    """
+    moves, kicks, c = _nystrom_parts(table, step, lanes)
+    stages = stages_in_lanes(table.c.size, lanes)
+    P, ahead = stages.size, np.zeros((0, stages.size))
+    moves = in_blocks(moves.reshape(-1, table.c.size, P), P)
+    tables, complement = aligned_copies(np.concatenate([c, moves]), ahead)
+    with np.errstate(over="ignore"):
+        fit = step * step * table.C
+    numbers = (
+        kicks, ahead, table.analysis.T[:, stages], table.growth, fit, table.c[stages],
+        step * table.velocity_coefficients,
+    )  # fmt: skip
+    fixed = [read_only(np.array(number)) for number in numbers]
+    return *fixed[:3], tables, complement, *fixed[3:]
+
+
+def _nystrom_parts(table: Tableau, step: float, lanes: int) -> tuple[Array, Array, Array]:
+    """h^2 A^T and its low part, then both after extrapolation by 1, ..., l Legendre polynomials,
+    (l + 1, 2, s, P); columns h b, h^2 beta, their low parts (s, P); c and its low part (2, P)."""
+    stages = stages_in_lanes(table.c.size, lanes)
+    high = table.c, table.b, table.beta, table.A
+    c, b, beta, A = map(np.stack, zip(high, table.low_parts[:4], strict=True))
+    moves = scaled(A, step, 2)[:, stages].swapaxes(1, 2)
+    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
+        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
+    moves = np.concatenate([moves[None], ahead])
+    columns = np.zeros((table.c.size, stages.size))
+    columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
+    return moves, columns, c[:, stages]
+
+
+def in_blocks(matrices: Any, rows: int) -> Array:
+    """Matrices one after another, each with so many rows, the last ones 0."""
+    found = [np.pad(matrix, ((0, rows - len(matrix)), (0, 0))) for matrix in matrices]
+    return np.concatenate(found)
+
+
+def words_of(
+    work: Array, tables: Array, complement: Array, constants: Array, numbers: Array, padded: int,
+    stages: int, extra: int,
+) -> Any:  # fmt: skip
+    """The argument of a pass, see galvi.fast.lanes.law_pass; it must exist as long as the arrays.
+
+    extra  rows of the complement, or functions Y of a group's
+    """
+    return np.array([
+        work.ctypes.data, tables.ctypes.data, complement.ctypes.data, constants.ctypes.data,
+        numbers.ctypes.data, padded, stages, extra,
+    ])  # fmt: skip
 
 
 @lru_cache(maxsize=32)
@@ -142,11 +226,6 @@ def _extrapolated(table: Tableau, kept: Array) -> Array:
     return sums
 
 
-def _high_parts(table: Tableau) -> tuple[Array, ...]:
-    """High parts of c, b, beta, A."""
-    return table.c, table.b, table.beta, table.A
-
-
 @lru_cache(maxsize=32)
 def integrals_of(table: Tableau) -> tuple[Array, Array]:
     """The integrals of slopes, A, and of their dual, B, each with its low part: (2, s, s)."""
@@ -169,10 +248,18 @@ def _with_low_part(exact: Any) -> Array:
 
 def aligned(*shapes: tuple[int, ...]) -> list[Array]:
     """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
-    sizes = [math.prod(shape) for shape in shapes]
-    room = np.zeros(sum(sizes) + LANES)
+    room = np.zeros(sum(map(math.prod, shapes)) + LANES)
     place, found = (-room.ctypes.data // 8) % LANES, []
-    for shape, size in zip(shapes, sizes, strict=True):
-        found.append(room[place : place + size].reshape(shape))
-        place += size
+    for shape in shapes:
+        end = place + math.prod(shape)
+        found.append(room[place:end].reshape(shape))
+        place = end
     return found
+
+
+def aligned_copies(*given: Array) -> list[Array]:
+    """Copies that start at cache lines."""
+    copies = aligned(*(array.shape for array in given))
+    for copy, array in zip(copies, given, strict=True):
+        copy[:] = array
+    return copies

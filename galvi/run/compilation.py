@@ -19,7 +19,6 @@ PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy m
 SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 7,
     "galvi.fast.lanes.nbody.advance": 7,
-    "galvi.fast.lanes.canonical.advance_canonical": 5,
     "galvi.fast.lanes.frames.collocation.advance_frame": 7,
     "galvi.fast.lanes.group_law.advance_group_law": 10,
     "galvi.fast.lanes.law.advance_law": 7,

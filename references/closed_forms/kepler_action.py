@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
 
-from references.closed_forms.decimal_trigonometry import DIGITS, angle, sine_cosine
+from references.closed_forms.double_double import DIGITS, angle, sine_cosine
 
 BISECTIONS = 60
 CORRECTIONS = 8

@@ -14,7 +14,7 @@ import numpy as np
 from galvi import LinearSpring, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
-from references.closed_forms.decimal_trigonometry import DIGITS, sine_cosine
+from references.closed_forms.double_double import DIGITS, sine_cosine
 from references.contender import require
 from references.newton import is_moved_by
 from references.setting import check_keys, described, sample_times

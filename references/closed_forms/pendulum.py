@@ -1,21 +1,125 @@
-"""The plane pendulum in closed form: swinging, going round, at rest, and in between."""
+"""Elliptic integrals and functions, and the pendulum."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from galvi import CosinePotential, Problem, Trajectory
 from references.as_trajectory import as_trajectory
-from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
-from references.closed_forms.elliptic import Modulus, first_integral
+from references.closed_forms.double_double import DIGITS, PI, SMALLEST, angle, sine_cosine
 from references.contender import require
 from references.newton import is_moved_by
 from references.setting import check_keys, described, sample_times
+
+# Jacobi's elliptic functions and Carlson's first integral in 80-digit arithmetic.
+#
+# Libraries in double precision lose digits where the modulus nears 1, which is where tops and
+# pendulums are most sensitive. Call inside ``localcontext(DIGITS)``.
+
+DUPLICATIONS = 200
+DESCENTS = 40
+
+
+@dataclass(frozen=True)
+class Modulus:
+    """k^2 and k'^2 = 1 - k^2, both given, since neither can be had from the other near 0.
+
+    k'^2 = 0 is the separatrix, where the functions are hyperbolic and no longer periodic.
+    """
+
+    square: Decimal
+    complement: Decimal
+
+    @cached_property
+    def quarter(self) -> Decimal:
+        """K, a quarter of the period of sn. Raises ZeroDivisionError on the separatrix."""
+        return PI / 2 * self._growth
+
+    @cached_property
+    def nome(self) -> Decimal:
+        """q = exp(-pi K'/K); 0 for k = 0."""
+        if not self.square:
+            return Decimal(0)
+        return (-PI * Modulus(self.complement, self.square).quarter / self.quarter).exp()
+
+    @cached_property
+    def _descent(self) -> list[Decimal]:
+        """The moduli k1 = (1 - k') / (1 + k'), iterated until negligible."""
+        square, across = self.square, self.complement.sqrt()
+        found: list[Decimal] = []
+        for _ in range(DESCENTS):
+            if square < SMALLEST**2:
+                break
+            found.append(square / (1 + across) ** 2)
+            square, across = found[-1] ** 2, 2 * across.sqrt() / (1 + across)
+        return found
+
+    @cached_property
+    def _growth(self) -> Decimal:
+        """2 K / pi, the product of all 1 + k1."""
+        if not self.complement:
+            raise ZeroDivisionError("there is no period on the separatrix.")
+        product = Decimal(1)
+        for k1 in self._descent:
+            product *= 1 + k1
+        return product
+
+    def halves(self, u: Decimal) -> Decimal:
+        """u / (2 K), the number of half periods of sn, rounded to the nearest integer."""
+        if not self.complement:
+            return Decimal(0)
+        return (u / (2 * self.quarter)).to_integral_value()
+
+    def functions(self, u: Decimal) -> tuple[Decimal, Decimal, Decimal]:
+        """sn u, cn u and dn u by Gauss's descending transformation (DLMF 22.7(i))."""
+        if not self.complement:
+            grown = u.exp()
+            cosh = (grown + 1 / grown) / 2
+            return (grown - 1 / grown) / (2 * cosh), 1 / cosh, 1 / cosh
+        sn, cn = sine_cosine(u / self._growth)
+        dn = Decimal(1)
+        for k1 in reversed(self._descent):
+            part = k1 * sn * sn
+            sn, cn, dn = (1 + k1) * sn / (1 + part), cn * dn / (1 + part), (1 - part) / (1 + part)
+        return sn, cn, dn
+
+
+def first_integral(x: Decimal, y: Decimal, z: Decimal) -> Decimal:
+    """R_F = 1/2 int_0^inf dt / sqrt((t + x)(t + y)(t + z)), at most one of them 0 (DLMF 19.36).
+
+    F(phi, k) = sin phi R_F(cos^2 phi, 1 - k^2 sin^2 phi, 1).
+    """
+    for _ in range(DUPLICATIONS):
+        a, b, c = x.sqrt(), y.sqrt(), z.sqrt()
+        shift = a * b + b * c + c * a
+        x, y, z = (x + shift) / 4, (y + shift) / 4, (z + shift) / 4
+        mean = (x + y + z) / 3
+        X, Y = 1 - x / mean, 1 - y / mean
+        if max(abs(X), abs(Y)) < Decimal("1e-12"):
+            break
+    Z = -X - Y
+    E2, E3 = X * Y - Z * Z, X * Y * Z
+    return _series(E2, E3) / mean.sqrt()
+
+
+def _series(E2: Decimal, E3: Decimal) -> Decimal:
+    """The series of R_F to degree 7 in X, Y, Z (DLMF 19.36.1)."""
+    return (
+        1
+        - E2 / 10
+        + E3 / 14
+        + E2**2 / 24
+        - 3 * E2 * E3 / 44
+        - 5 * E2**3 / 208
+        + 3 * E3**2 / 104
+        + E2**2 * E3 / 16
+    )
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The free top in Jacobi's functions."""
+"""Free and symmetric tops, thrown bodies: attitudes in closed form."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,94 @@ from galvi import Problem, RigidBody, Trajectory
 from galvi.arrays import Array
 from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
-from references.closed_forms.decimal_trigonometry import DIGITS, PI, SMALLEST, angle, sine_cosine
-from references.closed_forms.elliptic import Modulus, first_integral
-from references.closed_forms.principal_body import principal_axes
+from references.closed_forms.double_double import DIGITS, PI, SMALLEST, angle, sine_cosine
+from references.closed_forms.pendulum import Modulus, first_integral
 from references.contender import require
-from references.newton import is_forced
+from references.newton import is_forced, is_thrown
+from references.rigid_equations import has_known_weight, rotation
 from references.setting import check_keys, described, sample_times
+
+SWEEPS = 20
+
+
+def principal_axes(inertia: Any) -> tuple[Any, Any]:
+    """Moments (3,), ascending, and axes as columns of an orthogonal (3, 3), by Jacobi's method.
+
+    inertia  (3, 3) symmetric, of decimals; call inside ``localcontext(DIGITS)``
+
+    Those of a diagonal matrix are its own, exactly.
+    """
+    J, axes = inertia.copy(), decimals(np.eye(3))
+    size = max(abs(J.ravel()))
+    for _ in range(SWEEPS):
+        if max(abs(J[i, j]) for i, j in combinations(range(3), 2)) < SMALLEST * size:
+            break
+        for i, j in combinations(range(3), 2):
+            if J[i, j]:
+                turn = _rotation(J, i, j)
+                J, axes = turn.T @ J @ turn, axes @ turn
+    order = sorted(range(3), key=lambda k: J[k, k])
+    return J.diagonal()[order], axes[:, order]
+
+
+def _rotation(J: Any, i: int, j: int) -> Any:
+    """The plane rotation, by at most an eighth of a turn, that makes J_ij zero."""
+    half = (J[j, j] - J[i, i]) / (2 * J[i, j])
+    tangent = 1 / (abs(half) + (half * half + 1).sqrt()) * (1 if half >= 0 else -1)
+    cosine = 1 / (tangent * tangent + 1).sqrt()
+    turn = decimals(np.eye(3))
+    turn[i, i] = turn[j, j] = cosine
+    turn[i, j], turn[j, i] = tangent * cosine, -tangent * cosine
+    return turn
+
+
+@dataclass(frozen=True, eq=False)
+class PrincipalBody:
+    """The constants of one problem in principal axes.
+
+    axes     (3, 3), columns: the principal axes in the body's frame; the unit matrix for a
+             diagonal inertia
+    numbers  inverse moments (3,), mass g in the frame of the start (3,), centre of mass (3,), and
+             whether there is weight
+    """
+
+    axes: Array
+    numbers: tuple[Array, Array, Array, bool]
+    p0: Array
+
+    @staticmethod
+    def of(problem: Problem) -> PrincipalBody:
+        """From a problem for which `is_known_body` holds."""
+        J, weight = problem.system.inertia, problem.system.potential
+        moments, axes = np.diagonal(J), np.eye(3)
+        if np.any(np.diag(moments) != J):
+            moments, axes = np.linalg.eigh(J)
+            axes = axes * np.linalg.det(axes)
+        force, centre = np.zeros(3), np.zeros(3)
+        if weight is not None:
+            force = (problem.q0 @ axes).T @ (weight.mass * weight.g)
+            centre = axes.T @ weight.centre
+        numbers = (1.0 / moments, force, centre, weight is not None)
+        return PrincipalBody(axes, numbers, axes.T @ problem.p0)
+
+    def start(self) -> Array:
+        """The initial state (7,): the unit quaternion, then the momentum."""
+        return np.array([1.0, 0.0, 0.0, 0.0, *self.p0])
+
+    def states(self, problem: Problem, saved: Array) -> tuple[Array, Array]:
+        """R (k, 3, 3) and body momentum (k, 3) of states (k, 7), the first the start."""
+        R = problem.q0 @ (self.axes @ rotation(saved[:, :4]) @ self.axes.T)
+        p = saved[:, 4:] @ self.axes.T
+        R[0], p[0] = problem.q0, problem.p0
+        return R, p
+
+
+def is_known_body(problem: Problem) -> bool:
+    """Whether it is a RigidBody, free or with the weight of `galvi.UniformGravity` alone."""
+    system = problem.system
+    if not isinstance(system, RigidBody) or is_forced(problem):
+        return False
+    return system.potential is None or has_known_weight(problem)
 
 
 @dataclass(frozen=True)
@@ -205,3 +288,46 @@ def _turned_about(v: Any, t: Decimal) -> Any:
     zero = Decimal(0)
     turn = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
     return decimals(np.eye(3)) + sine * turn + (1 - cosine) * (turn @ turn)
+
+
+@dataclass(frozen=True)
+class ThrownBody:
+    """A FreeBody: any inertia, any start.
+
+    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
+    out rounded once, as of `references.closed_forms.top_motion.FreeTop`.
+    """
+
+    name: str = "thrown body, closed form"
+    exact: bool = True
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A FreeBody on which gravity alone acts."""
+        return is_thrown(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """States at evenly spaced times; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples",))
+        times = sample_times(problem.t0, duration, setting)
+        body: Any = problem.system
+        start, v = problem.q0, problem.v0
+        q = np.zeros((len(times), 4, 4))
+        q[:, 3, 3] = 1.0
+        p = np.empty((len(times), 6))
+        with localcontext(DIGITS):
+            turning = motion(body.inertia, start[:3, :3], v[:3])
+            place, g = decimals(start[:3, 3]), decimals(body.g)
+            speed = decimals(start[:3, :3]) @ decimals(v[3:])
+            for k, t in enumerate(Decimal(t) for t in (times - problem.t0).tolist()):
+                R, spin = turning(float(t))
+                q[k, :3, :3], q[k, :3, 3] = R, place + t * speed + t * t / 2 * g
+                p[k, :3], p[k, 3:] = spin, Decimal(body.mass) * ((speed + t * g) @ R)
+        p[0] = problem.p0  # rounded as galvi rounds it
+        return as_trajectory(
+            problem, described(self.name, setting), times, q, p=p, counts={"steps": 0}
+        )
+
+
+THROWN_BODY = ThrownBody()

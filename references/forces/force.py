@@ -1,8 +1,8 @@
-"""A force on a vector space as the references evaluate it, in Python or in their compiled loops."""
+"""Forces of systems, by formulas of their own or by a gradient that is given or differenced."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -14,6 +14,67 @@ from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
 from references.compiled import njit as cached
+
+ROWS = 12
+LARGEST, RATIO = 2.0**-4, 2.0
+
+
+def derivative(function: Callable[[float], float], scale: float) -> float:
+    """f'(0), from central differences of halved steps, extrapolated to zero.
+
+    scale  length over which the function changes: the first step is a sixteenth of it
+
+    The entry of the extrapolation table that differs least from its neighbours is taken.
+    """
+    best, error, above = np.nan, np.inf, []
+    for row in range(ROWS):
+        step = LARGEST * scale / RATIO**row
+        entries = [(function(step) - function(-step)) / (2.0 * step)]
+        for k, coarser in enumerate(above):
+            factor = RATIO ** (2 * (k + 1))
+            entries.append((factor * entries[k] - coarser) / (factor - 1.0))
+            change = max(abs(entries[-1] - entries[-2]), abs(entries[-1] - coarser))
+            if change <= error:
+                best, error = entries[-1], change
+        above = entries
+    return float(best)
+
+
+def gradient(function: Callable[[Any], float], q: Array) -> Array:
+    """df/dq, (d,), with max |q| for the scale, or 1."""
+    scale = float(np.max(np.abs(q))) or 1.0
+    units = np.eye(q.size)
+    return np.array(
+        [derivative(lambda s, unit=unit: float(function(q + s * unit)), scale) for unit in units]
+    )
+
+
+ROUNDING = 1e-12  # relative difference of two correct ways to evaluate a gradient
+DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)
+
+
+def agrees(
+    given: Callable[[Array], Any], known: Callable[[Array], Array], points: Iterable[Array]
+) -> bool:
+    """Whether both return the same array, to rounding, at all points; no when one raises."""
+    for point in points:
+        try:
+            values = np.asarray(given(point.copy()), dtype=np.float64)
+        except Exception:  # a user's function may raise anything
+            return False
+        exact = known(point)
+        if values.shape != exact.shape:
+            return False
+        if not np.max(np.abs(values - exact)) <= ROUNDING * np.max(np.abs(exact)):
+            return False
+    return True
+
+
+def points_around(q0: Array) -> list[Array]:
+    """q0 and points near and far from it, the same in every call."""
+    size, draw = float(np.max(np.abs(q0))) or 1.0, np.random.default_rng(0)
+    return [q0, *(q0 + size * far * draw.standard_normal(q0.shape) for far in DISTANCES)]
+
 
 Function = Callable[..., Any]
 

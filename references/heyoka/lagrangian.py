@@ -1,16 +1,160 @@
-"""heyoka on any Lagrangian on R^d written in formulas: Taylor's method."""
+"""Chains of rods and Lagrangians in coordinates, by heyoka."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
 
-from galvi import Problem
+import numpy as np
+
+from galvi import PlanarChain, Problem, Trajectory
+from references.as_trajectory import as_trajectory
+from references.contender import require
 from references.heyoka import engine as heyoka_engine
-from references.heyoka.elimination import solved
-from references.heyoka.on_coordinates import OnCoordinates, compiled
+from references.heyoka.engine import DEFAULT
+from references.setting import check_keys, described, sample_times
+from references.textbook.chain_equations import ChainEquations, is_chain
 from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
+
+
+def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
+    """x with M x = b, by elimination without pivoting, as M is positive definite."""
+    n = len(b)
+    M, b = [list(row) for row in M], list(b)
+    for k in range(n):
+        for i in range(k + 1, n):
+            ratio = M[i][k] / M[k][k]
+            for j in range(k + 1, n):
+                M[i][j] = M[i][j] - ratio * M[k][j]
+            b[i] = b[i] - ratio * b[k]
+    x: list[Any] = [None] * n
+    for i in reversed(range(n)):
+        known = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
+        x[i] = (b[i] - known) / M[i][i]
+    return x
+
+
+@dataclass(frozen=True)
+class OnCoordinates:
+    """Taylor's method on states (q, v), in double or quadruple precision.
+
+    precision  "double", or "real128": numbers, times and states are quadruple throughout
+
+    Setting as `references.heyoka.taylor.HeyokaTaylor`.
+    """
+
+    name: str
+    precision: str = "double"
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why heyoka cannot be used here; empty when it can."""
+        return heyoka_engine.missing(self.precision)
+
+    def supports(self, problem: Problem) -> bool:
+        """Whether the equations of motion of a problem are known."""
+        raise NotImplementedError
+
+    def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
+        """heyoka's integrator for any start of the system."""
+        raise NotImplementedError
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples", *DEFAULT))
+        times = sample_times(problem.t0, duration, setting)
+        options = heyoka_engine.options(setting, self.precision)
+        engine = self.integrator(problem, *heyoka_engine.switches(options))
+        start = np.concatenate([problem.q0, problem.v0])
+        states, steps, failure = heyoka_engine.propagated(
+            engine, start.astype(heyoka_engine.kind(self.precision)), times - problem.t0,
+            problem.t0, "the state is not finite.",
+        )  # fmt: skip
+        q, v = np.split(states.astype(np.float64), 2, axis=1)
+        return as_trajectory(
+            problem,
+            described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
+            times,
+            q,
+            v,
+            counts={"steps": steps},
+            failure=failure,
+        )
+
+
+def compiled(
+    q: Sequence[Any], v: Sequence[Any], acceleration: Sequence[Any], precision: str,
+    tolerance: float, accurate: bool, compact: bool,
+) -> Any:  # fmt: skip
+    """heyoka's integrator of q' = v, v' = acceleration, its expressions."""
+    import heyoka
+
+    number, state = heyoka_engine.kind(precision), [*q, *v]
+    return heyoka.taylor_adaptive(
+        list(zip(state, [*v, *acceleration], strict=True)),
+        np.zeros(len(state)).astype(number),
+        time=number(0.0),
+        tol=number(tolerance),
+        high_accuracy=accurate,
+        compact_mode=compact,
+        fp_type=number,
+    )
+
+
+@dataclass(frozen=True)
+class HeyokaChain(OnCoordinates):
+    """A PlanarChain."""
+
+    name: str = "heyoka, chains"
+
+    def supports(self, problem: Problem) -> bool:
+        """A Lagrangian that is a PlanarChain."""
+        return is_chain(problem)
+
+    def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
+        """As `OnCoordinates.integrator`."""
+        system: Any = problem.system
+        return _compiled_chain(system.function, self.precision, tolerance, accurate, compact)
+
+
+@lru_cache(maxsize=16)
+def _compiled_chain(
+    chain: PlanarChain, precision: str, tolerance: float, accurate: bool, compact: bool
+) -> Any:
+    """heyoka's integrator of this chain, for any start."""
+    import heyoka
+
+    number = heyoka_engine.kind(precision)
+    equations = ChainEquations.of(chain, number)
+    S, m = equations.levers, equations.masses
+    n = len(m)
+    q, v = (heyoka.make_vars(*(f"{name}{i}" for i in range(n))) for name in "qv")
+    q, v = (x if n > 1 else [x] for x in (q, v))
+    both = [[sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)]
+    weight = [equations.gravity * sum(m[k] * S[k, i] for k in range(n)) for i in range(n)]
+    M = [[heyoka.expression(both[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
+         for i in range(n)]  # fmt: skip
+    pull = []
+    for i in range(n):
+        M[i][i] = heyoka.expression(both[i][i] + equations.moments[i])
+        across = [
+            heyoka.expression(both[i][j]) * heyoka.sin(q[i] - q[j]) * v[j] * v[j]
+            for j in range(n)
+            if j != i
+        ]
+        pull.append(-sum(across, heyoka.expression(weight[i]) * heyoka.sin(q[i])))
+    return compiled(q, v, solved(M, pull), precision, tolerance, accurate, compact)
+
+
+HEYOKA_CHAIN = HeyokaChain()
+HEYOKA_CHAIN_QUADRUPLE = HeyokaChain(
+    "heyoka, chains, quadruple precision", precision="real128", exact=True
+)
+
 
 KNOWN = (
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "erf"),

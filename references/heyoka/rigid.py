@@ -14,8 +14,8 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
-from references.closed_forms.decimal_trigonometry import DIGITS
-from references.closed_forms.principal_body import is_known_body
+from references.closed_forms.double_double import DIGITS
+from references.closed_forms.top_motion import is_known_body
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT

@@ -14,7 +14,7 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.contender import require
 from references.mujoco import engine as mujoco_engine
-from references.mujoco.tree import is_tree
+from references.mujoco.body import is_tree
 from references.tree_ivp import integrated
 
 

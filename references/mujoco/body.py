@@ -1,10 +1,4 @@
-"""Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
-
-Chains of links are in `references.mujoco.chain`, trees in `references.mujoco.tree`.
-
-The only place that knows MuJoCo's masses, frames of inertia and joints; `mujoco_states` knows its
-coordinates.
-"""
+"""Bodies, chains and trees as MuJoCo's models, and states from and to them."""
 
 from __future__ import annotations
 
@@ -17,18 +11,188 @@ from galvi import (
     Canonical,
     CosinePotential,
     FreeBody,
+    Joint,
     Lagrangian,
+    Link,
     Multibody,
+    PlanarChain,
     Problem,
     RigidBody,
 )
 from galvi.arrays import Array
-from references.mujoco.chain import MujocoChain, mujoco_chain
-from references.mujoco.mjcf import SLACK, document, principal, text
-from references.mujoco.tree import MujocoTree, is_tree
 from references.newton import is_forced, is_thrown, replaces_force
 from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
+
+SCALAR = ("hinge", "slide")
+
+
+def is_tree(problem: Problem) -> bool:
+    """Trees whose springs MJCF can say: a ball joint's at rest where the link is at its place."""
+    system = problem.system
+    return isinstance(system, Multibody) and not any(
+        joint.type == "ball" and joint.stiffness and np.any(joint.rest != np.eye(3))
+        for link in system.links
+        for joint in link.joints
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoTree:
+    """Nested bodies. ``joint`` is the system itself, which converts states."""
+
+    joint: Multibody
+
+    def mjcf(self) -> str:
+        """MuJoCo's XML; its numbers are read back bit for bit, but for quaternions."""
+        links = self.joint.links
+        inner = [""] * len(links)
+        bodies = ""
+        for k in range(len(links) - 1, -1, -1):
+            body = _body(links[k], inner[k])
+            if links[k].parent is None:
+                bodies = body + bodies
+            else:
+                inner[links[k].parent] = body + inner[links[k].parent]
+        off = tuple(name for name in OFF if name not in ("spring", "damper", "eulerdamp"))
+        return document(self.joint.gravity, bodies, off)
+
+
+def _body(link: Link, inner: str) -> str:
+    from scipy.spatial.transform import Rotation
+
+    place, turn = link.place, link.attitude
+    if any(joint.type == "free" for joint in link.joints):
+        rest = link.joints[0].rest  # which a free joint's spring has from its body's place
+        place, turn = rest[:3, 3], rest[:3, :3]
+    inertial = ""
+    if link.mass > 0.0:
+        moments, axes = principal(link.inertia)
+        inertial = (
+            f'<inertial pos="{text(link.centre)}" quat="{text(axes)}" mass="{text([link.mass])}" '
+            f'diaginertia="{text(moments)}"/>'
+        )
+    joints = "".join(_joint(joint) for joint in link.joints)
+    quaternion = text(Rotation.from_matrix(turn).as_quat()[[3, 0, 1, 2]])
+    return f'<body pos="{text(place)}" quat="{quaternion}">{joints}{inertial}{inner}</body>'
+
+
+def _joint(joint: Joint) -> str:
+    given: dict[str, Any] = {
+        "armature": joint.armature, "stiffness": joint.stiffness, "damping": joint.damping,
+    }  # fmt: skip
+    if joint.type != "free":
+        given["pos"] = joint.anchor
+    if joint.type in SCALAR:
+        given |= {"axis": joint.axis, "ref": joint.zero, "springref": joint.rest}
+    settings = " ".join(f'{name}="{text(np.ravel(value))}"' for name, value in given.items())
+    return f'<joint type="{joint.type}" {settings}/>'
+
+
+OFF = (
+    *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
+    *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
+)  # what lone bodies have not, 4 % of a step; and the reset that would hide a failure
+
+
+def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
+    """The XML of a model with these bodies and gravity (3,); angles are in radians.
+
+    off  names of what is disabled
+    """
+    flags = " ".join(f'{name}="disable"' for name in off)
+    return (
+        f'<mujoco><compiler angle="radian"/><option gravity="{text(gravity)}">'
+        f"<flag {flags}/></option><worldbody>{bodies}</worldbody></mujoco>"
+    )
+
+
+def text(numbers: Any) -> str:
+    """Numbers separated by spaces, each with the digits that determine its float64."""
+    return " ".join(repr(float(number)) for number in numbers)
+
+
+SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are flat
+
+
+def principal(inertia: Array) -> tuple[Array, Array]:
+    """Moments, (3,), and the quaternion of their axes, (4,), with w first.
+
+    MuJoCo's own ``fullinertia`` is off by some 10 roundings, and its order of the axes is its own.
+    """
+    from scipy.spatial.transform import Rotation
+
+    moments, axes = np.diag(inertia).copy(), np.eye(3)
+    if np.any(inertia != np.diag(moments)):
+        moments, axes = np.linalg.eigh(inertia)
+        axes[:, 0] *= np.linalg.det(axes)
+    k = int(np.argmax(moments))
+    rest = float(np.sum(np.delete(moments, k)))
+    if moments[k] <= rest * (1.0 + SLACK):
+        moments[k] = min(moments[k], rest)  # a flat body may be off by a rounding; MuJoCo's may not
+    return moments, Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]]
+
+
+# Converts states between MuJoCo's coordinates and galvi's, for one body, a chain or a tree.
+#
+# joint   qpos                  qvel
+# ball    quaternion            w
+# free    x, then quaternion    velocity of x in space, then w
+# hinge   angle                 rate
+# chain   angles between links  their rates
+#
+# Quaternions have w first and take the body's frame to space; w is the angular velocity in the
+# body's frame.
+
+FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
+
+
+def to_mujoco(joint: str | Multibody, q: Array, v: Array) -> tuple[Array, Array]:
+    """(qpos, qvel) of the state q, v; all may have leading axes."""
+    if isinstance(joint, Multibody):
+        return joint.to_mujoco(q, v)
+    if joint == "hinge":
+        return q, v
+    if joint == "chain":
+        return np.diff(q, prepend=0.0, axis=-1), np.diff(v, prepend=0.0, axis=-1)
+    from scipy.spatial.transform import Rotation
+
+    R = q[..., :3, :3]
+    turned = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
+    if joint == "ball":
+        return turned, v
+    drift = np.einsum("...ij,...j->...i", R, v[..., 3:])
+    return (
+        np.concatenate([q[..., :3, 3], turned], axis=-1),
+        np.concatenate([drift, v[..., :3]], axis=-1),
+    )
+
+
+def from_mujoco(joint: str | Multibody, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """(q, v) of rows of qpos and qvel; NaN where they are not finite."""
+    if isinstance(joint, Multibody):
+        return joint.from_mujoco(qpos, qvel)
+    if joint == "hinge":
+        return qpos, qvel
+    if joint == "chain":
+        return np.cumsum(qpos, axis=-1), np.cumsum(qvel, axis=-1)
+    from scipy.spatial.transform import Rotation
+
+    finite = np.all(np.isfinite(qpos), axis=-1)
+    R = np.full((len(qpos), 3, 3), np.nan)
+    R[finite] = Rotation.from_quat(qpos[finite, -4:][:, TO_SCIPY]).as_matrix()
+    if joint == "ball":
+        return R, qvel
+    q = np.zeros((len(qpos), 4, 4))
+    q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, qpos[:, :3], 1.0
+    drift = np.einsum("nji,nj->ni", R, qvel[:, :3])
+    return q, np.concatenate([qvel[:, 3:], drift], axis=-1)
+
+
+# Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
+#
+# The only place that knows MuJoCo's masses, frames of inertia and joints; `mujoco_states` knows its
+# coordinates.
 
 JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
 DOUBLINGS = 64
@@ -119,3 +283,54 @@ def on_a_pivot(mass: float, centre: Array, inertia: Array) -> tuple[float, Array
         if np.min(moments) > SLACK * largest and largest <= rest * (1.0 + SLACK):
             break
     return m, r, moments, axes
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoChain:
+    """Links that hang from each other, in the world's frame when all hang straight down.
+
+    lengths  (n,)
+    masses   (n,)
+    levers   (n,) of the centres of mass, from each link's upper hinge
+    moments  (n,) about the centres of mass; of the plane they swing in, the only one they feel
+    gravity  downwards
+
+    A link is a body whose three moments are the same, so that no moment is as small as a thin rod's
+    about itself. MuJoCo's angles are those between links.
+    """
+
+    lengths: Array
+    masses: Array
+    levers: Array
+    moments: Array
+    gravity: float
+    joint: str = "chain"
+
+    def mjcf(self) -> str:
+        """MuJoCo's XML; its numbers are read back bit for bit."""
+        bodies = ""
+        places = np.append(0.0, self.lengths[:-1])
+        links = zip(places, self.masses, self.levers, self.moments, strict=True)
+        for place, mass, lever, moment in reversed(list(links)):
+            bodies = (
+                f'<body pos="{text([0.0, 0.0, -place])}"><joint type="hinge" axis="0 -1 0"/>'
+                f'<inertial pos="{text([0.0, 0.0, -lever])}" mass="{text([mass])}" '
+                f'diaginertia="{text([moment] * 3)}"/>{bodies}</body>'
+            )
+        return document([0.0, 0.0, -self.gravity], bodies)
+
+
+def mujoco_chain(chain: PlanarChain) -> MujocoChain:
+    """Bodies with the same motion that MuJoCo accepts.
+
+    It takes no points, which have no moment of inertia. A point between two links belongs to
+    either, so each link carries half of the point at its hinge and half of the one at its end, or
+    all of the last; at the fixed hinge any mass does.
+    """
+    m, l = chain.masses, chain.lengths
+    if chain.rods:
+        return MujocoChain(l, m, 0.5 * l, m * l * l / 12.0, chain.gravity)
+    low = np.append(0.5 * m[:-1], m[-1])
+    high = np.append(0.5 * m[0], 0.5 * m[:-1])
+    whole = low + high
+    return MujocoChain(l, whole, low * l / whole, high * low * l * l / whole, chain.gravity)

@@ -13,8 +13,7 @@ import numpy as np
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.velocities import velocity_at
-from references.mujoco.body import mujoco_body
-from references.mujoco.states import to_mujoco
+from references.mujoco.body import mujoco_body, to_mujoco
 
 LEAST = (4, 0, 1)
 

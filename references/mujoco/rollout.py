@@ -10,8 +10,7 @@ import numpy as np
 from galvi import Problem
 from galvi.arrays import Array
 from references.mujoco import engine
-from references.mujoco.body import supports
-from references.mujoco.states import from_mujoco, to_mujoco
+from references.mujoco.body import from_mujoco, supports, to_mujoco
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.engine_clock import engine_time
 from references.mujoco import engine as mujoco_engine
-from references.mujoco.body import supports
-from references.mujoco.states import from_mujoco
+from references.mujoco.body import from_mujoco, supports
 from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C

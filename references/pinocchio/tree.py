@@ -1,24 +1,27 @@
-"""Converts trees of rigid bodies to Pinocchio, and their states and accelerations.
-
-joint         Pinocchio's coordinates and velocities
-hinge, slide  q - zero, its rate
-ball          quaternion, w last; angular velocity in the frame that it turns
-free          place, quaternion, w last; velocity of the place in that frame, angular velocity
-
-Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
-"""
+"""Trees of rigid bodies in Pinocchio, and their motion by its accelerations."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from galvi import Joint, Link, Multibody
+from galvi import Joint, Link, Multibody, Problem, Trajectory
 from galvi.arrays import Array
-from references.tree_ivp import SCALAR, joints_of
+from references.contender import require
+from references.tree_ivp import SCALAR, integrated, joints_of
+
+# Converts trees of rigid bodies to Pinocchio, and their states and accelerations.
+#
+# joint         Pinocchio's coordinates and velocities
+# hinge, slide  q - zero, its rate
+# ball          quaternion, w last; angular velocity in the frame that it turns
+# free          place, quaternion, w last; velocity of the place in that frame, angular velocity
+#
+# Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
 
 OLDEST = 3  # earlier ones leave armatures out of accelerations
 
@@ -162,3 +165,30 @@ def _joint(joint: Joint) -> Any:
     if joint.type == "hinge":
         return pinocchio.JointModelRevoluteUnaligned(axis)
     return pinocchio.JointModelPrismaticUnaligned(axis)
+
+
+@dataclass(frozen=True, eq=False)
+class PinocchioAccelerations:
+    """Setting and steps as of `references.tree_ivp.integrated`."""
+
+    name: str = "SciPy DOP853 on Pinocchio's accelerations"
+    order: int = 8
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why the engine cannot be used here; empty when it can."""
+        return missing()
+
+    def supports(self, problem: Problem) -> bool:
+        """Trees, their springs and damping included."""
+        return isinstance(problem.system, Multibody)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        tree = compiled(problem.system)
+        return integrated(self.name, version(), tree.accelerations, problem, duration, setting)
+
+
+PINOCCHIO_ACCELERATIONS = PinocchioAccelerations()

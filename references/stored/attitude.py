@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Problem, RigidBody, problems
-from references.closed_forms.principal_body import is_known_body
+from references.closed_forms.top_motion import is_known_body
 from references.heyoka.rigid import HEYOKA_RIGID_QUADRUPLE
 from references.stored.states import Identity, StoredStates
 

@@ -9,7 +9,7 @@ import sys
 from typing import Any
 
 from galvi import Problem, problems
-from references.heyoka.chain import HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.lagrangian import HEYOKA_CHAIN_QUADRUPLE
 from references.stored.states import Identity, StoredStates
 from references.textbook.chain_equations import is_chain
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from galvi import Lagrangian, PlanarChain, Problem
 from galvi.arrays import Array
-from references.forces.given_gradient import agrees, points_around
+from references.forces.force import agrees, points_around
 from references.newton import is_forced
 
 

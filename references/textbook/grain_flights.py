@@ -1,4 +1,4 @@
-"""DOP853 with contacts, compiled, for many grains in the rotor's wind."""
+"""Flights of grains in a rotor's wind."""
 
 from __future__ import annotations
 
@@ -7,11 +7,131 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.integrate
+from numba import types
 
 from galvi import Problem
 from galvi.arrays import Array
+from references.compiled import njit
+from references.forces.force import FUNCTION, OPTIONS
 from references.newton import external_force
-from references.textbook.grain_kernel import CONTACTS, compiled
+
+# The compiled loop of DOP853 for grains above the ground, with contacts found to rounding.
+#
+# y        (6,) q and v;  f = m g + drag
+# force    (q, v, t, numbers, out), the drag, of `references.forces.formulas`
+# inverse  1 / m
+# A        (13, 12), the last row the weights;  E3, E5 (12,) the error estimates
+# ends     (n, 8): q, v, time, and 1 for a grain that stays on the ground, 0 aloft, -1 failed
+
+jit: Any = njit(**OPTIONS)
+ROW, ROWS = types.float64[::1], types.float64[:, ::1]
+STAGES = 12
+SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+STEPS, CONTACTS, REFINEMENTS = 1_000_000, 1000, 12
+
+
+@jit
+def slope(force, numbers, inverse, gravity, y, t, out):
+    """out <- y'."""
+    out[:3] = y[3:]
+    out[3:] = 0.0
+    force(y[:3], y[3:], t, numbers, out[3:])
+    out[3:] *= inverse
+    out[5] -= gravity
+
+
+@jit
+def tried(force, numbers, inverse, gravity, y, t, h, A, K, new):
+    """K[1:] and new (6,) <- the stages and the end of a step; K[0] is known."""
+    for j in range(1, STAGES + 1):
+        new[:] = y
+        for k in range(j):
+            if A[j, k] != 0.0:
+                for i in range(6):
+                    new[i] += h * A[j, k] * K[k, i]
+        if j < STAGES:
+            slope(force, numbers, inverse, gravity, new, t + np.sum(A[j, :j]) * h, K[j])
+
+
+@jit
+def error_of(y, new, h, K, E3, E5, tolerance):
+    """The step's estimated error over its tolerance (Hairer, Norsett and Wanner I, II.10)."""
+    low = high = 0.0
+    for i in range(6):
+        scale = tolerance * (1.0 + max(abs(y[i]), abs(new[i])))
+        third = fifth = 0.0
+        for j in range(STAGES):
+            third += E3[j] * K[j, i]
+            fifth += E5[j] * K[j, i]
+        low += (third / scale) ** 2
+        high += (fifth / scale) ** 2
+    if high == 0.0:
+        return 0.0
+    return h * high / np.sqrt(6.0 * (high + 0.01 * low))
+
+
+def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest, table, ends):
+    """The flights of all grains, starts (n, 7) q, v and time, to a common end or to the ground.
+
+    e  vertical speed after a contact over that before, below 0: a grain stays; it stays where it
+       would leave the ground no faster than ``slowest``
+    """
+    A, E3, E5 = table
+    K, y, new, last = np.zeros((STAGES, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
+    for grain in range(starts.shape[0]):
+        y[:], t, wanted, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
+        ends[grain, 7] = -1.0
+        slope(force, numbers, inverse, gravity, y, t, K[0])
+        for _ in range(STEPS):
+            h = min(wanted, until - t)
+            tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+            error = error_of(y, new, h, K, E3, E5, tolerance)
+            if not error <= 1.0:  # NaN comes here too
+                wanted = h * (max(LEAST, SAFETY * error**EXPONENT) if error > 1.0 else LEAST)
+                if not wanted > 1e-15:
+                    break
+                continue
+            down = new[2] <= 0.0
+            if down:
+                for _ in range(REFINEMENTS):
+                    if abs(new[2]) <= 1e-16 or not new[5] < 0.0:
+                        break
+                    h -= new[2] / new[5]
+                    last[:] = new
+                    tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+                    if abs(new[2]) >= abs(last[2]):
+                        break
+                contacts += 1
+            elif error > 0.0:
+                wanted = h * min(MOST, max(LEAST, SAFETY * error**EXPONENT))
+            ends_here = not down and h >= until - t
+            t = until if ends_here else t + h
+            y[:] = new
+            if down:
+                y[2], y[5], wanted = 0.0, -e * new[5], 1e-4
+                if e < 0.0 or not y[5] > slowest:
+                    y[3:] = 0.0
+                    ends[grain, 7] = 1.0
+                    break
+                if contacts >= CONTACTS:
+                    break
+            elif ends_here:
+                ends[grain, 7] = 0.0
+                break
+            slope(force, numbers, inverse, gravity, y, t, K[0])
+        ends[grain, :6], ends[grain, 6] = y, t
+
+
+SIGNATURE = types.void(
+    FUNCTION, ROW, types.float64, types.float64, ROWS, types.float64, types.float64, types.float64,
+    types.float64, types.Tuple((ROWS, ROW, ROW)), ROWS,
+)  # fmt: skip
+
+
+def compiled() -> Any:
+    """``fall``, compiled once and kept on disk."""
+    return njit(SIGNATURE, **OPTIONS)(fall)
+
 
 TIGHT = 1e-13  # relative to 1 m and 1 m/s as well
 

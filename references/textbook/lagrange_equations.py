@@ -15,7 +15,7 @@ from numba.core.registry import CPUDispatcher
 
 from galvi import Canonical, Lagrangian, Problem
 from galvi.arrays import Array
-from references.forces.given_gradient import agrees, points_around
+from references.forces.force import agrees, points_around
 from references.forces.on_symbols import formulas_of, written
 from references.newton import is_forced, potential_formula, replaces_force
 

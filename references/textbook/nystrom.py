@@ -1,28 +1,108 @@
-"""Explicit methods of fixed step for q'' = a(q, t), as tableaus that one compiled loop runs.
-
-Q_i = q + c_i h v + h^2 sum_{j<i} A_ij a(Q_j, t + c_i h)
-q'  = q + h v + h^2 sum_j position_j a(Q_j)
-v'  = v + h sum_j velocity_j a(Q_j)          (Hairer, Norsett and Wanner, Solving ODEs I, II.14)
-
-A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
-"""
+"""Nystrom methods from a table."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
+from numba import types
 
 from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
+from references.compiled import njit
 from references.contender import require
+from references.forces.force import FUNCTION, OPTIONS, VECTOR
 from references.newton import inverse_mass, is_forced, total_force
 from references.setting import check_keys, described, fixed_steps
-from references.textbook import nystrom_kernel
+
+# The compiled loop of an explicit Nystrom method;.
+#
+# A (s, s), c (s,)          stages and nodes
+# bq, bv (s,)               weights of the accelerations in the position and the velocity
+# force, numbers            force(q, v, t, numbers, out), see `references.forces.force`
+# inverse_mass              (d, 1) diagonal or (d, d)
+# q, v (d,)                 state, advanced in place
+# F (s, d)                  accelerations at the stages; the last row is kept when `reuses_last`
+# Q, f (d,)                 scratch: the configuration at a stage and the force there
+# first, last, total        steps done, to be done in this call, in the whole run
+# saved_q, saved_v (n, d)   states kept: every `every` steps and the last
+#
+# The force gets the velocity of the step's start, so only one-stage methods may depend on it.
+
+MATRIX, WHOLE, REAL = types.float64[:, ::1], types.int64, types.float64
+SIGNATURE = types.UniTuple(WHOLE, 2)(
+    MATRIX, VECTOR, VECTOR, VECTOR, types.boolean, FUNCTION, VECTOR, MATRIX, VECTOR, VECTOR,
+    MATRIX, VECTOR, VECTOR, REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, MATRIX, MATRIX,
+)  # fmt: skip
+
+
+def advance(
+    A, c, bq, bv, reuses_last, force, numbers, inverse_mass, q, v, F, Q, f, t0, h, first, last,
+    total, every, saved_q, saved_v,
+):  # type: ignore[no-untyped-def]  # fmt: skip
+    """Steps first .. last; returns the number of the step that failed (0: none) and evaluations."""
+    d, stages = q.size, c.size
+    evaluations = 0
+    for k in range(first, last):
+        for s in range(stages):
+            if s == 0 and reuses_last and k > 0:
+                for i in range(d):
+                    F[0, i] = F[stages - 1, i]
+                continue
+            starts = s == 0 and c[0] == 0.0  # the stage is the start of the step
+            for i in range(0 if starts else d):
+                change = 0.0
+                for j in range(s):
+                    change += A[s, j] * F[j, i]
+                Q[i] = q[i] + h * (c[s] * v[i] + h * change)
+            f[:] = 0.0
+            force(q if starts else Q, v, t0 + (k + c[s]) * h, numbers, f)
+            evaluations += 1
+            if inverse_mass.shape[1] == 1:
+                for i in range(d):
+                    F[s, i] = inverse_mass[i, 0] * f[i]
+            else:
+                for i in range(d):
+                    F[s, i] = 0.0
+                    for j in range(d):
+                        F[s, i] += inverse_mass[i, j] * f[j]
+        residue = 0.0
+        for i in range(d):
+            moved = bq[0] * F[0, i]
+            kicked = bv[0] * F[0, i]
+            for s in range(1, stages):
+                moved += bq[s] * F[s, i]
+                kicked += bv[s] * F[s, i]
+            q[i] += h * (v[i] + h * moved)
+            v[i] += h * kicked
+            residue += (q[i] - q[i]) + (v[i] - v[i])
+        if residue != 0.0:  # only a NaN or an infinity leaves one
+            return k + 1, evaluations
+        if (k + 1) % every == 0 or k + 1 == total:
+            row = (k + every) // every
+            for i in range(d):
+                saved_q[row, i], saved_v[row, i] = q[i], v[i]
+    return 0, evaluations
+
+
+@cache
+def compiled() -> Callable[..., Any]:
+    """One compilation, kept on disk, for every formula and every user's jitted functions."""
+    kernel: Callable[..., Any] = njit(SIGNATURE, _nrt=False, **OPTIONS)(advance)
+    return kernel
+
+
+# Explicit methods of fixed step for q'' = a(q, t), as tableaus that one compiled loop runs.
+#
+# Q_i = q + c_i h v + h^2 sum_{j<i} A_ij a(Q_j, t + c_i h)
+# q'  = q + h v + h^2 sum_j position_j a(Q_j)
+# v'  = v + h sum_j velocity_j a(Q_j)          (Hairer, Norsett and Wanner, Solving ODEs I, II.14)
+#
+# A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
 
@@ -85,7 +165,7 @@ class Nystrom:
         times = steps.times(problem.t0)
         tableau = [np.array(x) for x in (self.stages, self.nodes, self.position, self.velocity)]
         force, inverse = total_force(problem), inverse_mass(problem)
-        advance = nystrom_kernel.compiled() if force.compiled else nystrom_kernel.advance
+        go = compiled() if force.compiled else advance
         moving = force.function, force.numbers, inverse if inverse.ndim == 2 else inverse[:, None]
         q, v = problem.q0.flatten(), problem.v0.flatten()
         saved = [np.full((len(times), q.size), np.nan) for _ in "qv"]
@@ -97,7 +177,7 @@ class Nystrom:
         while done < steps.count and not failed:
             last = min(done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
-                failed, more = advance(
+                failed, more = go(
                     *tableau, self.reuses_last, *moving, q, v, carried, *scratch, problem.t0,
                     steps.step, done, last, steps.count, every, *saved,
                 )  # fmt: skip

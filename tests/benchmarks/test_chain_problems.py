@@ -13,7 +13,7 @@ from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problem import ANGLE, Participant, largest_difference
 from benchmarks.work_precision.problems.pendulums import double_pendulum, planar_chain
 from references.mujoco.steps import MUJOCO_RK4
-from references.scipy.chain_ivp import CHAIN_DOP853
+from references.scipy.lagrangian_ivp import CHAIN_DOP853
 
 
 @pytest.mark.parametrize("make", [double_pendulum, planar_chain])

@@ -17,7 +17,7 @@ from benchmarks.applications.judging.judgement import Judgement, judge, own_sett
 from galvi import Problem
 from galvi.interop import from_mujoco
 from references.closed_forms.pendulum import PENDULUM
-from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from reports.judge.sentences import sentences
 
 pytest.importorskip("mujoco")

@@ -300,12 +300,12 @@ def test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator(
 
 def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the run of a model that was built from the problem, without implicit damping."""
-    from references.mujoco import mjcf, tree
+    from references.mujoco import body
 
     monkeypatch.setattr(trees, "own", lambda model, name: trees.INTEGRATORS[name])
-    whole = mjcf.document
+    whole = body.document
     monkeypatch.setattr(
-        tree, "document", lambda gravity, links, off: whole(gravity, links, (*off, "eulerdamp"))
+        body, "document", lambda gravity, links, off: whole(gravity, links, (*off, "eulerdamp"))
     )
     found = judged_model(hinge(0.5), 1.0, 1e-4)
     with pytest.raises(AssertionError):

@@ -7,8 +7,7 @@ import pytest
 
 import galvi
 from benchmarks.measures import independent_invariants, rigid_invariants
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
-from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4, TIGHT
 
 TOP = galvi.problems.heavy_top()
 

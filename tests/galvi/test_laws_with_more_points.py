@@ -101,7 +101,8 @@ def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
 
 
 def complement(table: Tableau) -> np.ndarray:
-    return law_stepper.law_tables(table, 0.1, 8)[4][:, : table.c.size].T
+    s = table.c.size
+    return law_stepper.law_tables(table, 0.1, 8)[4][:s, :s].T
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -124,7 +125,7 @@ def test_a_wrong_complement_is_caught(fault: str, monkeypatch: pytest.MonkeyPatc
     def wrong(table: Tableau, step: float, lanes: int, *_: None) -> tuple[np.ndarray, ...]:
         tables = list(right(table, step, lanes))
         turned = np.zeros_like(tables[4])
-        turned[:, : table.c.size] = transpose  # C in place of C^T
+        turned[: len(transpose), : len(transpose)] = transpose  # C in place of C^T
         tables[4] = {
             "sign": -tables[4],
             "none": np.zeros_like(tables[4]),

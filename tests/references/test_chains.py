@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import galvi
-from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.lagrangian import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
 from references.mujoco import engine as mujoco_engine
-from references.mujoco.chain import MujocoChain, mujoco_chain
+from references.mujoco.body import MujocoChain, mujoco_chain
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -18,7 +18,7 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
-from references.scipy.chain_ivp import CHAIN_DOP853
+from references.scipy.lagrangian_ivp import CHAIN_DOP853
 from references.stored.chain import STORED_CHAIN
 from references.stored.planets import FOLDER
 from references.textbook.chain_equations import ChainEquations, is_chain

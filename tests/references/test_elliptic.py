@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from galvi.extended_precision import decimals
-from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
-from references.closed_forms.elliptic import Modulus, first_integral
-from references.closed_forms.principal_body import principal_axes
+from references.closed_forms.double_double import DIGITS, PI, angle, sine_cosine
+from references.closed_forms.pendulum import Modulus, first_integral
+from references.closed_forms.top_motion import principal_axes
 
 COMPLEMENTS = ["1", "0.999999999999", "0.5", "1e-3", "1e-12", "1e-30", "1e-48"]
 

@@ -10,7 +10,7 @@ import pytest
 import galvi
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from references import REFERENCES
-from references.forces.ridders import derivative, gradient
+from references.forces.force import derivative, gradient
 from references.newton import (
     FORMULAS,
     acceleration,

@@ -16,8 +16,8 @@ pytest.importorskip("mujoco")
 import mujoco
 
 from references.mujoco import body as mujoco_body
+from references.mujoco import body as mujoco_states
 from references.mujoco import engine as mujoco_engine
-from references.mujoco import states as mujoco_states
 from references.mujoco import steps as mujoco_steps
 from references.mujoco.body import principal
 from references.mujoco.engine import energies

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 import galvi
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
+from references.mujoco.body import MujocoTree
 from references.mujoco.steps import MUJOCO_RK4
-from references.mujoco.tree import MujocoTree
 from tests.galvi.random_trees import random_state, random_tree
 from tests.galvi.tree_equations import defects
 

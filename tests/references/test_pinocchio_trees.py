@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import galvi
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
-from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
-from references.pinocchio.tree import PinocchioTree
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS, PinocchioTree
 from tests.galvi.random_trees import random_state, random_tree
 from tests.galvi.tree_equations import terms
 

@@ -17,9 +17,8 @@ from references.rigid_equations import RigidEquations, quaternion_slope, rotatio
 from references.scipy import ivp
 from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.textbook.euler import MATRIX_EULER
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853
-from references.textbook.quaternion_dop853 import TIGHT as TIGHT_COMPILED
-from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
+from references.textbook.quaternions import TIGHT as TIGHT_COMPILED
 
 FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
 TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
@@ -147,8 +146,8 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     problem = HEAVY["heavy top"]
     runs = [(QUATERNION_RK4, {"step": 0.01}), (QUATERNION_DOP853, {"tolerance": 1e-9})]
     whole = [contender.run(problem, 10.0, setting) for contender, setting in runs]
-    monkeypatch.setattr("references.textbook.quaternion_rk4.CHUNK", 7)
-    monkeypatch.setattr("references.textbook.quaternion_dop853.TRIES", 7)
+    monkeypatch.setattr("references.textbook.quaternions.CHUNK", 7)
+    monkeypatch.setattr("references.textbook.quaternions.TRIES", 7)
     for (contender, setting), before in zip(runs, whole, strict=True):
         after = contender.run(problem, 10.0, setting)
         assert np.abs(after.q - before.q).max() < 1e-9 and after.success

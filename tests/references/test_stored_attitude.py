@@ -10,7 +10,7 @@ from references.heyoka.rigid import HEYOKA_RIGID_QUADRUPLE
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.planets import FOLDER
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853
+from references.textbook.quaternions import QUATERNION_DOP853
 
 PENDULUM, HORIZON = STORED_ATTITUDE.cases["pendulum_3d"]
 

@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
-from references.closed_forms.thrown_body import THROWN_BODY
-from references.closed_forms.top_motion import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.mujoco.steps import MUJOCO_RK4
 

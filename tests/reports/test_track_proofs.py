@@ -55,12 +55,12 @@ FAULTS = (
         "one more solver iteration",
         (
             (
-                "fast/lanes/canonical.py",
+                "fast/lanes/law.py",
                 "    for passes in range(FIXED_POINT_PASSES):",
                 "    more = 1\n    for passes in range(FIXED_POINT_PASSES):",
             ),
             (
-                "fast/lanes/canonical.py",
+                "fast/lanes/law.py",
                 "        if code != GOING:\n            return code\n",
                 "        if code != GOING:\n            if more == 0:\n"
                 "                return code\n            more -= 1\n",

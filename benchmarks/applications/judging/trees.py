@@ -26,7 +26,7 @@ from references.mujoco.steps import (
     MUJOCO_RK4,
 )
 from references.mujoco.users import of_user
-from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 
 DURATION = 10.0
 INTEGRATORS = {  # by their names in MuJoCo, in lower case

@@ -12,8 +12,8 @@ from references.closed_forms.pendulum import PENDULUM as PLANE
 from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853
-from references.textbook.quaternion_dop853 import TIGHT as COMPENSATED
+from references.textbook.quaternions import QUATERNION_DOP853
+from references.textbook.quaternions import TIGHT as COMPENSATED
 
 NS = (3, 4, 5, 6)
 QUANTITY, AT_END = "one-step error", "error at the end"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.claims.kit import *
 from benchmarks.work_precision.with_settings import WithSettings
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
+from references.textbook.quaternions import QUATERNION_DOP853, TIGHT
 
 WEIGHT = 9.81  # m g; H gives none
 BODY = (

@@ -15,8 +15,7 @@ from benchmarks.claims.kit import *
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.independent_space import gauss_points, slopes, values
 from references.closed_forms.double_double import DoubleDouble
-from references.closed_forms.kepler import KEPLER
-from references.closed_forms.kepler_flow import flow, orbit
+from references.closed_forms.kepler import KEPLER, flow, orbit
 
 CURVE, LOCAL = "curve", "local motion"
 FINE = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15

@@ -10,12 +10,10 @@ from benchmarks.work_precision.entries import MIDDLE, Entry, compared, ours, rou
 from benchmarks.work_precision.problem import ANGLE, COORDINATES, Truth, WorkPrecisionProblem
 from galvi import Problem
 from references import Contender
-from references.heyoka.chain import HEYOKA_CHAIN
-from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN
+from references.heyoka.lagrangian import HEYOKA_CHAIN, HEYOKA_LAGRANGIAN
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
-from references.scipy.chain_ivp import CHAIN_DOP853
 from references.scipy.ivp import DOP853
-from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
+from references.scipy.lagrangian_ivp import CHAIN_DOP853, LAGRANGIAN_DOP853
 from references.stored.chain import STORED_CHAIN
 from references.stored.lagrangian import STORED_LAGRANGIAN
 

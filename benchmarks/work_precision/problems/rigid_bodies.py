@@ -19,8 +19,7 @@ from benchmarks.work_precision.problem import ATTITUDE, MOTION, WorkPrecisionPro
 from galvi import Problem
 from galvi.charts import CHARTS
 from references import Contender
-from references.closed_forms.thrown_body import THROWN_BODY
-from references.closed_forms.top_motion import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
     DEFAULT_STEP,
@@ -32,8 +31,7 @@ from references.mujoco.steps import (
 )
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.stored.attitude import STORED_ATTITUDE
-from references.textbook.quaternion_dop853 import QUATERNION_DOP853
-from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 
 Counts = Mapping[int, Sequence[int]]  # degree: numbers of galvi's steps
 DURATION = 20.0

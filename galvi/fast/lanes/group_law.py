@@ -55,7 +55,6 @@ from galvi.fast.lanes.group_rows import (
     KEPT,
     PART,
     PLACE,
-    POINTS,
     PULLED,
     TIMES,
     VELOCITY,
@@ -209,7 +208,6 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
         work[TIMES * d],
     )
     mu0, history, sizes, saved = spare[0, :d], spare[1], spare[2], spare[3:7, : state.shape[1]]
-    numbers[3 * d + POINTS] = s
     do(PREPARE, law, given, numbers, d)
     for i in range(d):
         for k in range(velocity.shape[1]):

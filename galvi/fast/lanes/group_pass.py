@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from llvmlite import ir
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from galvi.fast.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
 from galvi.fast.lanes.group_rows import (
@@ -40,10 +38,9 @@ from galvi.fast.lanes.group_rows import (
 )
 from galvi.fast.lanes.law_pass import Constants, Generic
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, announce
+from galvi.fast.lanes.vectors import DOUBLE, of_words
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
-GROUP_PASS_TYPE = types.void(types.int64)
 PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map
 SETTLED = 1e-4  # radians: smaller ones are the last
 WRITTEN_OUT = 6  # columns of the response; a loop over them is slower by a twentieth
@@ -364,33 +361,23 @@ class GroupPass(GroupRows):
 
 
 def group_pass(law, layout, chart, width, one):
-    """An intrinsic of the address of these words, for a law on these groups: the addresses of work,
-    tables, complement, constants and numbers, then P and the number of functions Y.
+    """An intrinsic of the address of the words of galvi.fast.lanes.law_pass.one_pass, for a law on
+    these groups; the last one is the number of functions Y.
 
-    width  lanes of a vector, of which P is a multiple
-    one    whether the arrays are of one vector of stages; the word P is not read then
+    width, one  as there
     """
     functions = Chart(layout, chart)
 
-    @intrinsic
-    def whole_pass(typingctx, given):
-        signature = types.void(types.int64)
+    def do(context, builder, words):
+        made = GroupPass(context, builder, words, law, functions, width, one)
+        part = builder.load(made.place_of(PART))
+        for number, do in enumerate((
+            made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.add_low_parts,
+            made.finish,
+        )):  # fmt: skip
+            asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
+            with builder.if_then(asked):
+                made.forget()
+                do()
 
-        def generate(context, builder, signature, values):
-            words = builder.inttoptr(values[0], values[0].type.as_pointer())
-            made = GroupPass(context, builder, words, law, functions, width, one)
-            part = builder.load(made.place_of(PART))
-            for number, do in enumerate((
-                made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.add_low_parts,
-                made.finish,
-            )):  # fmt: skip
-                asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
-                with builder.if_then(asked):
-                    made.forget()
-                    do()
-            announce(builder)
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return whole_pass
+    return of_words(do)

@@ -18,8 +18,8 @@ tables      ((4 + l) P + 3, P)  h A^T, its low part, h (B - 1 b^T)^T and its low
 complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
                        and orthogonal to the rates of all curves; l = 0 with as many points as
                        coefficients
-numbers     (3 d + 4 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
-                       relative change, which part to do, s, the Legendre terms kept, g (r,)
+numbers     (3 d + 3 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
+                       relative change, which part to do, the Legendre terms kept, g (r,)
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBE
 
 (XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
  TIMES) = range(14)  # fmt: skip  # times d
-CHANGE, PART, POINTS, KEPT, PLACE = range(5)  # numbers after the sizes
+CHANGE, PART, KEPT, PLACE = range(4)  # numbers after the sizes
 
 
 def rows_of_group_work(d, extra):
@@ -55,22 +55,9 @@ class GroupRows(Pass):
     chart: Any
 
     def __init__(self, context, builder, given, d, width, one):
-        self.context, self.builder, self.d, self.one = context, builder, d, one
-        self.width = width
-        self.row = given.type.pointee
-        words = [builder.load(builder.gep(given, [self.row(k)])) for k in range(7)]
-        self.work, self.tables, self.complement, self.constants, self.numbers = (
-            builder.inttoptr(word, DOUBLE.as_pointer()) for word in words[:5]
-        )
-        self.padded, self.extra = self.row(width) if one else words[5], words[6]
-        self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
-        self.begin_change()
+        self.unpack(context, builder, given, d, width, one)
         self.lay_out()
-        self.stages = self.whole(POINTS)
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
-        self.low_drift, self.back, self.low_back, self.kicks = (
-            builder.mul(self.padded, self.row(k)) for k in range(1, 5)
-        )
 
     def lay_out(self):
         """First rows of the triangles and the multipliers."""
@@ -78,13 +65,6 @@ class GroupRows(Pass):
         self.factors, self.fixed = TIMES * d + 1, {}
         self.response = self.factors + d * (d + 1) // 2
         self.multipliers = self.response + d * (d + 1) // 2
-
-    def chunks(self, part):
-        """Do one part for all stages."""
-        if self.one:
-            part(self.first_lanes())
-        else:
-            super().chunks(part)
 
     def place(self):
         """Room for a lane."""
@@ -130,29 +110,6 @@ class GroupRows(Pass):
             if rotations:
                 squares = [x * x for x in xi[own.start : own.start + rotations]]
                 self.note_bits(abs(reduce(total, squares)).bits)
-
-    def reload(self):
-        """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
-        nothing = ir.FunctionType(ir.VoidType(), [])
-        self.builder.asm(nothing, "", "~{memory}", [], True)
-
-    def sums(self, lanes, start, matrix, first_row, row, apart=None):
-        """As those of a law on R^d, with one matrix."""
-        first = [lanes.nothing] * self.d if start is None else [
-            lanes.load(self.work, self.row(start * self.d + i)) for i in range(self.d)
-        ]  # fmt: skip
-        if not self.one:
-            found = lanes.sums(first, matrix, first_row, self.work, self.row(row), self.stages)
-            return [Lane(self.builder, value, ()) for value in found]
-        totals = [first, [lanes.nothing] * self.d]
-        self.reload()
-        for j in range(self.width):
-            factor = lanes.load(matrix, self.builder.add(first_row, self.row(j)))
-            for i in range(self.d):
-                value = lanes.number(self.work, self.row(row + i), self.row(j))
-                term = lanes.mul(lanes.spread(value), factor)
-                totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
-        return [Lane(self.builder, lanes.add(*pair), ()) for pair in zip(*totals, strict=True)]
 
     def spread_sums(self, rows, *weights, matrix=None):
         """sum_j w_j x_j for some rows x of work, the same in all lanes.

@@ -1,4 +1,4 @@
-"""Many steps of any Lagrangian on R^d in vector instructions.
+"""Many steps of any Lagrangian on R^d, or of a canonical system, in vector instructions.
 
 With weights b_j > 0, s points and m coefficients per component, the stage equations of
 galvi.kernels.on_group.stages are
@@ -20,15 +20,21 @@ or if M is the same at all stages and couples only components with the same C; i
 second order in the differences of M between stages. A step for which the iteration does not
 converge is left to the general kernel.
 
-law           (1,)      address of the law's galvi.fast.lanes.law_pass
-constants     (c,)      constants of the law
-state         (4, n)    q, p and their low parts
+A canonical system without an external force iterates places ``alone``, by the Nystrom method of
+galvi.tableau and galvi.kernels.nystrom.advance, as a law of unit mass: Q = q + c h v + h^2 A a(Q).
+
+law           address of the law's galvi.fast.lanes.law_pass
+given         its argument
+state         (4, n)    q, p and their low parts; alone: q, its low part, v and its low part
 tables, complement, numbers, work  as in galvi.fast.lanes.law_pass
-kicks         (2, s)    h b and its low part
-ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+kicks         (2, s)    h b and its low part; alone (s, P): h b, h^2 beta and their low parts
+ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms;
+                        alone: not read
 series, growth          as in galvi.fast.lanes.nbody
-fit           (m, s)    h times the coefficients of a curve from its rates at the stages
+fit           (m, s)    h times the coefficients of a curve from its rates at the stages; alone
+                        h^2 times those from accelerations
 c             (P,)      nodes
+line          (m,)      alone: h times the coefficients of a curve from the velocity
 spare         (6, at least s, d and 4)  scratch, and the state before the step
 solver_state  (4,)      as in galvi.kernels.on_group.advance, then the number of Legendre terms
                         extrapolated
@@ -42,7 +48,7 @@ import numpy as np
 from numba import types
 
 from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
-from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
+from galvi.fast.lanes.nbody import RECONSIDER, copy_rows, end_of_step
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline
@@ -70,9 +76,9 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, w
 FOUR, ONE = (0, 0, 0, 0), (0,)  # components that are gathered together
 TERMS = 3  # index in solver_state
 TABLES = types.Tuple(
-    (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR)
-)  # kicks, ahead, series, moves and turns, complement; growth, fit, c
-PASS_TYPE = types.void(MATRIX, MATRIX, MATRIX, VECTOR, VECTOR)
+    (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX) + (FIXED_VECTOR,) * 2
+)  # kicks, ahead, series, moves and turns, complement; growth, fit, c, line
+PASS_TYPE = types.void(types.int64)
 
 
 @jit_inline
@@ -113,7 +119,7 @@ def gather_row(matrix, start, stages, values, out, i):
 @jit_inline
 def onto_slopes(complement, stages, V, outside):
     """V <- (1 - C) V, with C of each component; outside (d, P) is scratch."""
-    apart = stages if complement.shape[0] > stages else 0
+    apart = V.shape[1] if complement.shape[0] > V.shape[1] else 0
     for i in range(V.shape[0]):
         gather_row(complement, i * apart, stages, V, outside, i)
         for k in range(V.shape[1]):
@@ -123,8 +129,9 @@ def onto_slopes(complement, stages, V, outside):
 @jit_inline
 def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
     """Corrections of q and p by the low parts of tables and state."""
-    gather(tables, stages, stages, V, low_places)
-    gather(tables, 3 * stages, stages, F, low_momenta)
+    P = V.shape[1]
+    gather(tables, P, stages, V, low_places)
+    gather(tables, 3 * P, stages, F, low_momenta)
     for i in range(V.shape[0]):
         for k in range(V.shape[1]):
             low_places[i, k] += state[2, i]
@@ -132,21 +139,21 @@ def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
 
 
 @jit_inline
-def iterate(law, constants, tables, complement, stages, h, state, work, numbers, tolerance, counts,
-            history):  # fmt: skip
-    """Passes from the q and v in work until convergence; returns a code."""
-    d = (numbers.size - 3) // 2
-    V, F = work[d : 2 * d], work[2 * d : 3 * d]
+def iterate(law, given, tables, alone, stages, h, state, work, numbers, tolerance, counts, history):
+    """Passes from the stages in work until convergence; returns a code."""
+    d = state.shape[1]
+    Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
     reset_history(history)
-    numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
+    numbers[2 * d + 2] = 0.0
     for passes in range(FIXED_POINT_PASSES):
-        call_void(law[0], work, tables, complement, constants, numbers)
+        call_void(law, given)
         counts[ITERATIONS] += 1
         counts[FORCES] += stages
-        if passes == 0:  # the sizes of a motion from rest are known after it
-            numbers[2 * d] = inverse_size(state[0], h, V)
-            numbers[2 * d + 1] = inverse_size(state[1], h, F)
-            add_low_parts(tables, stages, state, V, F, work[4 * d : 5 * d], work[5 * d : 6 * d])
+        if passes == 0 and numbers[2 * d] == 0.0:  # sizes are known after it, as from rest
+            numbers[2 * d] = inverse_size(state[0], 1.0 if alone else h, Q if alone else V)
+            if not alone:
+                numbers[2 * d + 1] = inverse_size(state[1], h, F)
+                add_low_parts(tables, stages, state, V, F, work[4 * d : 5 * d], work[5 * d : 6 * d])
             continue
         code = verdict(numbers[2 * d + 2], tolerance, history)
         if code != GOING:
@@ -204,48 +211,80 @@ def watch_stages(plan, kept, step, first, velocities, s):
 
 
 @jit_inline
-def advance_law(law, constants, given, plan, todo, progress, work, numbers, spare, kept):
+def begin_stages(tables, complement, s, state, work):
+    """Places Q from velocities V; no low parts are known."""
+    d = state.shape[1]
+    Q, V = work[0:d], work[d : 2 * d]
+    if complement.shape[0] > 0:
+        onto_slopes(complement, s, V, Q)
+    work[4 * d : 6 * d] = 0.0
+    gather(tables, 0, s, V, Q)
+    for i in range(d):
+        for k in range(Q.shape[1]):
+            Q[i, k] += state[0, i]
+
+
+@jit_inline
+def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, spare, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
-    kicks, ahead, series, tables, complement, growth, fit, c = given
+    kicks, ahead, series, tables, complement, growth, fit, c, line = parts
     state, stages, solver_state, counts, _passage = progress
-    d, s, h = (numbers.size - 3) // 2, kicks.shape[1], plan.step
+    (d, s), h, second = stages.shape, plan.step, 2 if alone else 1
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
-    low, before, times = work[4 * d : 6 * d], work[6 * d : 7 * d], work[7 * d]
-    sizes, history, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
+    before, times = work[6 * d : 7 * d], work[7 * d]
+    sizes, history, saved = spare[0], spare[1], spare[2:6, :d]
+    numbers[4 * d + 3] = h
     copy_rows(V, stages)
+    for i in range(d):
+        for k in range(s, V.shape[1]):
+            V[i, k] = V[i, s - 1]
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(times.size):
             times[k] = plan.t0 + ((plan.first + step) + c[k]) * h
+        size = 0.0
         for i in range(d):
-            numbers[i], numbers[d + i] = state[0, i], state[1, i]
+            numbers[i], numbers[d + i] = state[0, i], state[second, i]
+            numbers[2 * d + 3 + i], numbers[3 * d + 3 + i] = state[3 - second, i], state[3, i]
+            size = max(size, abs(state[0, i]), abs(state[0, i] + h * state[second, i]))
             for k in range(V.shape[1]):
-                before[i, k] = V[i, k] = V[i, min(k, s - 1)]
+                before[i, k] = V[i, k]
+        terms = 0
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
                 solver_state[TERMS] = terms_of(series, growth, before, Q, sizes)
-            gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
-        if complement.shape[0] > 0:
-            onto_slopes(complement, s, V, Q)
-        low[:, :] = 0.0
-        gather(tables, 0, s, V, Q)
-        for i in range(d):
-            for k in range(Q.shape[1]):
-                Q[i, k] += state[0, i]
+            terms = solver_state[TERMS]
+            if not alone:
+                gather(ahead, (terms - 1) * s, s, before, V)
+        numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
+        if alone:
+            numbers[2 * d], numbers[2 * d + 2] = 1.0 / size if size > 0.0 else 0.0, -1.0 - terms
+            call_void(law, given)
+        else:
+            begin_stages(tables, complement, s, state, work)
         copy_into(saved, state)
-        code = iterate(law, constants, tables, complement, s, h, state, work, numbers,
-                       plan.tolerance, counts, history)  # fmt: skip
-        if code == SOLVED and not complete(kicks, V, F, state):
-            code = NOT_FINITE
+        code = iterate(
+            law, given, tables, alone, s, h, state, work, numbers, plan.tolerance, counts, history
+        )
+        if code == SOLVED:
+            if alone:
+                gather(kicks, 0, s, V, F)
+                code = SOLVED if end_of_step(h, F, state) else NOT_FINITE
+            elif not complete(kicks, V, F, state):
+                code = NOT_FINITE
         if code != SOLVED:
             copy_into(state, saved)
             copy_rows(stages, before)
             return code
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        record(plan, kept, step, saved[0], state[0], state[1])
+        record(plan, kept, step, saved[0], state[0], state[second])
         if kept.bases.shape[0] > 0:
             curve_of(fit, V, kept.curves[step])
-        watch_stages(plan, kept, step, 2 * d, V, s)
+            for i in range(d if alone else 0):
+                for l in range(line.size):
+                    kept.curves[step, i, l] += line[l] * saved[2, i]
+        if not alone:
+            watch_stages(plan, kept, step, 2 * d, V, s)
     copy_rows(stages, V)
     return SOLVED
 
@@ -255,6 +294,16 @@ def compiled_advance_law():
     """``advance_law`` compiled or cached, one kernel for all laws."""
     whole = types.int64
     signature = whole(
-        types.int64[::1], VECTOR, TABLES, PLAN, whole, PROGRESS, MATRIX, VECTOR, MATRIX, KEPT
+        whole,
+        whole,
+        TABLES,
+        types.boolean,
+        PLAN,
+        whole,
+        PROGRESS,
+        MATRIX,
+        VECTOR,
+        MATRIX,
+        KEPT,
     )
     return compiled_for(advance_law, signature, jit_inline)

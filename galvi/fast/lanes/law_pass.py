@@ -10,24 +10,31 @@ found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T witho
                 1 / D on the diagonal
 steps           (d, P)       changes of the velocities
 
-tables      (4 s, P)    h A^T, its low part, h B^T and its low part
-complement  (s, P)      C^T, see galvi.fast.lanes.law; (d s, P) with one for each component;
+tables      (4 P, P)    h A^T, its low part, h B^T and its low part; rows after the s-th are 0
+complement  (P, P)      C^T, see galvi.fast.lanes.law; (d P, P) with one for each component;
                         (0, P) where C is 0
-numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds its largest
-                        relative change
+numbers     (4 d + 4,)  q and p at the start, 1 over their sizes; the pass adds its largest
+                        relative change; low parts of q and p, h
+
+Where *places alone* are iterated, the law's mass is 1 and its forces know no velocities. v then
+holds accelerations, p the ways c h v, and low_q what is added to these; tables (2 (l + 1) P + 2, P)
+are c, its low part, h^2 A^T of galvi.tableau and its low part, then for r = 1 .. l both of these
+after extrapolation to the next step with r Legendre terms. Where the number for the change is
+-1 - r, a pass begins a step: it places the stages by the last accelerations.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from llvmlite import ir
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from galvi.fast.lanes.dense import Triangle, factored, is_written_out
+from galvi.fast.lanes.functions import two_product
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, Lanes, announce, everywhere
+from galvi.fast.lanes.vectors import DOUBLE, Lanes, everywhere, of_words
 
 Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
 
@@ -73,27 +80,43 @@ class Constants:
 class Pass:
     """The three parts of a pass, each for one vector of stages."""
 
-    def __init__(self, context, builder, signature, values, law, below, d, width):
-        self.context, self.builder, self.law, self.d = context, builder, law, d
-        self.width = width
-        arrays = [context.make_array(signature.args[k])(context, builder, values[k])
-                  for k in range(5)]  # fmt: skip
+    alone = False  # whether places alone are iterated
+    first_drift: Any  # row of tables
+
+    def __init__(self, context, builder, given, law, below, d, width, one, alone):
+        self.unpack(context, builder, given, d, width, one)
+        self.law, self.below, self.alone = law, below, alone
+        self.nodes, self.first_drift = (self.row(0), self.row(1)), self.row(2 if alone else 0)
+        self.lay_out_space()
+
+    def unpack(self, context, builder, given, d, width, one):
+        """The words of `one_pass` at the address ``given``."""
+        self.context, self.builder, self.d = context, builder, d
+        self.width, self.one, self.row = width, one, given.type.pointee
+        words = [builder.load(builder.gep(given, [self.row(k)])) for k in range(8)]
         self.work, self.tables, self.complement, self.constants, self.numbers = (
-            array.data for array in arrays
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in words[:5]
         )
-        work, tables, complement = (array.shape for array in arrays[:3])
-        self.padded = builder.extract_value(work, 1)
-        self.row = self.padded.type
-        self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
-        self.factors, self.fixed = self.found + d, {}
-        self.written_out = is_written_out(below)
-        self.below = below
-        self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
-        rows = builder.extract_value(complement, 0)
-        self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
-        several = builder.icmp_unsigned(">", rows, self.stages)
-        self.apart = builder.select(several, self.stages, self.row(0))
+        self.padded, self.stages, self.extra = self.row(width) if one else words[5], *words[6:]
+        self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
+        self.low_drift, self.back, self.low_back, self.kicks = (
+            builder.mul(self.padded, self.row(k)) for k in range(1, 5)
+        )
         self.begin_change()
+
+    def lay_out_space(self):
+        """First rows of what a law on R^d keeps, and the rows of a component's own C."""
+        self.found, self.steps = T * self.d + 1, rows_of_work(self.d) - self.d
+        self.factors, self.fixed = self.found + self.d, {}
+        self.written_out = is_written_out(self.below)
+        builder, length = self.builder, self.length_of_a_matrix
+        several = builder.icmp_unsigned(">", self.extra, length)
+        self.apart = builder.select(several, length, self.row(0))
+
+    @property
+    def length_of_a_matrix(self):
+        """Rows of a matrix of ``tables`` or ``complement``."""
+        return self.padded
 
     def begin_change(self):
         """Room for the largest change, of which there is none yet."""
@@ -106,6 +129,9 @@ class Pass:
 
     def chunks(self, part):
         """Do one part for all stages."""
+        if self.one:
+            part(self.at(self.row(0)))
+            return
         chunks = self.builder.udiv(self.padded, self.row(self.width))
         with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
             part(self.at(loop.index))
@@ -152,9 +178,39 @@ class Pass:
         if not self.written_out:
             self.triangle(lanes, self.factors).factor()
 
+    def accelerate(self, lanes):
+        """The accelerations from q."""
+        q = [self.load(lanes, Q, i) for i in range(self.d)]
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        found = self.law(q, [0.0] * self.d, self.load(lanes, T), constants)[0]
+        for i, acceleration in enumerate(found):
+            self.store(lanes, q[0].same(acceleration), V, i)
+
+    def coast(self, lanes, drift, low_drift):
+        """The ways without forces, their low parts with those of sums, and first places."""
+        d, h = self.d, self.number(lanes, 4 * self.d + 3)
+        node, low_node = (Lane(self.builder, lanes.factor(self.tables, row)) for row in self.nodes)
+        lost = self.sums(lanes, None, self.tables, low_drift, V * d)
+        bent = self.sums(lanes, None, self.tables, drift, V * d)
+        for i in range(d):
+            far, rest = two_product(h, self.number(lanes, d + i))
+            rest = rest + h * self.number(lanes, 3 * d + 3 + i)
+            way, error = two_product(far, node.exact)
+            small = low_node * far + node * rest
+            small = (error + self.number(lanes, 2 * d + 3 + i)).fused + small
+            self.store(lanes, way, P, i)
+            small = lost[i].fused + small
+            self.store(lanes, small, LOW_Q, i)
+            self.store(lanes, self.number(lanes, i) + (way + (small + bent[i])), Q, i)
+
     def triangle(self, lanes, first):
         """The matrix that lies in work from a row on."""
         return Triangle(self.builder, lanes, self.work, first, self.d)
+
+    def reload(self):
+        """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
+        nothing = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(nothing, "", "~{memory}", [], True)
 
     def sums(self, lanes, start, matrix, first_row, row, apart=None):
         """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
@@ -165,36 +221,26 @@ class Pass:
         first = [lanes.nothing] * d if start is None else [
             lanes.load(self.work, self.row(start * d + i)) for i in range(d)
         ]  # fmt: skip
-        values = self.row(row)
         rows = [first_row] * d if apart is None else [
             builder.add(first_row, builder.mul(apart, self.row(i))) for i in range(d)
         ]  # fmt: skip
-        results = [lanes.variable(lanes.nothing) for _ in range(d)]
-        known = builder.icmp_unsigned("==", self.stages, self.row(self.width))
-
-        def factors(j):
-            if apart is None:
-                return [lanes.load(matrix, builder.add(first_row, self.row(j)))] * d
-            return [lanes.load(matrix, builder.add(own, self.row(j))) for own in rows]
-
-        with builder.if_else(known) as (written_out, in_a_loop):
-            with written_out:
-                totals = [list(first), [lanes.nothing] * d]
-                for j in range(self.width):
-                    for i, factor in enumerate(factors(j)):
-                        value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
-                        term = lanes.mul(lanes.spread(value), factor)
-                        totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
-                for place, one, other in zip(results, *totals, strict=True):
-                    builder.store(lanes.add(one, other), place)
-            with in_a_loop:
-                for i in range(1 if apart is None else d):
-                    part = slice(0, d) if apart is None else slice(i, i + 1)
-                    found = lanes.sums(first[part], matrix, rows[i], self.work,
-                                       lanes.plus(values, i), self.stages)  # fmt: skip
-                    for place, value in zip(results[part], found, strict=True):
-                        builder.store(value, place)
-        return [Lane(builder, builder.load(place), ()) for place in results]
+        if self.one:
+            totals = [first, [lanes.nothing] * d]
+            self.reload()
+            for j in range(self.width):
+                factors = [lanes.load(matrix, builder.add(own, self.row(j))) for own in
+                           (rows[:1] if apart is None else rows)]  # fmt: skip
+                for i in range(d):
+                    value = lanes.number(self.work, self.row(row + i), self.row(j))
+                    term = lanes.mul(lanes.spread(value), factors[i % len(factors)])
+                    totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+            found = [lanes.add(*pair) for pair in zip(*totals, strict=True)]
+        else:
+            found, together = [], d if apart is None else 1
+            for i in range(0, d, together):
+                found += lanes.sums(first[i : i + together], matrix, rows[i], self.work,
+                                    self.row(row + i), self.stages)  # fmt: skip
+        return [Lane(builder, value, ()) for value in found]
 
     def moved(self, lanes, totals, block, origin, scale):
         """Store origin + total in a block, and note the largest change over its size."""
@@ -216,8 +262,8 @@ class Pass:
 
     def kick(self, lanes):
         """p from f."""
-        d, first_row = self.d, self.builder.mul(self.stages, self.row(2))
-        totals = self.sums(lanes, LOW_P, self.tables, first_row, F * d)
+        d = self.d
+        totals = self.sums(lanes, LOW_P, self.tables, self.back, F * d)
         return self.moved(lanes, totals, P, d, 1)
 
     def missing(self, lanes, p):
@@ -285,9 +331,20 @@ class Pass:
                 self.chunks(newton)
 
     def drift(self, lanes):
-        """q from v."""
-        totals = self.sums(lanes, LOW_Q, self.tables, self.row(0), V * self.d)
+        """q from v, or from accelerations."""
+        totals = self.sums(lanes, LOW_Q, self.tables, self.first_drift, V * self.d)
+        if self.alone:
+            totals = [self.load(lanes, P, i).exact + total for i, total in enumerate(totals)]
         self.moved(lanes, totals, Q, 0, 0)
+
+    def one_pass(self):
+        """All parts, the largest change noted."""
+        if self.alone:
+            self.chunks(self.accelerate)
+        else:
+            self.chunks(self.evaluate)
+            self.rates()
+        self.chunks(self.drift)
 
     def change(self):
         """The largest relative change of q and p."""
@@ -295,27 +352,33 @@ class Pass:
         return self.builder.bitcast(lanes.largest(self.builder.load(self.largest)), DOUBLE)
 
 
-def one_pass(law, d, width):
-    """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d.
+def one_pass(law, d, width, one, alone):
+    """An intrinsic of the address of these words, for a law on R^d: the addresses of work, tables,
+    complement, constants and numbers, then P, s and the rows of complement.
 
     width  lanes of a vector, of which P is a multiple
+    one    whether the arrays are of one vector of stages; the word P is not read then
+    alone  whether places alone are iterated
     """
     below = filled(law, d)
 
-    @intrinsic
-    def whole_pass(typingctx, work, tables, complement, constants, numbers):
-        signature = types.void(work, tables, complement, constants, numbers)
+    def do(context, builder, words):
+        made = Pass(context, builder, words, law, below, d, width, one, alone)
+        place = builder.gep(made.numbers, [made.row(2 * d + 2)])
+        if alone:
+            begins = builder.load(place)
+            terms = builder.fptoui(builder.fsub(ir.Constant(DOUBLE, -1.0), begins), made.row)
+            block = builder.mul(builder.mul(terms, made.row(2)), made.padded)
+            drift = builder.add(made.first_drift, block)
+            low = builder.add(drift, made.padded)
+            begins = builder.fcmp_ordered("<", begins, ir.Constant(DOUBLE, 0.0))
+            with builder.if_else(begins) as (first, later):
+                with first:
+                    made.chunks(lambda lanes: made.coast(lanes, drift, low))
+                with later:
+                    made.one_pass()
+        else:
+            made.one_pass()
+        builder.store(made.change(), place)
 
-        def generate(context, builder, signature, values):
-            made = Pass(context, builder, signature, values, law, below, d, width)
-            made.chunks(made.evaluate)
-            made.rates()
-            made.chunks(made.drift)
-            place = builder.gep(made.numbers, [made.row(2 * d + 2)])
-            builder.store(made.change(), place)
-            announce(builder)
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return whole_pass
+    return of_words(do)

@@ -35,9 +35,9 @@ from galvi.fast.lanes.nbody_iteration import iterate, move_one
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.forces.passages import NEAR, note_passages
-from galvi.kernels.lie.arithmetic import two_sum
-from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK
-from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE, SOLVED
+from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import (
     FIXED_MATRIX,
     FIXED_VECTOR,
@@ -160,15 +160,20 @@ def end_of_step(h, out, state):
     for i in range(state.shape[1]):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         far = h * v
-        moved, moved_low = two_sum(q, far)
-        moved, bend_low = two_sum(moved, out[i, 1])
         rest = fused(h, v, -far) + (h * v_low + out[i, 3])
-        rest = moved_low + (bend_low + (q_low + rest))
-        state[0, i], state[1, i] = two_sum(moved, rest)
+        state[0, i], state[1, i] = moved(q, q_low, far, out[i, 1], rest)
         kicked, kick_low = two_sum(v, out[i, 0])
         state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
         total += abs(state[0, i]) + abs(state[2, i])
     return total < np.inf
+
+
+@generic
+def moved(x, low, far, more, rest):
+    """x + far + more as a sum and its rounding error, from that of x and a small rest."""
+    end, lost = two_sum(x, far)
+    end, less = two_sum(end, more)
+    return two_sum(end, lost + (less + (low + rest)))
 
 
 @jit_inline
@@ -188,9 +193,6 @@ def advance(axes, masses, heavy, light, tableau, tables, plan, todo, progress, w
             star = body
     copy_rows(a, stages)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
-        if solver_state[STREAK] > 0:
-            copy_rows(stages, a)
-            return DIVERGED
         copy_into(before, state)
         if solver_state[HOLDS] != LAST_STEP:
             terms[:] = 0

@@ -7,8 +7,10 @@ stage. Sums of products may be fused.
 from __future__ import annotations
 
 from llvmlite import ir
+from numba import types
 from numba.core import cgutils, event
 from numba.core.registry import cpu_target
+from numba.extending import intrinsic
 
 from galvi.kernels.compile.jit import GENERATED
 
@@ -45,6 +47,24 @@ def announce(builder):
     count = sum(len(block.instructions) for block in builder.function.blocks)
     seconds = PER_INSTRUCTION * count * (1 if AVX512 else 2)
     event.broadcast(event.Event(GENERATED, event.EventStatus.START, {"seconds": seconds}))
+
+
+def of_words(do):
+    """An intrinsic of the address of some words, which does what ``do`` (context, builder, words)
+    generates."""
+
+    @intrinsic
+    def generated(typingctx, given):
+        signature = types.void(types.int64)
+
+        def generate(context, builder, signature, values):
+            do(context, builder, builder.inttoptr(values[0], values[0].type.as_pointer()))
+            announce(builder)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return generated
 
 
 def everywhere(kind, number):

@@ -21,11 +21,11 @@ WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is w
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 PASS = """
 
-pass_of_law = one_pass(law, {d}, {lanes})
+pass_of_law = one_pass(law, {d}, {lanes}, one={one}, alone={alone})
 
 
-def law_pass_DIGEST(work, tables, complement, constants, numbers):
-    pass_of_law(work, tables, complement, constants, numbers)
+def law_pass_DIGEST(given):
+    pass_of_law(given)
 """
 GROUP_PASS = """
 
@@ -37,7 +37,7 @@ def law_pass_DIGEST(given):
 """
 MEMBERS = """
 
-steps_of_law = law_steps(law, {d}, {stages})
+steps_of_law = law_steps(law, {d}, {stages}, {alone})
 
 
 def members_DIGEST(words):
@@ -52,38 +52,34 @@ def members_DIGEST(words):
     steps_of_law(words)
 """
 
-FORCE_PASS = """from galvi.fast.lanes.force_pass import force_pass
-{slopes}
-
-pass_of_force = force_pass(slopes, {d}, {coupled})
-
-
-def force_pass_DIGEST(Q, t, constants, a):
-    pass_of_force(Q, t, constants, a)
-"""
-
 
 @lru_cache(maxsize=256)
-def compiled_law(law: str, d: int, lanes: int) -> Callable[..., Any]:
+def compiled_law(
+    law: str, d: int, lanes: int, one: bool, alone: bool = False
+) -> Callable[..., Any]:
     """The galvi.fast.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
     first call.
 
     lanes  of a vector
+    one    for one vector of stages, or for several
+    alone  whether places alone are iterated
     """
     head = "from galvi.fast.lanes.law_pass import one_pass\n"
-    source = symbolic_code.with_digest(head + law + PASS.format(d=d, lanes=lanes))
+    tail = PASS.format(d=d, lanes=lanes, one=one, alone=alone)
+    source = symbolic_code.with_digest(head + law + tail)
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
 
 
 @lru_cache(maxsize=256)
-def compiled_members(law: str, d: int, stages: int = 0) -> Callable[..., Any]:
+def compiled_members(law: str, d: int, stages: int, alone: bool) -> Callable[..., Any]:
     """The galvi.fast.lanes.members.law on R^d of the lines that define ``law``, compiled at
     the first call.
 
     stages  s, for which loops are written out; 0 for any
+    alone   whether places alone are iterated
     """
     head = "from galvi.fast.lanes.members.law import law_steps\n"
-    tail = MEMBERS.format(d=d, stages=stages)
+    tail = MEMBERS.format(d=d, stages=stages, alone=alone)
     source = symbolic_code.with_digest(head + law + tail)
     return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
 
@@ -206,19 +202,8 @@ def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> s
 
 
 def fits(d: int, coupled: bool) -> bool:
-    """Whether the accelerations on R^d are written out; ``coupled`` as for `force_source`."""
-    return d <= (WIDEST_COUPLED if coupled else WIDEST)
+    """Whether the accelerations on R^d are written out.
 
-
-def force_source(slopes: str, d: int, coupled: bool) -> str:
-    """The source of the accelerations on R^d from the lines that define ``slopes``.
-
-    slopes   a function (q, t, constants) -> dV/dq, as in galvi.fast.lanes.laws
     coupled  whether the inverse mass is a full matrix
     """
-    return symbolic_code.with_digest(FORCE_PASS.format(slopes=slopes, d=d, coupled=coupled))
-
-
-def compiled_force(source: str) -> Callable[..., Any]:
-    """The potential's galvi.fast.lanes.force_pass, compiled at the first call."""
-    return cast(Callable[..., Any], symbolic_code.functions(source)["force_pass"])
+    return d <= (WIDEST_COUPLED if coupled else WIDEST)

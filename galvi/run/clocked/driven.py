@@ -11,7 +11,7 @@ are refused.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -41,14 +41,12 @@ NOISE = 1e-9  # below which changes that no longer shrink are rounding
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
 
 
-@dataclass(eq=False)
 class Told:
     """Times and energies (s,) at the stages of the step that is being solved, at shares c of it."""
 
-    c: Array
-    step: float = 1.0
-    t: Array = field(default_factory=lambda: np.zeros(0))
-    energy: Array = field(default_factory=lambda: np.zeros(0))
+    def __init__(self, c: Array, t: float, energy: float) -> None:
+        self.c, self.step = c, 1.0
+        self.t, self.energy = np.full(c.size, t), np.full(c.size, energy)
 
     def at(self, tau: float) -> tuple[float, float]:
         """t and E at the stage next to a time in tau since the step's start."""
@@ -67,8 +65,8 @@ def motion_of_driven(
             f"with an external force or explicit time a clock needs Polynomials(s) with gauss(s) "
             f"or lobatto(s + 1), which collocate t and the energy; received {method.name}."
         )
-    table, told, rate = method.table, Told(method.table.c), method.clock.rate(problem)
-    told.t, told.energy = np.full(s, problem.t0), np.full(s, energy)
+    table, rate = method.table, method.clock.rate(problem)
+    told = Told(table.c, problem.t0, energy)
     base = lagrangian_of(problem.system, problem)
     inner = _inner(problem, base, method.clock, told)
     plain = Galerkin(method.space, method.rule, method.group_chart)
@@ -79,8 +77,8 @@ def motion_of_driven(
         here = Problem(inner.system, q.reshape(inner.q0.shape), rate(q.ravel()) * v.ravel())
         return Checkpoint(0, *engine.start(here, plain), solver, tolerance, curves=True)
 
-    def one(state: Checkpoint, h: float) -> tuple[Any, Array, Array]:
-        """The inner run of a step, g at its stages, and t and E at its end."""
+    def one(state: Checkpoint, h: float) -> tuple[Any, Array, Array | None]:
+        """The inner run of a step, g at its stages, and t and E at its end; None if it failed."""
         t, low, e, e_low = state.clock.tolist()
         g = np.full(s, float(rate(state.state[0, : problem.q0.size])))
         power, told.step, change = np.zeros(s), h, np.inf
@@ -91,7 +89,7 @@ def motion_of_driven(
             told.t, told.energy = t + (low + h * (within @ g)), e + (e_low + h * (within @ power))
             run = uninterrupted(run_steps(engine, Run(inner, plain, h, 1, begin), watched=False))
             if run.counts["steps"] == 0:
-                return run, g, state.clock
+                return run, g, None
             curves, index = cast(Curves, run.curves), np.zeros(s, dtype=np.int64)
             places = curves.places(index, table.c)
             new = np.array([float(rate(q.reshape(-1))) for q in places])
@@ -108,15 +106,14 @@ def motion_of_driven(
                 ends = [two_sum(t, low + h * float(table.b @ g)),
                         two_sum(e, e_low + h * float(table.b @ power))]  # fmt: skip
                 return run, g, np.array(ends).ravel()
-        run.counts["steps"] = 0
-        return run, g, state.clock
+        return run, g, None
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
         rows: list[Taken] = []
         reason = ""
         for _ in range(n):
             run, g, clock = one(state, h)
-            if run.counts["steps"] == 0:
+            if clock is None:
                 reason = run.status.partition(": ")[2] or (
                     "the energy and the time at the stages did not settle. Use a smaller step"
                 )

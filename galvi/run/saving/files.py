@@ -50,7 +50,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         raise
 
 
-VERSION = 2
+VERSION = 3
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # absent in files of older versions
 UNREADABLE = (

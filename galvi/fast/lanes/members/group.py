@@ -28,10 +28,9 @@ from galvi.fast.lanes.group_rows import (
     F,
     N,
 )
-from galvi.fast.lanes.members.rows import Variable
-from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import NOTHING
+from galvi.fast.lanes.vectors import NOTHING, of_words
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.chart_functions import REACHES
 from galvi.kernels.on_group.scale import LEAST
@@ -56,13 +55,11 @@ class MemberGroup(MemberSteps, GroupPass):
 
     def __init__(self, context, builder, words, law, chart):
         self.open(context, builder, words, group_fields(chart.dimension, chart.entries), RULE)
-        self.one, d = False, self.d
+        d = self.d
         self.examine(law, chart)
         self.lay_out()
         self.begin_change()
         self.full = ir.Constant(ir.IntType(1), 1)
-        self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
-        self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
         self.velocity_row, self.time_row = VELOCITY * d, TIMES * d
         self.guarded = {block * d + i for block in ITERATED for i in range(d)}
 
@@ -111,15 +108,7 @@ class MemberGroup(MemberSteps, GroupPass):
                 self.keep("xi_sizes", nothing + size, i)
                 self.keep("pi_sizes", nothing, i)
 
-    def largest_of(self, rows, size=0.0):
-        """The largest of some rows of work at all stages, and size."""
-        found = Variable(self.builder, size)
-        self.chunks(lambda lanes: [
-            found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
-        ])  # fmt: skip
-        return found.lane
-
-    def after_first_pass(self):
+    def after_first_pass(self, noted):
         """1 over the sizes of xi and pi, as galvi.fast.lanes.group_law.measure; low parts."""
         d, step = self.d, self.field("step")
         g = [self.field("q", i) for i in range(self.chart.entries)]
@@ -216,6 +205,8 @@ def group_steps(law, layout, chart):
     layout, chart  of galvi.kernels.lie.product
     """
     functions = Chart(layout, chart)
-    return member_steps(
-        lambda context, builder, words: MemberGroup(context, builder, words, law, functions)
+    return of_words(
+        lambda context, builder, words: MemberGroup(
+            context, builder, words, law, functions
+        ).advance()
     )

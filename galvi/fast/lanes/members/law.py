@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import math
 
-from galvi.fast.lanes.dense import is_written_out
-from galvi.fast.lanes.functions import two_sum
-from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled, rows_of_work
-from galvi.fast.lanes.members.rows import Variable
-from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.functions import two_product, two_sum
+from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
+from galvi.fast.lanes.members.steps import Fields, MemberSteps
+from galvi.fast.lanes.nbody import moved
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import NOTHING
-from galvi.kernels.lie.arithmetic import larger
+from galvi.fast.lanes.vectors import NOTHING, of_words
+from galvi.kernels.lie.arithmetic import larger_size, where
 from galvi.kernels.nystrom.solve import decide, reset_history
 
 RULE = reset_history, decide, 4
+UNKNOWN = 1e300  # a change that says nothing
 
 
 def law_fields(d):
@@ -30,23 +30,14 @@ def law_fields(d):
 class MemberLaw(MemberSteps):
     """Steps of eight members."""
 
-    def __init__(self, context, builder, words, law, d, below, stages):
+    def __init__(self, context, builder, words, law, d, below, stages, alone):
         self.open(context, builder, words, law_fields(d), RULE, stages)
-        self.law, self.below = law, below
-        self.found, self.steps = T * d + 1, rows_of_work(d) - d
-        self.factors, self.fixed = self.found + d, {}
-        self.written_out = is_written_out(below)
+        self.law, self.below, self.alone = law, below, alone
+        self.nodes, self.first_drift = (self.tabled.nodes, self.tabled.means), self.tabled.drift
+        self.lay_out_space()
         self.velocity_row, self.time_row = V * d, T * d
         self.guarded = range(0, 3 * d)  # q, v and f
-        several = builder.icmp_unsigned(">", self.extra, self.stages)
-        self.apart = builder.select(several, self.stages, self.row(0))
         self.begin_change()
-
-    def one_pass(self):
-        """As that of galvi.fast.lanes.law_pass."""
-        self.chunks(self.evaluate)
-        self.rates()
-        self.chunks(self.drift)
 
     def project_velocities(self):
         """V <- (1 - C) V."""
@@ -77,21 +68,33 @@ class MemberLaw(MemberSteps):
 
         self.chunks(first)
 
-    def after_first_pass(self):
+    def keep_size(self, k, size):
+        """Keep 1 over a size, 0 where that is 0."""
+        self.keep("sizes", (1.0 / size).where(size > 0.0, 0.0), k)
+
+    def coast_stages(self):
+        """First places by the last accelerations, and their size: that of q and q + h v."""
+        size, step = Lane(self.builder, NOTHING, ()), self.field("step")
+        for i in range(self.d):
+            q, far = self.field("q", i), step * self.field("p", i)
+            size = larger_size(larger_size(size, q), q + far)
+        self.keep_size(0, size)
+        self.chunks(lambda lanes: self.coast(lanes, self.tabled.drift, self.low_drift))
+
+    def after_first_pass(self, noted):
         """The sizes of q and p, and what low parts add to them."""
+        d, step = self.d, self.field("step")
+        if self.alone:  # at rest at the origin, its size is known after it
+            known = self.field("sizes") > 0.0
+            size = self.largest_of(range(Q * d, (Q + 1) * d))
+            self.keep_size(0, where(known, 1.0 / self.field("sizes"), size))
+            self.judgement.judge(where(known, noted, UNKNOWN), self.tolerance)
+            return
         for k, (block, name) in enumerate(((V, "q"), (F, "p"))):
-            size = Variable(self.builder)
-
-            def widen(lanes, block=block, size=size):
-                for i in range(self.d):
-                    far = abs(self.load(lanes, block, i) * self.field("step"))
-                    size.set(larger(far, size.lane))
-
-            self.chunks(widen)
-            for i in range(self.d):
-                size.set(larger(abs(self.field(name, i)), size.lane))
-            found = size.lane
-            self.keep("sizes", (1.0 / found).where(found > 0.0, 0.0), k)
+            size = abs(self.largest_of(range(block * d, (block + 1) * d)) * step)
+            for i in range(d):
+                size = larger_size(size, self.field(name, i))
+            self.keep_size(k, size)
 
         def low(lanes):
             for block, first, target, name in (
@@ -111,32 +114,47 @@ class MemberLaw(MemberSteps):
         with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
             self.continue_velocities(BEFORE * d)
         self.times(number)
-        self.project_velocities()
-        self.place_stages()
+        if self.alone:
+            self.coast_stages()
+        else:
+            self.project_velocities()
+            self.place_stages()
         self.iterate()
-        step, ends = self.field("step"), []
-        total = Lane(builder, NOTHING, ())
-        for block, name in ((V, "q"), (F, "p")):
-            rows = [block * d + i for i in range(d)]
-            ways = self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
-            for i in range(d):
-                way = ways[i] * step
-                high, low = two_sum(self.field(name, i), self.field(f"{name}_low", i) + way)
-                ends.append((name, i, high, low))
-                total = total + abs(high)
+        ends, total = self.ends(), Lane(builder, NOTHING, ())
+        for _, _, high, _ in ends:
+            total = total + abs(high)
         done, lost = self.judgement.end(total < math.inf)
         for name, i, high, low in ends:
             self.keep_where(done, name, high, i)
             self.keep_where(done, f"{name}_low", low, i)
         self.conclude(number, done, lost)
 
+    def ends(self):
+        """What a field is at the step's end, and its low part: (its name, i, both)."""
+        step, tabled, found = self.field("step"), self.tabled, []
+        for block, name in ((V, "q"), (V if self.alone else F, "p")):
+            rows = range(block * self.d, (block + 1) * self.d)
+            weights = tabled.low_kicks, tabled.kicks
+            if self.alone and name == "q":
+                weights = tabled.low_back, tabled.back
+            for i, way in enumerate(self.weighted(rows, *weights)):
+                x, low, way = self.field(name, i), self.field(f"{name}_low", i), way * step
+                if self.alone and name == "q":
+                    far, lost = two_product(step, self.field("p", i))
+                    rest = lost + step * self.field("p_low", i)
+                    found.append((name, i, *moved(x, low, far, way * step, rest)))
+                else:
+                    found.append((name, i, *two_sum(x, low + way)))
+        return found
 
-def law_steps(law, d, stages=0):
+
+def law_steps(law, d, stages, alone):
     """An intrinsic that advances members of a law on R^d, see galvi.fast.lanes.members.steps.
 
     stages  s, for which loops are written out; 0 for any
+    alone   whether places alone are iterated, see galvi.fast.lanes.law_pass
     """
     below = filled(law, d)
-    return member_steps(
-        lambda context, builder, words: MemberLaw(context, builder, words, law, d, below, stages)
-    )
+    return of_words(lambda context, builder, words: MemberLaw(
+        context, builder, words, law, d, below, stages, alone
+    ).advance())  # fmt: skip

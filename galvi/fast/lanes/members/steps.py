@@ -15,9 +15,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from galvi.fast.lanes.law_pass import Pass
 from galvi.fast.lanes.members.rows import (
@@ -29,8 +27,8 @@ from galvi.fast.lanes.members.rows import (
 from galvi.fast.lanes.members.stopping import Judgement, terms_kept
 from galvi.fast.lanes.reciprocals import Reciprocals
 from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, announce
-from galvi.kernels.lie.arithmetic import larger
+from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING
+from galvi.kernels.lie.arithmetic import larger, larger_size
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
 WORDS = 14
@@ -46,7 +44,9 @@ class Tables(NamedTuple):
     back, low_back      B^T and its low part; for groups those of B - 1 b^T
     kicks, low_kicks    b and its low part, (1, s) each
     nodes               c
-    means               the mean of b Y^2, for groups; it stands before the nodes
+    means               the mean of b Y^2, for groups; it stands before the nodes, whose low part it
+                        is where places are iterated alone. Then drift and low_drift are A of the
+                        Nystrom method, back and low_back begin with beta
     series              Legendre coefficients from stages, (s, s)
     ahead               Legendre polynomials at the next step's stages, (l, s)
     """
@@ -103,6 +103,7 @@ class MemberSteps(Pass):
     after_first_pass: Any
     step: Any
     first: Any  # whether a pass is the first of its step
+    one = False
 
     def open(self, context, builder, words, fields, rule, stages=0):
         """What all members share; ``words`` is the address of these.
@@ -125,6 +126,8 @@ class MemberSteps(Pass):
         self.tabled = Tables(*(
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
         ))  # fmt: skip
+        self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
+        self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.judgement = Judgement(builder, rule)
         self.tolerance = self.real(self.kept_terms)
@@ -132,6 +135,11 @@ class MemberSteps(Pass):
     def at(self, chunk):
         """The lanes at a stage."""
         return MemberLanes(self.context, self.builder, self.stages, chunk)
+
+    @property
+    def length_of_a_matrix(self):
+        """Rows of a matrix of the tables."""
+        return self.stages
 
     def real(self, index):
         """A number of ``reals`` in all lanes."""
@@ -167,10 +175,18 @@ class MemberSteps(Pass):
         totals = [Lane(builder, value, ()) for value in found]
         if matrix is self.tables:
             step = self.field("step")
-            totals = [total * step for total in totals]
+            totals = [total * (step * step if self.alone else step) for total in totals]
         if start is not None:
             totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
         return totals
+
+    def largest_of(self, rows, size=0.0):
+        """The largest of some rows of work at all stages, and size."""
+        found = Variable(self.builder, size)
+        self.chunks(lambda lanes: [
+            found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
+        ])  # fmt: skip
+        return found.lane
 
     def weighted(self, rows, *weights, matrix=None):
         """sum_j w_j x_j for some rows x of work, where w is a row of the tables or of a matrix.
@@ -284,11 +300,11 @@ class MemberSteps(Pass):
             self.forget()
             self.first = builder.icmp_unsigned("==", loop.index, self.row(0))
             self.one_pass()
+            noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
             with builder.if_else(self.first) as (at_first, later):
                 with at_first:
-                    self.after_first_pass()
+                    self.after_first_pass(noted)
                 with later:
-                    noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
                     judgement.judge(noted, self.tolerance)
             with builder.if_then((~judgement.active.value).every):
                 loop.do_break()
@@ -308,24 +324,3 @@ class MemberSteps(Pass):
             old = lanes.load(self.work, self.row(row))
             value = self.builder.select(self.judgement.active.value.value, value, old)
         lanes.store(value, self.work, self.row(row))
-
-
-def member_steps(made):
-    """An intrinsic of the address of ``words``.
-
-    made  (context, builder, words) -> the `MemberSteps` whose ``advance`` it is
-    """
-
-    @intrinsic
-    def all_steps(typingctx, given):
-        signature = types.void(types.int64)
-
-        def generate(context, builder, signature, values):
-            words = builder.inttoptr(values[0], values[0].type.as_pointer())
-            made(context, builder, words).advance()
-            announce(builder)
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return all_steps

@@ -1,0 +1,368 @@
+"""Rotations by quaternions: RK4 and DOP853, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import scipy
+from numba import types
+
+from galvi import Problem, Trajectory, input_checks
+from galvi.arrays import Array
+from references.as_trajectory import Failure, as_trajectory
+from references.closed_forms.top_motion import PrincipalBody, is_known_body
+from references.compiled import njit
+from references.contender import require
+from references.forces.force import OPTIONS
+from references.setting import check_keys, described, fixed_steps, sample_times
+
+# The compiled loops of RK4 and DOP853 for a rigid body, in quaternions and body momentum.
+#
+# s        (7,) tuple: quaternion w, x, y, z of the turn since the start, momentum along the
+#          principal axes
+# inverse  (3,) of the principal moments
+# force    (3,) mass g, in the frame of the start;  centre (3,) of mass;  heavy: whether they act
+# state    (7,) advanced in place
+# saved    (n, 7) states kept: every `every` steps and the last
+#
+# The quaternion is divided by its norm after each accepted step.
+
+jit: Any = njit(**OPTIONS)
+WHOLE, REAL = types.int64, types.float64
+ROW, ROWS = types.float64[::1], types.float64[:, ::1]
+TURNING = (ROW, ROW, ROW, types.boolean, ROW)
+RK4_SIGNATURE = types.int64(*TURNING, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
+DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(*TURNING, ROWS, ROW, ROW, REAL, REAL, ROW, WHOLE)
+STAGES = 12
+SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+EPS = 2.0**-52
+
+
+@jit
+def slopes(s, inverse, force, centre, heavy):
+    """The derivative s' (7,) of a state with a quaternion of norm 1."""
+    w, x, y, z, a, b, c = s
+    u, v, r = inverse[0] * a, inverse[1] * b, inverse[2] * c
+    da, db, dc = b * r - c * v, c * u - a * r, a * v - b * u
+    if heavy:
+        f, g, k = force
+        up = 2.0 * (x * f + y * g + z * k)
+        still = w * w - (x * x + y * y + z * z)
+        i = still * f + up * x + 2.0 * w * (g * z - k * y)
+        j = still * g + up * y + 2.0 * w * (k * x - f * z)
+        l = still * k + up * z + 2.0 * w * (f * y - g * x)
+        da += centre[1] * l - centre[2] * j
+        db += centre[2] * i - centre[0] * l
+        dc += centre[0] * j - centre[1] * i
+    return (
+        -0.5 * (x * u + y * v + z * r),
+        0.5 * (w * u + y * r - z * v),
+        0.5 * (w * v + z * u - x * r),
+        0.5 * (w * r + x * v - y * u),
+        da,
+        db,
+        dc,
+    )
+
+
+@jit
+def moved(s, h, k):
+    """s + h k."""
+    return (
+        s[0] + h * k[0],
+        s[1] + h * k[1],
+        s[2] + h * k[2],
+        s[3] + h * k[3],
+        s[4] + h * k[4],
+        s[5] + h * k[5],
+        s[6] + h * k[6],
+    )
+
+
+@jit
+def normalised(s):
+    """The same state with a quaternion of norm 1."""
+    shrunk = 1.0 / np.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + s[3] * s[3])
+    return (s[0] * shrunk, s[1] * shrunk, s[2] * shrunk, s[3] * shrunk, s[4], s[5], s[6])
+
+
+@jit
+def loaded(row):
+    """Seven numbers of a row as a tuple."""
+    return (row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+
+
+@jit
+def store(s, row):
+    """row <- s."""
+    row[0], row[1], row[2], row[3], row[4], row[5], row[6] = s
+
+
+@jit
+def rk4(inverse, force, centre, heavy, state, h, first, last, total, every, saved):
+    """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
+    body = (
+        (inverse[0], inverse[1], inverse[2]),
+        (force[0], force[1], force[2]),
+        (centre[0], centre[1], centre[2]),
+        heavy,
+    )
+    s = loaded(state)
+    for k in range(first, last):
+        a = slopes(s, *body)
+        b = slopes(moved(s, 0.5 * h, a), *body)
+        c = slopes(moved(s, 0.5 * h, b), *body)
+        d = slopes(moved(s, h, c), *body)
+        s = moved(moved(moved(moved(s, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d)
+        s = normalised(s)
+        residue = (s[0] - s[0]) + (s[4] + s[5] + s[6]) * 0.0
+        if residue != 0.0:  # only a NaN or an infinity leaves one
+            return k + 1
+        if (k + 1) % every == 0 or k + 1 == total:
+            store(s, saved[(k + every) // every])
+    store(s, state)
+    return 0
+
+
+@jit
+def weighted(s, h, K, row, stages):
+    """s + h sum_j row_j K_j."""
+    for j in range(stages):
+        if row[j] != 0.0:
+            s = moved(s, h * row[j], loaded(K[j]))
+    return s
+
+
+@jit
+def error_of(s, new, h, K, E3, E5, rtol, atol):
+    """The step's estimated error over its tolerance (Hairer, Norsett and Wanner I, II.10)."""
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    third, fifth = weighted(zero, 1.0, K, E3, STAGES), weighted(zero, 1.0, K, E5, STAGES)
+    low = high = 0.0
+    for i in range(7):
+        scale = atol + rtol * max(abs(s[i]), abs(new[i]))
+        low += (third[i] / scale) ** 2
+        high += (fifth[i] / scale) ** 2
+    if high == 0.0:
+        return 0.0
+    return abs(h) * high / np.sqrt(7.0 * (high + 0.01 * low))
+
+
+@jit
+def dop853(
+    inverse, force, centre, heavy, state, A, E3, E5, rtol, atol, clock, budget,
+):  # fmt: skip
+    """Up to `budget` tried steps to clock[1]; returns 0 done, 1 more to do, -1 failed; the tries
+    and the steps.
+
+    A (13, 12), the last row the weights; clock (3,) time, where to end, next step: changed in place
+    """
+    body = (
+        (inverse[0], inverse[1], inverse[2]),
+        (force[0], force[1], force[2]),
+        (centre[0], centre[1], centre[2]),
+        heavy,
+    )
+    K = np.empty((STAGES, 7))
+    s, grown, accepted = loaded(state), MOST, 0
+    t, end, wanted = clock[0], clock[1], clock[2]
+    store(slopes(s, *body), K[0])
+    for tried in range(budget):
+        left = end - t
+        ends = abs(wanted) >= abs(left)
+        h = left if ends else wanted
+        if not (ends or abs(h) > 10.0 * EPS * abs(end)):
+            return -1, tried, accepted
+        for j in range(1, STAGES):
+            store(slopes(weighted(s, h, K, A[j], j), *body), K[j])
+        new = weighted(s, h, K, A[STAGES], STAGES)
+        error = error_of(s, new, h, K, E3, E5, rtol, atol)
+        if error <= 1.0:
+            factor = min(grown, max(LEAST, SAFETY * error**EXPONENT)) if error > 0.0 else grown
+            wanted = max(abs(wanted), abs(h * factor)) * np.sign(h) if ends else h * factor
+            s, grown = normalised(new), MOST
+            t = end if ends else t + h
+            accepted += 1
+            store(s, state)
+            clock[0], clock[2] = t, wanted
+            if ends:
+                return 0, tried + 1, accepted
+            store(slopes(s, *body), K[0])
+        else:  # NaN comes here too
+            factor = max(LEAST, SAFETY * error**EXPONENT) if error > 0.0 else LEAST
+            wanted, grown = h * factor, 1.0
+    clock[2] = wanted
+    return 1, budget, accepted
+
+
+@cache
+def compiled(name: str) -> Callable[..., Any]:
+    """'rk4' or 'dop853', compiled once and kept on disk."""
+    sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
+    source, signature = sources[name]
+    kernel: Callable[..., Any] = njit(signature, **OPTIONS)(source.py_func)
+    return kernel
+
+
+CHUNK = 100_000  # steps between two looks at Ctrl-C
+
+
+@dataclass(frozen=True)
+class QuaternionRK4:
+    """The classical Runge-Kutta method on (quaternion, body momentum); setting: step, save_every.
+
+    In the principal axes, so that w = J^-1 p costs three products; no memory is taken in the loop.
+    The quaternion is divided by its norm after every step, the momentum is left alone.
+    """
+
+    name: str = "RK4 on quaternions, compiled"
+    order: int = 4
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A RigidBody that is free or has its weight."""
+        return is_known_body(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("step", "save_every"))
+        steps = fixed_steps(duration, setting)
+        times = steps.times(problem.t0)
+        body = PrincipalBody.of(problem)
+        advance = compiled("rk4")
+        state = body.start()
+        saved = np.full((len(times), 7), np.nan)
+        saved[0] = state
+        every = int(steps.saved[1])
+        failed = done = 0
+        while done < steps.count and not failed:
+            last = min(done + CHUNK, steps.count)
+            failed = advance(
+                *body.numbers, state, steps.step, done, last, steps.count, every, saved
+            )
+            done = failed - 1 if failed else last
+        q, p = body.states(problem, saved)
+        return as_trajectory(
+            problem,
+            described(self.name, setting),
+            times,
+            q,
+            p=p,
+            counts={"steps": done, "force_evaluations": 4 * (done + (failed > 0))},
+            step=steps.step,
+            failure=_failure(failed, steps.saved, times) if failed else None,
+        )
+
+
+def _failure(failed: int, saved: Any, times: Array) -> Failure:
+    row = int(np.searchsorted(saved, failed))
+    return Failure(
+        row=row,
+        step=failed,
+        why=f"Step {failed}, towards t = {times[row]:.6g}, gave a non-finite state: the step is "
+        "too large. Choose a smaller step, or end the run earlier.",
+    )
+
+
+QUATERNION_RK4 = QuaternionRK4()
+
+
+TRIES = 100_000  # between two looks at Ctrl-C
+SMALLEST = 1e-16  # tolerance; below it only round-off is left to control
+FIRST = 0.01  # first step tried, over the time of one radian
+DEFAULT: Mapping[str, Any] = {"tolerance": 1e-9}
+LOOSE = "With the default tolerance of 1e-9 it is no truth: for a truth, set tolerance=1e-15."
+TIGHT: Mapping[str, Any] = {"tolerance": 1e-15}
+
+
+@dataclass(frozen=True)
+class QuaternionDOP853:
+    """Adaptive steps on (quaternion, body momentum), tableau and error estimate as in SciPy.
+
+    Setting: samples; tolerance, both relative and absolute. The default of 1e-9 leaves about eight
+    digits: add TIGHT for a truth. Samples are ends of steps.
+    Otherwise as `references.textbook.quaternions.QuaternionRK4`.
+    """
+
+    name: str = "DOP853 on quaternions, compiled"
+    order: int = 8
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A RigidBody that is free or has its weight."""
+        return is_known_body(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples", "tolerance"))
+        times = sample_times(problem.t0, duration, setting)
+        tolerance = input_checks.positive(
+            "tolerance", setting.get("tolerance", DEFAULT["tolerance"])
+        )
+        if tolerance < SMALLEST:
+            raise ValueError(
+                f"tolerance must be at least {SMALLEST:g}, below which only round-off is left; "
+                f"received {tolerance!r}."
+            )
+        body = PrincipalBody.of(problem)
+        advance = compiled("dop853")
+        state = body.start()
+        saved = np.full((len(times), 7), np.nan)
+        saved[0] = state
+        turning = np.max(np.abs(body.numbers[0] * body.p0))
+        first = FIRST / turning if turning else abs(duration)
+        clock = np.array([0.0, 0.0, np.copysign(min(first, abs(duration)), duration)])
+        tries = steps = 0
+        failure = None
+        for row, t in enumerate(times[1:] - problem.t0, start=1):
+            clock[1], status = t, 1
+            while status == 1:
+                status, tried, accepted = advance(
+                    *body.numbers, state, *_tableau(), tolerance, tolerance, clock, TRIES
+                )
+                tries, steps = tries + tried, steps + accepted
+            if status < 0:
+                failure = Failure(row=row, step=steps + 1, why=_stuck(problem.t0 + clock[0]))
+                break
+            saved[row] = state
+        q, p = body.states(problem, saved)
+        engine = f"tableau of scipy {scipy.__version__}"
+        return as_trajectory(
+            problem,
+            described(self.name, {**setting, "tolerance": tolerance}, engine),
+            times,
+            q,
+            p=p,
+            counts={"steps": steps, "rejected_steps": tries - steps,
+                    "force_evaluations": 11 * tries + steps + 1},
+            failure=failure,
+            note="" if "tolerance" in setting else LOOSE,
+        )  # fmt: skip
+
+
+def _stuck(t: float) -> str:
+    return (
+        f"The step became too small at t = {t:.6g}: the state is not finite, or the "
+        "tolerance cannot be had. Loosen it, or end the run earlier."
+    )
+
+
+@cache
+def _tableau() -> tuple[Array, Array, Array]:
+    """A with the weights as its last row (13, 12), and the two error estimates (12,)."""
+    from scipy.integrate import DOP853
+
+    method: Any = DOP853
+    A = np.vstack([method.A, method.B])
+    return tuple(np.ascontiguousarray(x) for x in (A, method.E3[:-1], method.E5[:-1]))
+
+
+QUATERNION_DOP853 = QuaternionDOP853()
