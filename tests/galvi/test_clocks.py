@@ -377,3 +377,13 @@ def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
     assert np.array_equal(one[0], other[0])
     with pytest.raises(ValueError, match="same number of steps"):
         galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, [0.1, 0.2], duration=2.0)
+
+
+def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("galvi.run.clocked.loop.free_memory", lambda: 2e5)
+    monkeypatch.setattr("galvi.run.clocked.loop.ALWAYS_FREE", 0)
+    run = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 10**6)
+    assert not run.success and "fills half of the free memory" in run.status
+    assert np.isfinite(run.q).all() and len(run.t) < 10_000
+    fewer = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 2000, save_every=500)
+    assert fewer.success
