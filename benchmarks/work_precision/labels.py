@@ -101,14 +101,12 @@ LABELS = {
     "HD 80606 and a companion": Label(
         "HD 80606 and a companion",
         "A planet of eccentricity 0.933 at 0.46 au and a companion of Jupiter's mass at 3 au, "
-        "over 100 years; au, solar masses and years / 2 pi.",
-        "years / 2 pi",
+        "over 20 years; au, solar masses and years / 2 pi.",
     ),
     "Kozai-Lidov cycles": Label(
         "Kozai-Lidov cycles",
         "A planet at 1 au that a star at 6 au, inclined by 75 degrees, makes eccentric again and "
-        "again, over 1,000 years; au, solar masses and years / 2 pi.",
-        "years / 2 pi",
+        "again, over 200 years; au, solar masses and years / 2 pi.",
     ),
     "a binary meets a star": Label(
         "A binary meets a star",

@@ -140,6 +140,11 @@ def theory(
         return Theory(**in_frame(of_pair, method, problem, step))
     if problem is None:
         return Theory(**of_pair)
+    if getattr(method, "clock", None) is not None:
+        raise ValueError(
+            f"the bounds of a step are those of steps constant in time; received a method with the "
+            f"clock {method.clock}. Leave the clock out, or the problem."
+        )
     more = motion_theory(space, rule, of_pair, problem, step, lipschitz)
     reasons = {**of_pair["reasons"], **more["reasons"]}
     return Theory(**{**of_pair, **more, "reasons": reasons})

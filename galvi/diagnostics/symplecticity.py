@@ -67,6 +67,11 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
+    if method.clock is not None:
+        raise ValueError(
+            "a step in a clock has its derivative in the phase space of (q, t): see "
+            "galvi.symplecticity_defect, or leave the clock out."
+        )
     if method.in_frame:
         if not IN_FRAME:
             raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")

@@ -8,16 +8,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
 from tqdm import tqdm
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import Chunk, Kept
 from galvi.ensembles.folder import Folder
-from galvi.ensembles.keep import FinalStates, Keep, OfStates, TimeGrid
+from galvi.ensembles.in_clock import members_in_clock
+from galvi.ensembles.keep import OfStates, TimeGrid, kept_of
 from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
-from galvi.ensembles.parameters import Parameters, checked_parameters
+from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.ensembles.singles import Single, Singles
@@ -28,7 +28,11 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
 from galvi.run.ensemble import processors
-from galvi.run.integrate import check_end, checked
+from galvi.run.integrate import (
+    check_end,
+    checked,
+    number_of_steps,
+)
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"
@@ -44,13 +48,14 @@ def integrate_ensemble(
     v0: Any,
     method: Galerkin,
     step: Any,
-    steps: int,
+    steps: int | None = None,
     parameters: Any = None,
     keep: Any = None,
     executor: Any = None,
     folder: Any = None,
     progress: bool | None = None,
     *,
+    duration: float | None = None,
     tolerance: float | None = None,
     version: str | None = None,
 ) -> Ensemble:
@@ -58,7 +63,9 @@ def integrate_ensemble(
 
     q0, v0      (n, ...) starts; one of the shape of the problem's is that of all members
     step        step size, or (n,) one for each member
-    steps       number of steps of each member
+    steps       number of steps of each member; or
+    duration    length of time, a whole number of steps and of all members the same one. With a
+                clock of any length: each member has its own steps, and runs by itself
     parameters  name -> (n, ...) numbers of the system that differ between members: fields of the
                 system, its potential, force or Lagrangian (every one of that name), or parameters
                 of a SymPy expression
@@ -87,6 +94,19 @@ def integrate_ensemble(
     Raises ValueError or TypeError for bad input before the first step.
     """
     shows = progress is not None and input_checks.flag("progress", progress)
+    if isinstance(method, Galerkin) and method.clock is not None:
+        return members_in_clock(
+            problem, q0, v0, method, step, steps, parameters, keep, executor, folder, shows,
+            duration, tolerance,
+        )  # fmt: skip
+    if duration is not None or steps is None:
+        each = {number_of_steps(h, steps, duration) for h in np.atleast_1d(step).tolist()}
+        if len(each) > 1:
+            raise ValueError(
+                f"duration must be the same number of steps of all members; received {duration!r}, "
+                f"{min(each)} to {max(each)} steps. Give steps."
+            )
+        (steps,) = each
     work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
     workers = workers_of(executor, processors())
     if version is not None and not isinstance(version, str):
@@ -110,7 +130,7 @@ class _Work:
         if not isinstance(problem, Problem):
             raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
         values = checked_parameters(parameters)
-        self.q, self.v, self.step = _starts(problem, q0, v0, step, values)
+        self.q, self.v, self.step = starts_of(problem, q0, v0, step, values)
         self.members = len(self.q)
         self.parameters = Parameters(problem, values, self.members)
         self.problem = problem = self.parameters.problem
@@ -120,7 +140,7 @@ class _Work:
             ends = problem.t0 + int(steps) * self.step
         check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
         self.plan = TimeGrid(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
-        self.keep, self.function = _kept(keep)
+        self.keep, self.function = kept_of(keep)
         self.singles = Singles(
             self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
         )
@@ -288,61 +308,3 @@ class _Work:
         messages = {k - members.start: self.messages[k] for k in every if k in self.messages}
         values = tuple(rows[members] for rows in self.values)
         store.save(members, values, self.failed[members], self.passes[members], messages)
-
-
-def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
-    """A value to keep, or else a Python function of a run."""
-    if keep is None:
-        return FinalStates(), None
-    if isinstance(keep, CPUDispatcher):
-        return OfStates(keep), None
-    if hasattr(keep, "begin") and hasattr(keep, "steps") and not isinstance(keep, type):
-        return keep, None
-    if callable(keep) and not isinstance(keep, type):
-        return None, keep
-    raise TypeError(
-        f"keep must be a value such as galvi.FinalStates(), or a function; received {shown(keep)}."
-    )
-
-
-def _starts(
-    problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
-) -> tuple[Array, Array, Array]:
-    """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
-    q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
-    h = input_checks.array("step", step)
-    counts = {}
-    for name, array, shape in (
-        ("q0", q, problem.q0.shape), ("v0", v, problem.v0.shape), ("step", h, ())
-    ):  # fmt: skip
-        if array.shape == shape:
-            continue
-        if array.shape[1:] != shape or array.ndim != len(shape) + 1 or not len(array):
-            raise ValueError(
-                f"{name} must have shape (members, {', '.join(map(str, shape))}), or "
-                f"{shape} for all members; received {array.shape}."
-            )
-        counts[name] = len(array)
-    for name, values in parameters.items():
-        counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
-    if not counts:
-        counts["q0"] = 1
-    if len(set(counts.values())) > 1:
-        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
-        raise ValueError(
-            f"q0, v0, step and parameters must have the same number of members; received {found}."
-        )
-    (members,) = set(counts.values())
-    if np.any(h == 0.0):
-        raise ValueError("step must not be zero. Give the step size in units of time.")
-    q = _of_all(q, problem.q0.shape, members)
-    v = _of_all(v, problem.v0.shape, members)
-    check = getattr(problem.system, "group", None)
-    if check is not None and q[0].ndim == 2:
-        for k, g in enumerate(q):
-            check.check(f"q0[{k}]", g)
-    return q, v, read_only(np.array(_of_all(h, (), members)))
-
-
-def _of_all(array: Array, shape: tuple[int, ...], members: int) -> Array:
-    return array if array.shape != shape else np.broadcast_to(array, (members, *shape))

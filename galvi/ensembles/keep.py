@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numba.core.registry import CPUDispatcher
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
@@ -286,3 +287,18 @@ class _Whole:
                     f"received {shown(value)}. Return one array."
                 )
         return (np.array(values, dtype=np.float64),)
+
+
+def kept_of(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
+    """A value to keep, or else a Python function of a run."""
+    if keep is None:
+        return FinalStates(), None
+    if isinstance(keep, CPUDispatcher):
+        return OfStates(keep), None
+    if hasattr(keep, "begin") and hasattr(keep, "steps") and not isinstance(keep, type):
+        return keep, None
+    if callable(keep) and not isinstance(keep, type):
+        return None, keep
+    raise TypeError(
+        f"keep must be a value such as galvi.FinalStates(), or a function; received {shown(keep)}."
+    )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.ensembles.laws import Law, LawNumbers, law_of
 from galvi.fast.symbolic.from_sympy import SymbolicForce
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
@@ -207,3 +207,46 @@ def _with(value: Any, path: Path, number: Any) -> Any:
         return value.with_numbers(**{name: number})
     content = number if not rest else _with(getattr(value, name), tuple(rest), number)
     return replace(value, **{name: content})
+
+
+def starts_of(
+    problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
+) -> tuple[Array, Array, Array]:
+    """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
+    q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
+    h = input_checks.array("step", step)
+    counts = {}
+    for name, array, shape in (
+        ("q0", q, problem.q0.shape), ("v0", v, problem.v0.shape), ("step", h, ())
+    ):  # fmt: skip
+        if array.shape == shape:
+            continue
+        if array.shape[1:] != shape or array.ndim != len(shape) + 1 or not len(array):
+            raise ValueError(
+                f"{name} must have shape (members, {', '.join(map(str, shape))}), or "
+                f"{shape} for all members; received {array.shape}."
+            )
+        counts[name] = len(array)
+    for name, values in parameters.items():
+        counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
+    if not counts:
+        counts["q0"] = 1
+    if len(set(counts.values())) > 1:
+        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise ValueError(
+            f"q0, v0, step and parameters must have the same number of members; received {found}."
+        )
+    (members,) = set(counts.values())
+    if np.any(h == 0.0):
+        raise ValueError("step must not be zero. Give the step size in units of time.")
+    q = _of_all(q, problem.q0.shape, members)
+    v = _of_all(v, problem.v0.shape, members)
+    check = getattr(problem.system, "group", None)
+    if check is not None and q[0].ndim == 2:
+        for k, g in enumerate(q):
+            check.check(f"q0[{k}]", g)
+    return q, v, read_only(np.array(_of_all(h, (), members)))
+
+
+def _of_all(array: Array, shape: tuple[int, ...], members: int) -> Array:
+    return array if array.shape != shape else np.broadcast_to(array, (members, *shape))

@@ -108,6 +108,7 @@ def motion_in_lanes(
     return Motion(advance, at, rate, IdentityChart(shape), "clock", remark if light else "")
 
 
+@lru_cache(maxsize=32)
 def masses_in_clock(system: NBody, dimension: int, kappa: float) -> tuple[Array, Any, Any, Array]:
     """The masses of a system as the kernel takes them."""
     M = system.G * system.masses
@@ -139,11 +140,20 @@ def energy_of(masses: tuple[Array, Any, Any, Array], state: Array) -> Array:
         return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls))
 
 
-@lru_cache(maxsize=32)
 def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
     """mu^T, extrapolation, h b and coefficients from slopes, as the kernel takes them."""
+    mu, ahead, fit = _tables(table, lanes)
+    parts, s = np.zeros((1, mu.shape[1])), table.c.size
+    parts[0, :s] = step * table.b
+    parts[0, s // 2] += step - math.fsum(parts[0])
+    return mu, ahead, read_only(parts), fit
+
+
+@lru_cache(maxsize=32)
+def _tables(table: Tableau, lanes: int) -> tuple[Array, ...]:
+    """Those of `clock_tables` that do not depend on the step."""
     s = table.c.size
-    mu, ahead, parts = (np.zeros((n, stages_in_lanes(s, lanes).size)) for n in (s, s, 1))
+    mu, ahead = (np.zeros((s, stages_in_lanes(s, lanes).size)) for _ in range(2))
     with extended_precision():
         b = decimals(table.b) + decimals(table.low_parts[1])
         exact = rounded((decimals(table.integral) + decimals(table.low_parts[4])) / b)
@@ -152,7 +162,4 @@ def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
     mu[np.arange(s), np.arange(s)] = 0.5
     guess = table.extrapolation @ table.analysis[: table.growth.size]
     ahead[:, :s] = (table.b[:, None] * guess / table.b).T
-    parts[0, :s] = step * table.b
-    parts[0, s // 2] += step - math.fsum(parts[0])
-    fit = table.projection / table.b
-    return tuple(read_only(array) for array in (mu, ahead, parts, fit))
+    return read_only(mu), read_only(ahead), read_only(table.projection / table.b)

@@ -192,16 +192,17 @@ def has_group_law(problem: Problem) -> bool:
 
 @lru_cache(maxsize=32)
 def _compiled_on_group(
-    system: Any, chart: int, lanes: int, one: bool, found: Traces
-) -> tuple[int, LaneLaw, Any]:
+    system: Any, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool,
+    found: Traces,
+) -> tuple[int, LaneLaw, Any]:  # fmt: skip
     """The address of the system's law in a chart, the law, and the function, which must be kept.
 
+    layout  of galvi.run.coupling
     lanes  of a vector
     one    for one vector of stages, or for several
     """
     law = _lane_law(system, system.group.dimension, found)
     assert law is not None
-    layout = tuple(tuple(map(int, row)) for row in system.group.layout)
     function = compiled_group_law(law.lines, layout, chart, lanes, one)
     return int(addresses((function, PASS_TYPE))[0]), law, function
 
@@ -251,11 +252,13 @@ def group_law_stepper(run: Run, work: RunArrays) -> Call:
     lanes = lanes_for(method.stages)
     tables, complement, others = group_law_tables(method.table, run.step, lanes)
     d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
-    law, found, function = _compiled_on_group(system, chart, lanes, padded == lanes, traces(system))
-    scratch, spare = aligned(
-        (rows_of_group_work(d, extra), padded), (7, max(HISTORY, padded, *work.state.shape))
+    law, found, function = _compiled_on_group(
+        system, tuple(map(tuple, layout.tolist())), chart, lanes, padded == lanes, traces(system)
     )
-    constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
+    scratch, spare = aligned(
+        (rows_of_group_work(d, extra), padded), (6, max(HISTORY, padded, *work.state.shape))
+    )
+    constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size + 1)
     work.counts[CALLED] = found.calls is not None
     arrays = (scratch, tables, complement, constants, numbers)
     given = words_of(*arrays, padded, method.stages, extra)

@@ -21,11 +21,12 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.integrate import checked
+from galvi.run.integrate import checked, checked_in_clock
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
 from galvi.run.run_arrays import check_memory
+from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 
@@ -73,23 +74,21 @@ def integrate_many(
     compiled = True
     for k, problem in enumerate(given):
         with _naming_problem(k):
-            engine, run = checked(
-                problem,
-                method,
-                step,
-                steps,
-                duration=duration,
-                save_every=save_every,
-                curves=curves,
-                solver=solver,
-                tolerance=tolerance,
-            )
+            settings: dict[str, Any] = {
+                "duration": duration, "save_every": save_every, "curves": curves,
+                "solver": solver, "tolerance": tolerance,
+            }  # fmt: skip
+            if isinstance(method, Galerkin) and method.clock is not None:
+                each.append(checked_in_clock(problem, method, step, steps, **settings))
+                compiled = compiled and isinstance(problem.system, NBody)
+                continue
+            engine, run = checked(problem, method, step, steps, **settings)
             runs.append(run)
             each.append(partial(run_steps, engine, run))
             compiled = compiled and engine.is_compiled(problem, method)
-    if given:
+    if runs:
         check_memory(runs)
-    return _all_of(each, min(threads, len(runs)) if compiled else 1, progress)
+    return _all_of(each, min(threads, len(each)) if compiled else 1, progress)
 
 
 def _all_of(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import cast
 from weakref import WeakKeyDictionary, WeakSet
 
@@ -71,9 +73,11 @@ def integrate(
     one that failed, raises KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
     if isinstance(method, Galerkin) and method.clock is not None:
-        return _in_clock(
-            problem, method, step, steps, duration, save_every, curves, solver, tolerance, progress
-        )
+        run_it = checked_in_clock(
+            problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
+            solver=solver, tolerance=tolerance,
+        )  # fmt: skip
+        return run_it(progress=progress)
     engine, run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
@@ -158,12 +162,12 @@ def _settings(
     )
 
 
-def _in_clock(
-    problem: Problem, method: Galerkin, step: float, steps: int | None, duration: float | None,
-    save_every: int, curves: bool | None, solver: str, tolerance: float | None,
-    progress: bool | None,
-) -> Trajectory:  # fmt: skip
-    """`integrate` with a clock."""
+def checked_in_clock(
+    problem: Problem, method: Galerkin, step: float, steps: int | None = None, *,
+    duration: float | None = None, save_every: int = 1, curves: bool | None = None,
+    solver: str = "auto", tolerance: float | None = None,
+) -> Callable[..., Trajectory]:  # fmt: skip
+    """The run of `integrate` with a clock, its arguments checked."""
     h, solver, tol, save_every, curves = _settings(
         problem, method, step, solver, tolerance, save_every, curves
     )
@@ -180,7 +184,7 @@ def _in_clock(
     check_step(problem, method, h)
     nothing = np.zeros((0, 0))
     start = Checkpoint(0, nothing, nothing, np.zeros(0, np.int64), solver, tol, save_every, curves)
-    return run_in_clock(problem, method, h, start, most, time, progress=progress)
+    return partial(run_in_clock, problem, method, h, start, most, time)
 
 
 def _time_after(t: float, length: float, step: float) -> float:

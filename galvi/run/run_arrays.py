@@ -35,7 +35,7 @@ def check_memory(runs: Sequence[Run]) -> None:
     rows = 3 * (steps / start.save_every + 2)
     rows += steps * halves * (1 + m) if start.keeps_curves else 0
     needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
-    if needed > ALWAYS_FREE and needed > (memory := _free_memory()):
+    if needed > ALWAYS_FREE and needed > (memory := free_memory()):
         many = f"{len(runs)} runs of " if len(runs) > 1 else ""
         raise ValueError(
             f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
@@ -44,7 +44,7 @@ def check_memory(runs: Sequence[Run]) -> None:
         )
 
 
-def _free_memory() -> float:
+def free_memory() -> float:
     """Bytes of memory that a process can still have: all there is, or infinite, where the system
     does not say."""
     try:

@@ -124,11 +124,13 @@ class Group:
 GROUPS = (
     Group(
         "run", "Run", "A problem, a method and a step make a run; a run can be kept and continued.",
-        (("", ("integrate", "resume", "integrate_many", "Problem", "Trajectory", "save", "load")),),
+        (("", ("integrate", "resume", "integrate_many", "Problem", "Trajectory", "states_at",
+              "save", "load")),),
     ),
     Group(
         "methods", "Methods", "A method is a space of curves and a quadrature rule. "
-        "On a Lie group it works in a chart; a moving frame does the known part exactly.",
+        "On a Lie group it works in a chart; a moving frame does the known part exactly, and in a "
+        "clock the steps follow the motion.",
         (
             ("Method", ("Galerkin",)),
             ("Spaces", ("Polynomials", "ComponentPolynomials", "PolynomialFourier", "Fourier",
@@ -137,6 +139,7 @@ GROUPS = (
                                   "composite", "Rule")),
             ("Charts", ("Cayley", "Exponential", "ModifiedRodrigues")),
             ("Moving frames", ("KeplerFrame", "HarmonicFrame")),
+            ("Clocks", ("DynamicalTime", "Sundman", "Clock")),
         ),
     ),
     Group(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 import galvi
 from galvi.curves.clock_curves import ClockCurves
@@ -269,6 +270,46 @@ def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
     assert slow.success and np.max(np.abs(slow.q[-1] - quick.q[-1])) < 1e-8
 
 
+def pulsing(q: Any, t: Any) -> Any:
+    return -(1.0 + 0.1 * np.sin(t)) / np.sqrt(q @ q)
+
+
+def damped(t: float, y: Any) -> Any:
+    return np.concatenate([y[2:], -y[:2] / np.linalg.norm(y[:2]) ** 3 - 0.05 * y[2:]])
+
+
+def driven(t: float, y: Any) -> Any:
+    pull = (1.0 + 0.1 * np.sin(t)) / np.linalg.norm(y[:2]) ** 3
+    return np.concatenate([y[2:], -pull * y[:2]])
+
+
+DAMPED = galvi.Canonical(1.0, galvi.CentralForce(1.0), force=lambda q, v: -0.05 * v)
+DRIVEN = galvi.Canonical(1.0, pulsing, explicit_time=True)
+
+
+@pytest.mark.parametrize(
+    ("system", "equation", "kind"),
+    [(DAMPED, damped, GAUSS), (DAMPED, damped, LOBATTO), (DRIVEN, driven, GAUSS)],
+)
+def test_driven_and_damped_systems_have_the_order_of_the_method(
+    system: Any, equation: Any, kind: str
+) -> None:
+    problem = galvi.Problem(system, [1.0, 0.0], [0.0, 0.8], 0.5)
+    start = np.concatenate([problem.q0, problem.v0])
+    truth = solve_ivp(equation, (0.5, 2.0), start, method="DOP853", rtol=1e-13, atol=1e-14).y[
+        :2, -1
+    ]
+    steps, errors = np.array([0.4, 0.3, 0.2]), []
+    for h in steps:
+        run = galvi.integrate(problem, method(2, galvi.Sundman(), kind), h, duration=1.5)
+        assert run.success and run.t[-1] == 2.0, run.status
+        errors.append(np.max(np.abs(run.q[-1] - truth)))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 3.5 < order < 4.6, (errors, order)
+    part = galvi.integrate(problem, method(2, galvi.Sundman(), kind), 0.2, duration=0.7)
+    assert np.array_equal(galvi.resume(part, until=2.0).q[-1], run.q[-1])
+
+
 KEPLER, BURRAU = galvi.problems.kepler(0.5), burrau()
 DYNAMICAL, CIRCLES = galvi.DynamicalTime(), galvi.Sundman()
 FORCED = galvi.Problem(
@@ -282,7 +323,9 @@ REFUSED = [
     (lambda: galvi.integrate(BURRAU, method(4, DYNAMICAL), 0.1), "received neither"),
     (lambda: galvi.integrate(KEPLER, method(4, galvi.Clock(lambda q: -1.0)), 0.1, 3), "positive"),
     (lambda: galvi.integrate(KEPLER, method(4, galvi.Clock(lambda q: np.inf)), 0.1, 3), "finite"),
-    (lambda: galvi.integrate(FORCED, method(4, CIRCLES), 0.1, 3), "conserves its energy"),
+    (lambda: galvi.integrate(FORCED, method(4, CIRCLES, MORE), 0.1, 3), "collocate t"),
+    (lambda: galvi.step_derivative(KEPLER, method(4, CIRCLES), 0.1), "symplecticity_defect"),
+    (lambda: galvi.theory(method(4, CIRCLES), problem=KEPLER, step=0.1), "constant in time"),
     (lambda: galvi.Clock(3), "must be a function"),
     (lambda: galvi.Sundman(0.0), "power"),
     (lambda: method(4, 3), "clock must be a clock"),
@@ -303,3 +346,44 @@ def test_a_frame_and_a_clock_exclude_each_other() -> None:
         galvi.Galerkin(
             galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame(), clock=DYNAMICAL
         )
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
+def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
+    problem, chosen = three_bodies(), method(6, DYNAMICAL)
+    q = problem.q0 + 1e-2 * np.arange(5)[:, None, None] * np.array([0.0, 1.0, -0.5])[:, None]
+    found = galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0)
+    runs = galvi.integrate_many(
+        [problem.with_initial_state(one, problem.v0) for one in q], chosen, 0.4, duration=3.0
+    )
+    for k, run in enumerate(runs):
+        assert np.array_equal(found[0][k], run.q[-1]) and found.success[k]
+    assert len({len(run.t) for run in runs}) > 1
+    at = galvi.integrate_ensemble(
+        problem, q, problem.v0, chosen, 0.4, duration=3.0, keep=galvi.StatesAt([1.0, 2.5])
+    )
+    assert np.array_equal(at[0][3], galvi.states_at(runs[3], [1.0, 2.5])[0])
+    for more, words in (({"folder": "x"}, "folder"), ({"keep": galvi.Extrema()}, "StatesAt")):
+        with pytest.raises(ValueError, match=words):
+            galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0, **more)
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
+def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
+    q = KEPLER.q0 * np.array([[1.0], [1.1]])
+    plain = method(6, None)
+    one = galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, duration=2.0)
+    other = galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, 20)
+    assert np.array_equal(one[0], other[0])
+    with pytest.raises(ValueError, match="same number of steps"):
+        galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, [0.1, 0.2], duration=2.0)
+
+
+def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("galvi.run.clocked.loop.free_memory", lambda: 2e5)
+    monkeypatch.setattr("galvi.run.clocked.loop.ALWAYS_FREE", 0)
+    run = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 10**6)
+    assert not run.success and "fills half of the free memory" in run.status
+    assert np.isfinite(run.q).all() and len(run.t) < 10_000
+    fewer = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 2000, save_every=500)
+    assert fewer.success

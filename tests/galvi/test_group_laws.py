@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.fast.lanes.group_law import measure
-from galvi.fast.lanes.group_rows import ETA, TIMES, Chart
+from galvi.fast import law_stepper
+from galvi.fast.lanes.group_pass import LOW
+from galvi.fast.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.fast.law_stepper import has_group_law
+from galvi.fast.nystrom_stepper import words_of
+from galvi.fast.symbolic.lane_law import compiled_group_law
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
+from galvi.run.coupling import coupled_layout
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
@@ -214,11 +218,17 @@ def test_rotations_by_exponential_coordinates_are_those_of_mpmath():
 
 def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum():
     """A body that moves by 0.01 in a step, with a momentum of 2, and does not turn."""
-    d, stages = 6, 4
-    momentum, work, numbers = np.zeros(d), np.zeros((TIMES * d, stages)), np.empty(3 * d)
-    momentum[3], work[ETA * d + 3] = 2.0, 0.1
-    measure(galvi.SE3().layout, np.eye(4).ravel(), 0.1, momentum, work, numbers)
-    np.testing.assert_allclose(numbers[2 * d :], [50.0] * 3 + [0.5] * 3)
+    body, d, method = SPINNING.system, 6, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    law = law_stepper.group_law(body)
+    layout = tuple(map(tuple, coupled_layout(body, SPINNING).tolist()))
+    part = compiled_group_law(law.lines, layout, method.group_chart.number, 8, True)
+    tables, complement, _ = law_stepper.group_law_tables(method.table, 0.1, 8)
+    work, numbers = np.zeros((rows_of_group_work(d, 0), 8)), np.zeros(3 * d + PLACE + 17)
+    numbers[3], work[ETA * d + 3] = 2.0, 0.1
+    numbers[3 * d + PART], numbers[3 * d + PLACE :] = LOW, [*np.eye(4).ravel(), 0.1]
+    words = words_of(work, tables, complement, law.constants, numbers, 8, 8, 0)
+    part(words.ctypes.data)
+    np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
 
 
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):

@@ -35,7 +35,7 @@ series        (s, P)    Legendre coefficients from stages, transposed
 growth        (l,)      Legendre polynomials at the next step's end
 fit           (m, s)    h times the coefficients of a curve from its rates at the stages
 c             (P,)      nodes
-spare         (7, at least HISTORY, P and the width of state)  scratch, and the state before a step
+spare         (6, at least HISTORY, P and the width of state)  scratch, and the state before a step
 """
 
 from __future__ import annotations
@@ -58,7 +58,6 @@ from galvi.fast.lanes.group_rows import (
     PULLED,
     TIMES,
     VELOCITY,
-    XI,
     F,
 )
 from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
@@ -68,7 +67,6 @@ from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import REACHES
-from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -80,12 +78,10 @@ from galvi.kernels.nystrom.solve import (
     SOLVED,
 )
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
-from galvi.kernels.on_group.scale import LEAST, grow_scale, largest_coupled
 from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
 from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
 
 GROUP_TABLES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR))
-SAMPLE = 3  # one in so many stages is looked at for the sizes
 
 
 @jit_inline
@@ -94,73 +90,15 @@ def rows(block, d):
     return slice(block * d, (block + 1) * d)
 
 
-@jit_noalloc
-def measure(layout, g, h, p0, work, numbers):
-    """1 over the sizes of xi and pi in numbers, 0 where all are 0.
-
-    Rotations have size 1. All translations of a factor share a size, that of its positions and
-    displacements, and so do the momenta of its translations and of its rotations. An angular
-    momentum is at least as large as what the displacements make of a momentum. No momentum is below
-    LEAST of the largest one that a mass couples to it: it may be round-off of that.
-    """
-    d = p0.size
-    sizes, forces = numbers[d : 2 * d], work[rows(F, d)]
-    xi, eta = work[rows(XI, d)], work[rows(ETA, d)]
-    product.position_scale(layout, g, sizes)
-    grow_scale(layout, xi, eta, h, sizes)
-    start = 0
-    for factor in range(layout.shape[0]):
-        turns, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
-        moving, moment, way = 0.0, 0.0, 0.0
-        for i in range(start, end):
-            size = abs(p0[i])
-            for k in range(0, forces.shape[1], SAMPLE):
-                size = max(size, abs(h * forces[i, k]))
-                if i >= turns:
-                    way = max(way, abs(h * eta[i, k]))
-            if i < turns:
-                moment = max(moment, size)
-            else:
-                moving = max(moving, size)
-        moment = max(moment, moving * way)
-        for i in range(start, end):
-            numbers[2 * d + i] = moment if i < turns else moving
-            numbers[d + i] = 1.0 / sizes[i] if sizes[i] > 0.0 else 0.0
-        start = end
-    start, known, least = 0, -1, 0.0
-    for factor in range(layout.shape[0]):
-        if layout[factor, COUPLED] != known:
-            known = layout[factor, COUPLED]
-            least = LEAST * largest_coupled(layout, known, numbers[2 * d :])
-        for i in range(start, start + layout[factor, DIMENSION]):
-            numbers[2 * d + i] = max(numbers[2 * d + i], least)
-        start += layout[factor, DIMENSION]
-    for i in range(2 * d, 3 * d):
-        numbers[i] = 1.0 / numbers[i] if numbers[i] > 0.0 else 0.0
-
-
 @jit_inline
-def measure_rotations(layout, numbers, d):
-    """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
-    start = 0
-    numbers[d : 3 * d] = 0.0
-    for factor in range(layout.shape[0]):
-        for i in range(start, start + layout[factor, ROTATIONS]):
-            numbers[d + i] = 1.0
-        start += layout[factor, DIMENSION]
-
-
-@jit_inline
-def relax(law, given, layout, stages, h, g, mu0, work, numbers, tolerance, counts, history):
+def relax(law, given, stages, d, numbers, tolerance, counts, history):
     """Passes from the xi and eta in work until convergence; returns a code."""
-    d = mu0.size
     begin_countdown(history)
     for passes in range(FIXED_POINT_PASSES):
         change = do(PASS, law, given, numbers, d)
         counts[ITERATIONS] += 1
         counts[FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
-            measure(layout, g, h, mu0, work, numbers)
             do(LOW, law, given, numbers, d)
             continue
         code = judged(change, tolerance, history)
@@ -207,7 +145,8 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
         work[PULLED * d : (PULLED + 1) * d, 0],
         work[TIMES * d],
     )
-    mu0, history, sizes, saved = spare[0, :d], spare[1], spare[2], spare[3:7, : state.shape[1]]
+    history, sizes, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
+    numbers[3 * d + PLACE + r] = h
     do(PREPARE, law, given, numbers, d)
     for i in range(d):
         for k in range(velocity.shape[1]):
@@ -216,7 +155,7 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
         for k in range(times.size):
             times[k] = plan.t0 + ((plan.first + step) + c[k]) * h
         for i in range(d):
-            numbers[i] = mu0[i] = state[1, i]
+            numbers[i] = state[1, i]
         for i in range(r):
             numbers[3 * d + PLACE + i] = state[0, i]
         if solver_state[HOLDS] == LAST_STEP:
@@ -225,10 +164,8 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
             numbers[3 * d + KEPT] = solver_state[TERMS]
             do(AHEAD, law, given, numbers, d)
         copy_into(saved, state)
-        measure_rotations(layout, numbers, d)
         do(BEGIN, law, given, numbers, d)
-        code = relax(law, given, layout, s, h, saved[0, :r], mu0, work, numbers, plan.tolerance,
-                     counts, history)  # fmt: skip
+        code = relax(law, given, s, d, numbers, plan.tolerance, counts, history)
         if code == SOLVED:
             farthest = do(FINISH, law, given, numbers, d)
             reach = REACHES[chart]

@@ -58,6 +58,7 @@ class GroupPass(GroupRows):
     """The parts of a pass, each for one vector of stages."""
 
     def __init__(self, context, builder, given, law, chart, width, one):
+        self.chart = chart
         super().__init__(context, builder, given, chart.dimension, width, one)
         self.examine(law, chart)
 
@@ -298,6 +299,7 @@ class GroupPass(GroupRows):
 
     def begin(self):
         """xi, eta and more from the velocities, at the start of a step."""
+        self.measure_rotations()
         self.begin_at_rest()
         with cgutils.for_range(self.builder, self.row(PULLS), intp=self.row) as loop:
             self.pull()
@@ -344,6 +346,11 @@ class GroupPass(GroupRows):
                 lanes, self.sums(lanes, None, self.tables, first, block * self.d), low
             ))  # fmt: skip
 
+    def after_first_pass(self, _noted=None):
+        """The sizes of xi and pi, and low parts."""
+        self.measure()
+        self.add_low_parts()
+
     def finish(self):
         """As ``sum_up``; the largest |xi|^2 of a rotation is the change."""
         self.sum_up()
@@ -372,7 +379,7 @@ def group_pass(law, layout, chart, width, one):
         made = GroupPass(context, builder, words, law, functions, width, one)
         part = builder.load(made.place_of(PART))
         for number, do in enumerate((
-            made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.add_low_parts,
+            made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.after_first_pass,
             made.finish,
         )):  # fmt: skip
             asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))

@@ -18,8 +18,8 @@ tables      ((4 + l) P + 3, P)  h A^T, its low part, h (B - 1 b^T)^T and its low
 complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
                        and orthogonal to the rates of all curves; l = 0 with as many points as
                        coefficients
-numbers     (3 d + 3 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
-                       relative change, which part to do, the Legendre terms kept, g (r,)
+numbers     (3 d + 4 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
+                       relative change, which part to do, the Legendre terms kept, g (r,), h
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ from galvi.fast.lanes.dense import is_zero
 from galvi.fast.lanes.law_pass import Pass
 from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import DOUBLE, everywhere
+from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
+from galvi.kernels.on_group.scale import LEAST
 
 (XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
  TIMES) = range(14)  # fmt: skip  # times d
@@ -57,6 +59,7 @@ class GroupRows(Pass):
     def __init__(self, context, builder, given, d, width, one):
         self.unpack(context, builder, given, d, width, one)
         self.lay_out()
+        self.step_row = 3 * d + PLACE + self.chart.entries
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
 
     def lay_out(self):
@@ -148,6 +151,80 @@ class GroupRows(Pass):
         builder, one = self.builder, Lane(self.builder, self.first_lanes().nothing).same(1.0)
         places = [builder.icmp_unsigned("==", index, self.row(i)) for i in range(self.d)]
         return [one.where(Truth(builder, here), 0.0) for here in places]
+
+    def keep_number(self, k, lane):
+        """Change a number, to one that is the same in all lanes."""
+        scalar = self.builder.extract_element(lane.value, ir.IntType(32)(0))
+        self.builder.store(scalar, self.builder.gep(self.numbers, [self.row(k)]))
+
+    def largest_of(self, rows):
+        """The largest size in some rows of work at all stages, in all lanes."""
+        lanes, place = self.first_lanes(), self.place()
+        self.builder.store(lanes.nothing, place)
+
+        def widen(lanes):
+            size = Lane(self.builder, self.builder.load(place), ())
+            for row in rows:
+                size = larger_size(size, self.load_row(lanes, row).exact)
+            self.builder.store(size.value, place)
+
+        self.chunks(widen)
+        bits = lanes.largest(Lane(self.builder, self.builder.load(place)).bits)
+        return Lane(self.builder, lanes.spread(self.builder.bitcast(bits, DOUBLE)), ())
+
+    def measure_rotations(self):
+        """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
+        nothing = Lane(self.builder, self.first_lanes().nothing, ())
+        for _, own, _, rotations in self.chart.factors:
+            for i in range(own.start, own.stop):
+                size = 1.0 if i < own.start + rotations else 0.0
+                self.keep_number(self.d + i, nothing + size)
+                self.keep_number(2 * self.d + i, nothing)
+
+    def measure(self):
+        """1 over the sizes of xi and pi in numbers, 0 where all are 0.
+
+        Rotations have size 1. All translations of a factor share a size, that of its positions and
+        displacements, and so do the momenta of its translations and of its rotations. An angular
+        momentum is at least as large as what the displacements make of a momentum. No momentum is
+        below LEAST of the largest one that a mass couples to it: it may be round-off of that.
+        """
+        lanes, d, chart = self.first_lanes(), self.d, self.chart
+        step = self.number(lanes, self.step_row)
+        g = [self.number(lanes, 3 * d + PLACE + i) for i in range(chart.entries)]
+        momenta: list[Any] = []
+        coupled: dict[int, list[int]] = {number: [] for number in chart.coupled}
+        for number, (_, own, _, _) in zip(chart.coupled, chart.factors, strict=True):
+            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
+        least = {number: LEAST * abs(self.largest_of(rows) * step)
+                 for number, rows in coupled.items()}  # fmt: skip
+        for number, factor in zip(chart.coupled, chart.factors, strict=True):
+            group, own, entries, rotations = factor
+            turns = range(own.start, own.start + rotations)
+            ways = range(own.start + rotations, own.stop)
+            sizes = []
+            for part in (turns, ways):
+                size = abs(self.largest_of([F * d + i for i in part]) * step)
+                for i in part:
+                    size = larger_size(size, self.number(lanes, i))
+                sizes.append(size)
+            moment, moving = sizes
+            if ways:
+                way = abs(self.largest_of([ETA * d + i for i in ways]) * step)
+                moment = larger_size(moment, moving * way)
+                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
+                far = larger_size(far, way)
+                far = larger_size(far, self.largest_of([XI * d + i for i in ways]))
+                for i in ways:
+                    self.keep_number(d + i, (1.0 / far).where(far > 0.0, 0.0))
+            momenta += [(number, moment, turns), (number, moving, ways)]
+        most: dict[int, Any] = {}
+        for number, size, _ in momenta:
+            most[number] = larger_size(most.get(number, 0.0), size)
+        for number, size, part in momenta:
+            size = larger_size(LEAST * most[number], size)
+            for i in part:
+                self.keep_number(2 * d + i, (1.0 / size).where(size > 0.0, 0.0))
 
     def spread_sum(self, vector):
         """The sum of the lanes, in each of them."""

@@ -10,7 +10,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import AnyClock
-from galvi.curves.curves import Curves, GroupChart, IdentityChart
+from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
@@ -153,11 +153,15 @@ def motion_in_general(
         start = engine.start(here, plain)
         return Checkpoint(0, *start, solver, tolerance, clock=np.array([t, 0.0, energy, 0.0]))
 
+    return Motion(advance, at, rate, chart_of(problem, plain), "clock")
+
+
+def chart_of(problem: Problem, method: Galerkin) -> LocalChart:
+    """The chart of the curves."""
     group = getattr(problem.system, "group", None)
-    chart = (
-        IdentityChart(problem.q0.shape) if group is None else GroupChart(group, plain.group_chart)
-    )
-    return Motion(advance, at, rate, chart, "clock")
+    if group is None:
+        return IdentityChart(problem.q0.shape)
+    return GroupChart(group, method.group_chart)
 
 
 def _taken(run: Any, rates: Array, t: Array, keep: bool, n: int) -> Taken:

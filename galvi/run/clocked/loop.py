@@ -16,12 +16,14 @@ from galvi.problem import Problem
 from galvi.run.clocked.plan import Motion, Taken, joined
 from galvi.run.clocked.remarks import closest_pair
 from galvi.run.loop import APART
+from galvi.run.run_arrays import ALWAYS_FREE, free_memory
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
 SEEN = 16  # states of a chunk by whose energies it is judged
 LARGEST = 2**22  # numbers of curves in a chunk of steps
 NEWTON = 20  # iterations for the length of the last step
+FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
 
 class Loop:
@@ -39,7 +41,8 @@ class Loop:
     ) -> None:  # fmt: skip
         self.problem, self.method, self.step, self.motion = problem, method, step, motion
         self.start = self.state = state
-        self.time, self.done, self.iterations = time, 0, 0
+        self.time, self.done, self.iterations, self.bytes = time, 0, 0, 0
+        self.most_bytes = max(ALWAYS_FREE, 0.5 * free_memory())  # they are joined at the end
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
         self.numbers: list[Any] = []
@@ -62,7 +65,7 @@ class Loop:
             self.reason = _collision(self.problem, found.taken.q[stuck[0]])
             found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
         self._record(found.taken, keep)
-        self.state, self.over = found.after, bool(stuck.size)
+        self.state, self.over = found.after, self.over or bool(stuck.size)
         if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
             self.known.append(self.state)
         if found.code != SOLVED:
@@ -85,6 +88,10 @@ class Loop:
         self.places.append(numbers[few])
         if keep:
             self.every.append(taken)
+        for part in (self.kept[-1], *self.every[len(self.every) - keep :]):
+            self.bytes += sum(getattr(array, "nbytes", 0) for array in part)
+        if self.bytes > self.most_bytes:
+            self.over, self.reason = True, FULL
         self.q, self.done = taken.q[-1], self.done + n
 
     @property

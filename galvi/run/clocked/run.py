@@ -13,11 +13,11 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
-from galvi.input_checks import shown
 from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.plan import FAST, Motion, Taken, joined
@@ -51,11 +51,6 @@ def motion_of(
     energy  that the clock is told; None: that of the start
     """
     method.clock.rate(problem)
-    if not conserves_energy(problem.system):
-        raise ValueError(
-            f"a clock needs a system that conserves its energy; received {shown(problem)}, with an "
-            f"external force or explicit time. Leave the clock out."
-        )
     total = start_energies(problem).total
     if not math.isfinite(total):
         raise ValueError(
@@ -67,6 +62,8 @@ def motion_of(
             if found is not None:
                 return found
     told = total if energy is None else energy
+    if not conserves_energy(problem.system):
+        return motion_of_driven(problem, method, told, solver, tolerance)
     return motion_in_general(problem, method, told, solver, tolerance)
 
 
@@ -196,7 +193,7 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
 def _judged(loop: Loop, end: Taken | None) -> Judgement:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
-    if not loop.seen:
+    if not loop.seen or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     whole = joined([*loop.seen, *([end.rows([0])] if end is not None else [])])
     numbers = np.concatenate([*loop.places, [loop.done] * (end is not None)]) + start.first

@@ -15,7 +15,7 @@ from galvi.systems.nbody import NBody
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
-OTHER = "an integrator that adapts its steps"
+OTHER = "clock=galvi.DynamicalTime(), whose steps follow the motion"
 ADAPT = f"Use chart=galvi.KeplerFrame(), or {OTHER}"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 

@@ -1,8 +1,8 @@
 """The look of every contender: one colour, marker and dash, in every figure.
 
 A row of TABLE is a family: all names that begin with its text, in this order of legends. galvi's
-own methods take blues that darken with the degree and a marker for each degree; their lines are
-those of their chart. A name that no row knows takes a colour of SPARE.
+own methods take blues that darken with the degree and a marker for each degree, in a clock too;
+their lines are those of their chart. A name that no row knows takes a colour of SPARE.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def darker(color: str) -> tuple[float, float, float]:
 
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
-OURS, FRAME = "galvi", "galvi Kepler frame"
+OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
 MOST = 8  # entries of a legend
 VARIANTS = {"GLOBAL": DOTTED, "looser": DASH_DOT, "default": DOTTED}  # what ends a name: its line
 
@@ -59,10 +59,14 @@ class Identity:
 # family: (colour, marker, dash); colours after Okabe and Ito (2008), and Tol (2021)
 TABLE: dict[str, tuple[str, str, Any]] = {
     FRAME: ("#1414E6", "*", SOLID),
+    CLOCK: ("#3A8FE0", "o", SOLID),
     "REBOUND IAS15": ("#009E73", "s", DASHED),
     "REBOUND WHFast512": ("#E69F00", "D", DASHED),
     "REBOUND WHFast": ("#8C5A2B", "v", DASHED),
     "REBOUND SABA": ("#CC79A7", "P", DASHED),
+    "REBOUND BS": ("#7F3F98", "X", DASHED),
+    "REBOUND TRACE": ("#A68A00", "<", DASHED),
+    "REBOUND MERCURIUS": ("#D4699E", ">", DASHED),
     "MuJoCo RK4": ("#C2124B", "o", DASHED),
     "MuJoCo Euler": ("#F08A9B", "X", DOTTED),
     "MuJoCo implicitfast": ("#F6B3BE", "<", DOTTED),
@@ -100,7 +104,8 @@ def identity(name: str) -> Identity:
         degree = int(found[1]) if found else 8
         marker = OF_DEGREE.get(degree, "o")
         dash = DASH_DOT if name.endswith("general kernel") else chart_line(name)
-        return Identity(OURS, blue(degree), marker, dash)
+        family = CLOCK if name.startswith(CLOCK) else OURS
+        return Identity(family, blue(degree), marker, dash)
     family = next((one for one in TABLE if name.startswith(one)), None)
     if family is None:
         family = name.partition(",")[0]
@@ -171,7 +176,7 @@ def _split(entries: list[Entry], most: int) -> list[Entry]:
     """Expands families other than galvi's while at most `most` entries result."""
     for entry in entries:
         _, names = entry
-        of_degrees = names[0].startswith(OURS) and not names[0].startswith(FRAME)
+        of_degrees = names[0].startswith(OURS) and not names[0].startswith((FRAME, CLOCK))
         if not of_degrees and len(entries) + len(names) - 1 <= most:
             place = entries.index(entry)
             entries = [*entries[:place], *((n, [n]) for n in names), *entries[place + 1 :]]

@@ -72,8 +72,8 @@ def begin(form, masses, tables, state, scratch, guessed):
                 i, j = body * dimension + x, masses[1][k] + x
                 gaps[k * dimension + x] = (state[0, i] - state[0, j]) + (state[1, i] - state[1, j])
     for part in range(2):
-        clear(rows[part])
-        clear(rows[3 + part])
+        if not guessed:
+            clear(rows[part])
         for row in range(0, state.shape[1] if guessed else 0, dimension):
             lanes.combine(form, tables[1], rows[5 + part], row, rows[part])
     clear(totals)
@@ -99,11 +99,10 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
     begin(form, masses, tables, state, scratch, guessed)
     solve.reset_history(history)
     for passes in range(1, solve.FIXED_POINT_PASSES + 1):
-        clear(changes)
         for body in range(bodies.shape[1]):
             lanes.attract(form, rows[2], gaps, pairs, seconds, body * dimension, starts[body],
                           starts[body + 1], rows[3], rows[4], totals)  # fmt: skip
-        lanes.set_clock(form, tables[2], clock[2], clock[3], totals)
+        lanes.set_clock(form, tables[2], clock[2], clock[3], totals, changes)
         for body in range(bodies.shape[1]):
             lanes.kick(form, totals, rows[3], rows[4], body * dimension, bodies[1, body], rows[1],
                        share, changes)  # fmt: skip

@@ -160,8 +160,8 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
 
 
 @in_lanes
-def set_clock(at, parts, energy, energy_low, totals):
-    """g, h b g and 3 (H - E0) / (2 S) at each stage; what they come from <- 0."""
+def set_clock(at, parts, energy, energy_low, totals, changes):
+    """g, h b g and 3 (H - E0) / (2 S) at each stage; what they come from, and changes, <- 0."""
     if at.halves == 2:
         rate = at.inverse.root(totals[RATES])
         inverse = rate * rate
@@ -171,6 +171,8 @@ def set_clock(at, parts, energy, energy_low, totals):
     totals[RATE], totals[LENGTH] = rate, rate * parts[0]
     totals[EXCESS] = 1.5 * (excess * inverse)
     totals[KINETIC] = totals[POTENTIAL] = totals[RATES] = at.none
+    for row in range(4):
+        changes[row] = at.none
 
 
 @in_lanes

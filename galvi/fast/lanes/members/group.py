@@ -7,7 +7,6 @@ of galvi.fast.lanes.members.steps.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils
@@ -31,9 +30,7 @@ from galvi.fast.lanes.group_rows import (
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING, of_words
-from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.chart_functions import REACHES
-from galvi.kernels.on_group.scale import LEAST
 
 ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
 RULE = begin_countdown, count_down, HISTORY
@@ -97,55 +94,6 @@ class MemberGroup(MemberSteps, GroupPass):
                 loop.do_break()
         judgement.active.set(alive)
         self.begin_iteration()
-
-    def measure_rotations(self):
-        """Rotations alone are measured at first, by 1."""
-        for factor in self.chart.factors:
-            own, rotations = factor[1], factor[3]
-            for i in range(own.start, own.stop):
-                size = 1.0 if i < own.start + rotations else 0.0
-                nothing = Lane(self.builder, NOTHING, ())
-                self.keep("xi_sizes", nothing + size, i)
-                self.keep("pi_sizes", nothing, i)
-
-    def after_first_pass(self, noted):
-        """1 over the sizes of xi and pi, as galvi.fast.lanes.group_law.measure; low parts."""
-        d, step = self.d, self.field("step")
-        g = [self.field("q", i) for i in range(self.chart.entries)]
-        momenta: list[Any] = []
-        coupled: dict[int, list[int]] = {number: [] for number in self.chart.coupled}
-        for number, (_, own, _, _) in zip(self.chart.coupled, self.chart.factors, strict=True):
-            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
-        least = {number: LEAST * abs(self.largest_of(rows) * step)
-                 for number, rows in coupled.items()}  # fmt: skip
-        for number, factor in zip(self.chart.coupled, self.chart.factors, strict=True):
-            group, own, entries, rotations = factor
-            turns = range(own.start, own.start + rotations)
-            ways = range(own.start + rotations, own.stop)
-            sizes = []
-            for part in (turns, ways):
-                size = abs(self.largest_of([F * d + i for i in part]) * step)
-                for i in part:
-                    size = larger_size(size, self.field("p", i))
-                sizes.append(size)
-            moment, moving = sizes
-            if ways:
-                way = abs(self.largest_of([ETA * d + i for i in ways]) * step)
-                moment = larger_size(moment, moving * way)
-                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
-                far = larger_size(far, way)
-                far = larger_size(far, self.largest_of([XI * d + i for i in ways]))
-                for i in ways:
-                    self.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
-            momenta += [(number, moment, turns), (number, moving, ways)]
-        most: dict[int, Any] = {}
-        for number, size, _ in momenta:
-            most[number] = larger_size(most.get(number, 0.0), size)
-        for number, size, part in momenta:
-            size = larger_size(LEAST * most[number], size)
-            for i in part:
-                self.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
-        self.add_low_parts()
 
     def step(self, number):
         """One step, the ``number``-th from 0."""

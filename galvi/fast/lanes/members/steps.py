@@ -113,6 +113,7 @@ class MemberSteps(Pass):
         """
         self.context, self.builder, self.fields = context, builder, fields
         self.d, self.row, self.width = fields.d, words.type.pointee, LANES
+        self.step_row = fields.first["step"]
         builder.reciprocals = Reciprocals(context, builder)
         found = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
         addresses = [builder.inttoptr(word, DOUBLE.as_pointer()) for word in found[:6]]
@@ -152,8 +153,11 @@ class MemberSteps(Pass):
 
     def keep(self, name, lane, i=0):
         """Change a row of the record."""
-        row = self.row(self.fields.first[name] + i)
-        self.at(self.row(0)).keep(lane.value, self.numbers, row)
+        self.keep_number(self.fields.first[name] + i, lane)
+
+    def keep_number(self, k, lane):
+        """Change a row of the record by its number."""
+        self.at(self.row(0)).keep(lane.value, self.numbers, self.row(k))
 
     def keep_where(self, mask, name, lane, i=0):
         """Change a row of the record for some members."""
@@ -175,14 +179,16 @@ class MemberSteps(Pass):
         totals = [Lane(builder, value, ()) for value in found]
         if matrix is self.tables:
             step = self.field("step")
-            totals = [total * (step * step if self.alone else step) for total in totals]
+            totals = [total * step for total in totals]
+            if self.alone:  # a rounded h^2 would be wrong by the same in each step
+                totals = [total * step for total in totals]
         if start is not None:
             totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
         return totals
 
-    def largest_of(self, rows, size=0.0):
-        """The largest of some rows of work at all stages, and size."""
-        found = Variable(self.builder, size)
+    def largest_of(self, rows):
+        """The largest size in some rows of work at all stages."""
+        found = Variable(self.builder)
         self.chunks(lambda lanes: [
             found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
         ])  # fmt: skip
