@@ -172,6 +172,7 @@ GROUPS = (
                             "MomentumBalance")),
             ("Orbits and attitudes", ("heliocentric", "orbital_elements", "OrbitalElements",
                                       "rotations", "orthogonality_defect")),
+            ("Events", ("find_events", "Event", "Found", "events")),
         ),
     ),
     Group(
@@ -199,7 +200,7 @@ GROUPS = (
 )  # fmt: skip
 
 # Values that galvi makes: readers look up their fields, and never call them.
-MADE = {"Trajectory", "Ensemble", "Judged", "Recommendation", "Theory", "MomentumBalance",
+MADE = {"Trajectory", "Ensemble", "Found", "Judged", "Recommendation", "Theory", "MomentumBalance",
         "OrbitalElements", "Citation"}  # fmt: skip
 SPACE = ("dimension", "basis", "derivative")
 SYSTEM = ("momentum", "velocity", "potential_energy")
