@@ -3,7 +3,7 @@
 from difflib import get_close_matches as _close
 from os import environ
 
-from galvi import problems
+from galvi import events, problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.chart import Cayley, Exponential, ModifiedRodrigues
 from galvi.clocks.clock import Clock, DynamicalTime, Sundman
@@ -20,6 +20,8 @@ from galvi.diagnostics.invariants import (
 )
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
+from galvi.events.event import Event
+from galvi.events.search import Found, find_events
 from galvi.groups.group import nearest_rotation
 from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
 from galvi.groups.product import Product
@@ -105,9 +107,11 @@ __all__ = [
     "CosinePotential",
     "DynamicalTime",
     "Ensemble",
+    "Event",
     "Exponential",
     "Extrema",
     "FinalStates",
+    "Found",
     "Fourier",
     "FreeBody",
     "Galerkin",
@@ -150,6 +154,8 @@ __all__ = [
     "clenshaw_curtis",
     "composite",
     "energy",
+    "events",
+    "find_events",
     "from_mujoco",
     "from_rebound",
     "gauss",

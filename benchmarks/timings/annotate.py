@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from benchmarks.statistics import estimate
+from benchmarks.statistics import calibration
 from benchmarks.store.provenance import commit, versions
 
 TIMER = time.process_time
@@ -37,10 +37,10 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
 
 def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
     """The same for a warm call; the yardstick is timed before and after."""
-    before = estimate.yardstick(3)
+    before = calibration.yardstick(3)
     result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
-    seconds = statistics.median(before + estimate.yardstick(3))
-    benchmark.extra_info.update(yardstick={"name": estimate.NAME, "seconds": seconds})
+    seconds = statistics.median(before + calibration.yardstick(3))
+    benchmark.extra_info.update(yardstick={"name": calibration.NAME, "seconds": seconds})
     return result
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -65,6 +65,13 @@ def motion_in_lanes(
         return None
     if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
         return None
+    return _motion(problem, method, energy, kappa)
+
+
+@lru_cache(maxsize=32)
+def _motion(problem: Problem, method: Galerkin, energy: float | None, kappa: float) -> Motion:
+    """As `motion_in_lanes`, which has checked that there is one."""
+    system, s = cast(NBody, problem.system), method.stages
     shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
     dimension = shape[1]
     masses, halves = masses_in_clock(system, dimension, kappa), round(2 * kappa)

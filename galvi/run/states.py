@@ -18,6 +18,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.run import motion_of
 from galvi.run.integrate import integrate
+from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
 
@@ -29,6 +30,12 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     theirs. NaN where such a step fails. Raises ValueError outside the run and for a run of a
     reference.
     """
+    q, p, _ = states_between(run, times)
+    return (q, p) if np.ndim(times) else (q[0], p[0])
+
+
+def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
+    """As `states_at`, with the velocities, (k, ...) each."""
     if (
         not isinstance(run, Trajectory)
         or run.step is None
@@ -51,34 +58,39 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
         )
     rows = np.searchsorted(grid, flat, side="right") - 1
     q = np.empty((len(flat), *run.q.shape[1:]))
-    p = np.empty((len(flat), *run.p.shape[1:]))
+    p, w = (np.empty((len(flat), *run.p.shape[1:])) for _ in "pv")
     v = run.v
     reach = _reach_in_clock(run) if run.tau is not None else _reach_in_time(run)
     for k, row in enumerate(rows.tolist()):
         if flat[k] == grid[row]:
-            q[k], p[k] = run.q[row], run.p[row]
+            q[k], p[k], w[k] = run.q[row], run.p[row], v[row]
         else:
             here = problem.with_initial_state(run.q[row], v[row])
-            q[k], p[k] = reach(replace(here, t0=float(run.t[row])), sign * float(flat[k]))
-    return (q, p) if wanted.ndim else (q[0], p[0])
+            here = replace(here, t0=float(run.t[row]))
+            q[k], p[k], w[k] = reach(here, sign * float(flat[k]))
+    return q, p, w
 
 
-Reach = Callable[[Problem, float], tuple[Array, Array]]
+Reach = Callable[[Problem, float], tuple[Array, Array, Array]]
 
 
 def _reach_in_clock(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
     motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
 
-    def reach(here: Problem, time: float) -> tuple[Array, Array]:
+    def reach(here: Problem, time: float) -> tuple[Array, Array, Array]:
         state = motion.at(here.q0, here.v0, here.t0)
         loop = Loop(run.problem, run.method, step, motion, replace(state, curves=False), time)
         while not loop.over and loop.call(8) == SOLVED:
             pass
         found, _ = loop.to_time() if loop.over else (None, 0.0)
         if found is None:
-            return np.full(run.q.shape[1:], np.nan), np.full(run.p.shape[1:], np.nan)
-        return found.q[0].reshape(run.q.shape[1:]), found.p[0].reshape(run.p.shape[1:])
+            nothing = np.full(run.p.shape[1:], np.nan)
+            return np.full(run.q.shape[1:], np.nan), nothing, nothing
+        q, p = found.q[0].reshape(run.q.shape[1:]), found.p[0].reshape(run.p.shape[1:])
+        if found.v is not None:
+            return q, p, found.v[0].reshape(p.shape)
+        return q, p, velocity_at(run.problem.system, q[None], p[None], time, here.v0)[0]
 
     return reach
 
@@ -86,7 +98,7 @@ def _reach_in_clock(run: Trajectory) -> Reach:
 def _reach_in_time(run: Trajectory) -> Reach:
     step = cast(float, run.step)
 
-    def reach(here: Problem, time: float) -> tuple[Array, Array]:
+    def reach(here: Problem, time: float) -> tuple[Array, Array, Array]:
         whole = int((time - here.t0) / step)
         rest = time - (here.t0 + whole * step)
         if whole:
@@ -95,8 +107,8 @@ def _reach_in_time(run: Trajectory) -> Reach:
                 here.with_initial_state(there.q[-1], there.v[-1]), t0=here.t0 + whole * step
             )
             if rest == 0.0:
-                return there.q[-1], there.p[-1]
+                return there.q[-1], there.p[-1], there.v[-1]
         last = integrate(here, run.method, rest, 1)
-        return last.q[-1], last.p[-1]
+        return last.q[-1], last.p[-1], last.v[-1]
 
     return reach

@@ -13,8 +13,7 @@ from benchmarks.store.atomic import write
 from reports.build.compare import Compared, compare
 from reports.build.first_look import CLAIMS as ALL_CLAIMS
 from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
-from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sections
-from reports.build.lock import alone
+from reports.build.kept import CLAIMS, alone, kept_claims, kept_comparison, kept_sections
 from reports.build.sections import write_sections
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers

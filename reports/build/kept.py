@@ -1,12 +1,15 @@
-"""The results of earlier commands, read from their files instead of measured."""
+"""Results of earlier commands: shown again, one build at a time."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
+import typer
+from filelock import FileLock, Timeout
 
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import COLUMNS
@@ -17,6 +20,32 @@ from reports.results.section_result import SectionResult
 from reports.tables.claims_table import COLUMNS as OF_ROWS
 from reports.tables.claims_table import NUMBERS
 from reports.tables.number_format import known
+
+LOCK = ".build"  # in the folder
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Lock the folder until the context or the process ends.
+
+    Raises typer.BadParameter while another process holds the lock, and when the folder is not
+    writable.
+    """
+    lock = FileLock(folder / LOCK)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise typer.BadParameter(
+            f"another build is at work in {folder}; wait until it ends, or choose another folder "
+            "with --out."
+        ) from None
+    except OSError as error:
+        raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+    try:
+        yield
+    finally:
+        lock.release()
+
 
 CLAIMS, DURATIONS = "claims.csv", "durations.csv"
 TEXTS = ("status", "settings", "note", "reference", "remark", "name", "contender", "commit", "date")

@@ -20,7 +20,7 @@ from benchmarks.checks.bounds import (
 )
 from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
-from reports.results.engines import Engines
+from reports.results.own_problems import Engines
 from reports.results.summary import Summary
 from reports.tables.comparison_tables import readable_ratios
 from reports.tables.number_format import plain

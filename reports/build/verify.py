@@ -1,40 +1,166 @@
-"""`verify`: check the claims and agreements; write and print the verdicts.
-
-claims.csv    every row; rows of claims that were not selected are kept, with their dates
-durations.csv seconds that the study of each claim took
-verify.xml    JUnit XML for CI services
-verify.md     the same in Markdown; also appended to the CI job summary
-frames/       the studies' frames
-tables/       claims and convergence
-"""
+"""The command verify: claims against their expected verdicts, told to people and to CI."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
+from xml.etree import ElementTree as tree
 
 import pandas as pd
 
+from benchmarks.checks.claim import Row
 from benchmarks.store.atomic import write
 from reports.build.changes import Change, changes
-from reports.build.junit import junit
 from reports.build.kept import CLAIMS, DURATIONS, durations
-from reports.build.markdown_summary import markdown
 from reports.build.terminal import show, show_changes, show_engines
 from reports.build.workers import study_in_workers
 from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
-from reports.results.claim_results import ClaimResult, Elsewhere, Finished, check
-from reports.results.engines import Engines
-from reports.results.job_summary import write_job_summary
-from reports.results.kept_rows import marked, merged, written
+from reports.results.claim_results import NOT_RUN, ClaimResult, Elsewhere, Finished, check
+from reports.results.comparison import marked, merged, written
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
+from reports.results.own_problems import Engines
 from reports.results.suite import Suite
-from reports.results.summary import summary
+from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame
 from reports.tables.convergence_table import convergence_frame
+from reports.tables.number_format import plain
 from reports.tables.writing import as_csv, write_table
+
+FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
+
+
+def junit(checked: Sequence[ClaimResult], engines: Engines) -> str:
+    """One test suite per claim and one for the engines, as XML text.
+
+    failure  a verdict other than the expected one, or a missing required engine
+    error    a row that should have been measured but was not
+    skipped  a missing row or engine that is not required
+    """
+    root = tree.Element("testsuites", name="python -m reports verify")
+    for one in checked:
+        cases = [_case(row, one.seconds / len(one.rows)) for row in one.rows]
+        _suite(root, f"{one.claim.id} {one.claim.title}", cases)
+    _suite(root, "engines", [_engine(name, engines) for name in engines.absence])
+    for name in ("tests", "failures", "errors", "skipped"):
+        root.set(name, str(sum(int(suite.get(name, "0")) for suite in root)))
+    tree.indent(root)
+    return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def details(row: Row) -> str:
+    """The measured value, the bound and the verdicts, one line each."""
+    measured = plain(row.measured, 6) or "nothing"
+    error = plain(row.uncertainty, 2)
+    return "\n".join(
+        (
+            f"measured: {measured}{f' -+ {error}' if error else ''}",
+            f"bound: {row.bound or 'none'}",
+            f"verdict: {row.verdict}; expected: {row.expected or 'a verdict'}",
+            f"against: {row.reference}",
+            f"setup: {row.setup}",
+            f"reason: {row.reason}",
+        )
+    )
+
+
+def _case(row: Row, seconds: float) -> tree.Element:
+    case = tree.Element(
+        "testcase",
+        classname=f"{row.source if row.source == 'agreement' else 'claim'}.{_clean(row.id)}",
+        name=_clean(row.quantity),
+        time=f"{seconds:.3f}",
+    )
+    if row.verdict == NOT_RUN:
+        kind = "skipped" if row.expected == NOT_RUN else "error"
+        tree.SubElement(case, kind, message=_clean(f"not run: {row.reason}"))
+    elif row.verdict != row.expected:
+        message = (
+            f"{row.verdict}, expected was {row.expected}: measured {plain(row.measured, 6)}, "
+            f"bound {row.bound}"
+        )
+        tree.SubElement(case, "failure", message=_clean(message)).text = _clean(details(row))
+    tree.SubElement(case, "system-out").text = _clean(details(row))
+    return case
+
+
+def _engine(name: str, engines: Engines) -> tree.Element:
+    case = tree.Element("testcase", classname="engines", name=name, time="0.000")
+    if engines.absence[name]:
+        kind = "failure" if name in engines.required else "skipped"
+        tree.SubElement(case, kind, message=_clean(f"{name} is absent: {engines.absence[name]}"))
+    return case
+
+
+def _suite(root: tree.Element, name: str, cases: Sequence[tree.Element]) -> None:
+    def count(kind: str) -> str:
+        return str(sum(case.find(kind) is not None for case in cases))
+
+    seconds = sum(float(case.get("time", "0")) for case in cases)
+    suite = tree.SubElement(
+        root, "testsuite", name=_clean(name), tests=str(len(cases)), failures=count("failure"),
+        errors=count("error"), skipped=count("skipped"), time=f"{seconds:.3f}",
+    )  # fmt: skip
+    suite.extend(cases)
+
+
+def _clean(text: str) -> str:
+    return FORBIDDEN.sub("?", text)
+
+
+HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", "expected")
+
+
+def markdown(seen: Summary, changed: Sequence[Change], engines: Engines) -> str:
+    """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
+    passed = seen.as_expected and not engines.wanting
+    parts = [f"## verify: {'passed' if passed else 'failed'}", str(seen)]
+    parts += [f"- {sentence}" for sentence in engines.sentences()]
+    if seen.differing:
+        parts += ["### Not as expected", _table(_lines(seen.differing, reason=True))]
+    if changed:
+        moved = [
+            {"claim": c.id, "quantity": c.quantity, "what": c.what, "before": c.before,
+             "now": c.now}
+            for c in changed
+        ]  # fmt: skip
+        parts += ["### Changed since the rows before", _table(moved)]
+    folded = _table(_lines(seen.rows))
+    parts += [f"<details><summary>All {len(seen.rows)} checks</summary>\n\n{folded}\n\n</details>"]
+    return "\n\n".join(parts) + "\n"
+
+
+def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:
+    lines = []
+    for row in rows:
+        cells = (row.id, row.quantity, row.bound, plain(row.measured) or "-",
+                 plain(row.uncertainty, 2), row.verdict, row.expected)  # fmt: skip
+        line = dict(zip(HEADINGS, cells, strict=True))
+        lines.append({**line, "reason": row.reason} if reason else line)
+    return lines
+
+
+def _table(lines: Sequence[dict[str, str]]) -> str:
+    """GitHub Markdown; characters that would end a cell or start a tag are escaped."""
+    escaped = pd.DataFrame(lines).map(_cell)
+    return str(escaped.to_markdown(index=False, disable_numparse=True))
+
+
+def _cell(text: str) -> str:
+    plain_text = " ".join(str(text).split())
+    return plain_text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
+
+
+# `verify`: check the claims and agreements; write and print the verdicts.
+#
+# claims.csv    every row; rows of claims that were not selected are kept, with their dates
+# durations.csv seconds that the study of each claim took
+# verify.xml    JUnit XML for CI services
+# verify.md     the same in Markdown; also appended to the CI job summary
+# frames/       the studies' frames
+# tables/       claims and convergence
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,9 +120,9 @@ def application(load: Load, command: str) -> typer.Typer:
         scheduler: str = SCHEDULER,
         out: Path = FOLDER,
     ) -> int:
-        from reports.build.scheduler import on_scheduler
         from reports.build.verify import verify
-        from reports.results.external import joined
+        from reports.build.workers import on_scheduler
+        from reports.results.own_problems import joined
 
         with joined(load(), contender) as known, on_scheduler(known, scheduler) as suite:
             passed = verify(suite, options(suite, quick, out, claims, require)).passed
@@ -140,9 +140,8 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
-        from reports.results.external import joined
         from reports.results.only import narrowed
-        from reports.results.own_problems import with_problems
+        from reports.results.own_problems import joined, with_problems
 
         known = with_problems(load(), problem, bool(contender)) if problem else load()
         if problem:
@@ -180,8 +179,8 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         from reports.build.build import build, build_kept
-        from reports.build.scheduler import on_scheduler
-        from reports.results.external import joined
+        from reports.build.workers import on_scheduler
+        from reports.results.own_problems import joined
 
         known = load()
         if kept:

@@ -16,10 +16,10 @@ from benchmarks.store.atomic import write
 from references.setting import nearest
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.figures.drawing import drawable
-from reports.figures.sized import WIDTHS, sized
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
+from reports.figures.picture import WIDTHS, sized
+from reports.figures.style.layout import NoData
 from reports.results.origins import read_origins
+from reports.results.section import Figure
 from reports.results.suite import Suite
 from reports.tables.latex import as_latex, caption_of, escape
 from reports.tables.macros import CLAIMS, numbers

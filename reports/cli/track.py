@@ -16,13 +16,19 @@ from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from references.setting import nearest
-from reports.results.job_summary import write_job_summary
 from reports.results.progress import Studies
+from reports.results.summary import write_job_summary
 from reports.tracking.against import compare
-from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
-from reports.tracking.isolation import isolated
 from reports.tracking.outcome import as_json, summary
-from reports.tracking.project import absent, contender_cases, project_checkouts
+from reports.tracking.project import (
+    CannotCompare,
+    Checkout,
+    absent,
+    checkouts,
+    contender_cases,
+    isolated,
+    project_checkouts,
+)
 from reports.tracking.record import track
 
 Sides = AbstractContextManager[tuple[Checkout, Checkout]]

@@ -20,7 +20,7 @@ from reports.figures.style.decades import error_label
 from reports.figures.work_precision import FEWER, shown, step_cost, work_precision
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
-from reports.results.figure import Figure
+from reports.results.section import Figure
 from reports.results.section_result import SectionResult
 from reports.tables.comparison_tables import is_ours
 from reports.tables.number_format import capital

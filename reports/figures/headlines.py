@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import Shown, headline
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 GALVI = Shown("galvi, fastest setting", "galvi")
 REBOUND = (

@@ -1,4 +1,4 @@
-"""Draw a figure; the same frame gives the same bytes."""
+"""Pictures: sizes, files, animations."""
 
 from __future__ import annotations
 
@@ -14,9 +14,27 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from reports.figures.describe import describe
 from reports.figures.moving import animated, hide_all_but_last
-from reports.figures.style.layout import Canvas, finish
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
+from reports.figures.style.layout import Canvas, NoData, finish
+from reports.results.section import Figure
+
+WIDTHS = {"column": 3.3, "page": 6.9}  # inches
+EMBEDDED = {"pdf.fonttype": 42, "svg.fonttype": "path", "savefig.dpi": 300}
+SMALL = {
+    "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
+}  # fmt: skip
+
+
+def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
+    """The file of a figure that is `width` inches wide.
+
+    form  pdf, svg or png
+    """
+    with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 3.6 else {}]):
+        canvas = drawn(figure, frame, width)
+        hide_all_but_last(canvas)
+        return saved(canvas, form)
+
 
 matplotlib.use("Agg")
 STYLE = Path(__file__).with_name("galvi.mplstyle")

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 
 from reports.figures.style.decades import readable
 from reports.figures.style.identities import COLOURS, GUIDE
+from reports.figures.style.layout import NoData
 from reports.figures.style.layout import panels as side_by_side
-from reports.figures.style.no_data import NoData
 
 COMMITS = 12  # more are not all named
 

@@ -15,10 +15,15 @@ from benchmarks.work_precision.fronts import front
 from benchmarks.work_precision.labels import label_of
 from reports.figures.style.decades import decades, error_label, readable
 from reports.figures.style.identities import OURS, Identity, blue, identity, in_order
-from reports.figures.style.layout import UNBROKEN, legend, share_y_label, wrapped
+from reports.figures.style.layout import (
+    UNBROKEN,
+    NoData,
+    contender_legend,
+    legend,
+    share_y_label,
+    wrapped,
+)
 from reports.figures.style.layout import panels as side_by_side
-from reports.figures.style.legends import contender_legend
-from reports.figures.style.no_data import NoData
 
 MANY = 8  # methods of galvi, above which not all are drawn
 FEWER = (

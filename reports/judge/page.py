@@ -16,8 +16,8 @@ from benchmarks.applications.judging.truth import time_text
 from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences
-from reports.page.grid import grid
 from reports.page.render import page_environment, style
+from reports.page.site import grid
 from reports.tables.number_format import readable, seconds
 
 HERE = Path(__file__).parent

@@ -12,7 +12,7 @@ from benchmarks.work_precision.fronts import front, seconds_at
 from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
-from reports.page.grid import Grid, grid
+from reports.page.site import Grid, grid
 from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
 from reports.tables.number_format import TIMES, readable, seconds
 

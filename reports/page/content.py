@@ -1,4 +1,4 @@
-"""Assemble the content of the pages from verdicts, comparisons and pictures."""
+"""What the pages of a report hold."""
 
 from __future__ import annotations
 
@@ -8,27 +8,25 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.checks.bounds import VERDICTS
-from benchmarks.checks.claim import Claim
+from benchmarks.checks.bounds import NOT_RUN, VERDICTS
+from benchmarks.checks.claim import Claim, Row
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from references.stored.provenance import HEADINGS, truths
 from reports.figures.drawing import COST_FIGURE, Gallery
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
-from reports.page.absent import Absent, absent, is_of, peers
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
-from reports.page.grid import Grid, grid
-from reports.page.ledger import ledger
 from reports.page.motion import motions
+from reports.page.site import Grid, grid, ledger
 from reports.page.sources import Source, commands, files, statements, without_folder
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
-from reports.results.summary import summary
+from reports.results.summary import many, summary
 from reports.tables.comparison_tables import (
     ComparisonTables,
     fastest_cells,
@@ -42,6 +40,65 @@ from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
+
+PEERS = {"rebound": "REBOUND", "mujoco-core": "MuJoCo", "scipy": "SciPy", "heyoka": "heyoka"}
+NOT_INSTALLED = "not installed"
+
+
+@dataclass(frozen=True)
+class Absent:
+    """An engine that was not installed.
+
+    text  a sentence on what is missing
+    why   how it was told, with the remedy; empty where nobody asked for it
+    """
+
+    name: str
+    text: str
+    why: str
+
+
+def peers(origin: Mapping[str, str]) -> str:
+    """Those of PEERS that were installed, e.g. "REBOUND, MuJoCo and SciPy"."""
+    *most, last = [name for key, name in PEERS.items() if origin.get(key) != NOT_INSTALLED]
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def absent(
+    origin: Mapping[str, str],
+    runs: pd.DataFrame | None,
+    targets: pd.DataFrame,
+    rows: Sequence[Row],
+) -> tuple[Absent, ...]:
+    """Those of PEERS that were not installed, by the versions in the origin of the comparisons."""
+    names = [name for key, name in PEERS.items() if origin.get(key) == NOT_INSTALLED]
+    return tuple(_absent(name, runs, targets, rows) for name in names)
+
+
+def is_of(name: str, contender: str) -> bool:
+    """Whether a contender is run by this engine."""
+    return contender.split(",")[0].split(" ")[0] == name
+
+
+def _absent(
+    name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: Sequence[Row]
+) -> Absent:
+    asked = [is_of(name, one) for one in targets["against"]] if len(targets) else []
+    unmet = int((targets[asked]["verdict"] == NOT_RUN).sum()) if any(asked) else 0
+    ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and name in row.reason)
+    why = "" if runs is None else next(
+        (status for who, status in zip(runs["contender"], runs["status"], strict=True)
+         if is_of(name, who) and status), "",
+    )  # fmt: skip
+    missing = ["its times", *([many(unmet, "target")] if unmet else [])]
+    missing += [f"rows of {', '.join(ids)}"] if ids else []
+    listed = " and ".join(filter(None, (", ".join(missing[:-1]), missing[-1])))
+    text = (
+        f"{name} was not installed for this build: {listed} are missing, and "
+        f"rankings exclude {name}."
+    )
+    return Absent(name, text, why)
+
 
 TIMES = "work_precision.csv"
 

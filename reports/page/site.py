@@ -1,13 +1,79 @@
-"""Write the pages of a report: one file for each part, or all in one."""
+"""The pages of a report: which there are, their motion and their headings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
+from benchmarks.claims.statements import EFFECTS, FALSE, STATUSES, counted, statements
 from benchmarks.store.atomic import write
 from reports.page.render import ASSETS, PARTS, Part, render, script, style
+
+
+@dataclass(frozen=True)
+class Grid:
+    """headings (text, class) and lines of cells (text, class)."""
+
+    headings: tuple[tuple[str, str], ...]
+    lines: tuple[tuple[tuple[str, str], ...], ...]
+
+
+def grid(
+    frame: pd.DataFrame,
+    kinds: Mapping[str, str] | None = None,
+    best: Iterable[tuple[int, str]] = (),
+    absent: Iterable[str] = ("not reached", "not run"),
+) -> Grid:
+    """The grid of a frame of text.
+
+    kinds   column -> CSS class
+    best    cells (line, column) to highlight
+    absent  texts that stand for a missing number
+    """
+    kinds, best, absent = dict(kinds or {}), set(best), set(absent)
+
+    def cell(line: int, column: str, text: str) -> tuple[str, str]:
+        classes = [kinds.get(column, "")]
+        classes += ["absent"] if text in absent else []
+        classes += ["best"] if (line, column) in best else []
+        return text, " ".join(filter(None, classes))
+
+    return Grid(
+        headings=tuple((str(column), kinds.get(column, "")) for column in frame.columns),
+        lines=tuple(
+            tuple(cell(k, *pair) for pair in zip(frame.columns, map(str, line), strict=True))
+            for k, line in enumerate(frame.itertuples(index=False, name=None))
+        ),
+    )
+
+
+PAPERS = ("H", "M")
+
+
+def ledger() -> dict[str, Any]:
+    """What the template needs: all statements, those that are false as printed, and counts."""
+    found = statements()
+    counts = pd.DataFrame(
+        [
+            [status, *(sum(one.status == status and one.where[0] == paper for one in found)
+                       for paper in PAPERS)]
+            for status in STATUSES
+        ],
+        columns=["status", *PAPERS],
+    )  # fmt: skip
+    return {
+        "headline": counted(found),
+        "all": found,
+        "misprints": [one for one in found if one.status == FALSE],
+        "effects": EFFECTS.items(),
+        "statuses": list(STATUSES),
+        "counts": grid(counts, dict.fromkeys(PAPERS, "number")),
+    }
+
 
 SINGLE = "report.html"
 DOCUMENTATION = "docs/index.html"  # of `make docs`, in the folder of the report

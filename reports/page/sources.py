@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from reports.page.grid import Grid, grid
+from reports.page.site import Grid, grid
 from reports.results.claim_results import ClaimResult
-from reports.results.comparison import Comparison
-from reports.results.kept_rows import MARKS, written
+from reports.results.comparison import MARKS, Comparison, written
 from reports.results.origins import described, read_origins, short
 from reports.results.section_result import SectionResult
 

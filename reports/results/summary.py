@@ -1,7 +1,9 @@
-"""Count verdicts and compare them with the expected ones, in one sentence."""
+"""A summary of a report's results, also of a job's."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +13,20 @@ from benchmarks.checks.claim import Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.claims.agreement import SOURCE
 from reports.results.claim_results import ClaimResult
+
+VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
+
+
+def write_job_summary(text: str) -> None:
+    """Append to the summary file, if there is one; print a warning when that fails."""
+    path = os.environ.get(VARIABLE)
+    if not path:
+        return
+    try:
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        print(f"The summary was not appended to ${VARIABLE}: {error}.", file=sys.stderr)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 
 from benchmarks.studies.ensembles import EXPLANATION, ensembles
 from reports.figures.style.identities import GUIDE
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import Section
+from reports.figures.style.layout import NoData
+from reports.results.section import Figure, Section
 from reports.tables.number_format import TIMES, known, readable, seconds
 
 

@@ -10,11 +10,8 @@ from benchmarks.studies import free_body_drift
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
-from reports.figures.style.layout import panels, share_y_label
-from reports.figures.style.legends import contender_legend
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import LongForm, Section
+from reports.figures.style.layout import NoData, contender_legend, panels, share_y_label
+from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import capital, readable
 
 PANELS = {

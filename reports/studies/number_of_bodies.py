@@ -11,10 +11,8 @@ from benchmarks.studies.scaling import FEW_HEAVY, scaling
 from benchmarks.work_precision.fronts import NOT_REACHED
 from reports.figures.style.decades import decades, round_numbers
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import legend
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import Section
+from reports.figures.style.layout import NoData, legend
+from reports.results.section import Figure, Section
 from reports.tables.comparison_tables import is_ours
 from reports.tables.number_format import TIMES, known, readable, seconds
 

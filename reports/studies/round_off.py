@@ -14,10 +14,8 @@ from benchmarks.studies import round_off
 from benchmarks.studies.round_off import FRAME, brouwer, ensembles, growths, reading_floor
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import legend
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import LongForm, Section
+from reports.figures.style.layout import NoData, legend
+from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
 from reports.tables.study_table import without_empty_status
 

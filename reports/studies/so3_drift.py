@@ -12,11 +12,8 @@ from benchmarks.studies import so3_drift
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles, growths
 from reports.figures.style.decades import decades, whole_decades
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import legend, panels, share_y_label
-from reports.figures.style.legends import contender_legend
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import LongForm, Section
+from reports.figures.style.layout import NoData, contender_legend, legend, panels, share_y_label
+from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
 from reports.tables.study_table import without_empty_status
 

@@ -22,10 +22,8 @@ from benchmarks.studies.moving_frames.stiff_springs import (
 )
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import legend, panels
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import Section
+from reports.figures.style.layout import NoData, legend, panels
+from reports.results.section import Figure, Section
 from reports.tables.number_format import readable, with_uncertainty
 
 

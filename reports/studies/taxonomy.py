@@ -14,10 +14,8 @@ from matplotlib.patches import Patch, Rectangle
 from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
 from reports.figures.style.identities import GUIDE
-from reports.figures.style.layout import legend, panels
-from reports.figures.style.no_data import NoData
-from reports.results.figure import Figure
-from reports.results.section import Section
+from reports.figures.style.layout import NoData, legend, panels
+from reports.results.section import Figure, Section
 from reports.tables.number_format import known, readable
 
 CODES = {

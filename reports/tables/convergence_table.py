@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from reports.results.claim_results import ClaimResult, first_measured
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 COLUMNS = (
     "claim",

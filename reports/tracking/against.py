@@ -10,9 +10,9 @@ import numpy as np
 
 from benchmarks.timings.case import Case
 from benchmarks.timings.truth import true_ends
-from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge, suspects
 from reports.tracking.outcome import Outcome
+from reports.tracking.project import Checkout
 from reports.tracking.rounds import SIDES, first_calls, interleave
 from reports.tracking.worker import Worker
 

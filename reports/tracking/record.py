@@ -15,17 +15,25 @@ from benchmarks.statistics import change_points
 from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
 from reports.figures.picture import Picture, picture, slug, write_files
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import NoData
 from reports.figures.track_record import track_record
-from reports.page.grid import Grid, grid
 from reports.page.render import PARTS, render
-from reports.page.site import contents, documented, write_assets
-from reports.results.figure import Figure
+from reports.page.site import Grid, contents, documented, grid, write_assets
+from reports.results.section import Figure
 from reports.tables.number_format import known, plain, readable
 from reports.tables.writing import as_csv
-from reports.tracking.history import COMPILE, ERROR, FIRST, IMPORT, MEMORY, TIME, read_history
-from reports.tracking.known_changes import known_changes, reason_of
-from reports.tracking.series import Series, all_series
+from reports.tracking.outcome import known_changes, reason_of
+from reports.tracking.series import (
+    COMPILE,
+    ERROR,
+    FIRST,
+    IMPORT,
+    MEMORY,
+    TIME,
+    Series,
+    all_series,
+    read_history,
+)
 
 STORE = "benchmarks"  # subfolder of the report
 PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a picture

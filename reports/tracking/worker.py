@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.timings import worker
 from benchmarks.timings.case import Case
-from reports.tracking.checkouts import Checkout
+from reports.tracking.project import Checkout
 
 SECONDS = 600.0  # time limit of an answer; a first call compiles
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

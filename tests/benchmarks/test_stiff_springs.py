@@ -13,7 +13,7 @@ from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook import trigonometric
 from reports.figures.picture import picture
-from reports.results.figure import Figure
+from reports.results.section import Figure
 from reports.studies.stiff_springs import (
     energy_exchange,
     errors_and_resonances,

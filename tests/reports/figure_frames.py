@@ -24,7 +24,7 @@ from reports.figures.plots.momentum_spheres import momentum_spheres
 from reports.figures.plots.paths import paths, sphere
 from reports.figures.plots.sampling import sampling
 from reports.figures.plots.traces import traces
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 
 def lay_out(figure: Figure, frame: pd.DataFrame) -> None:

@@ -46,7 +46,7 @@ from pathlib import Path
 from benchmarks.work_precision import cost
 from reports.build.build import build
 from reports.contents import SECTIONS, load
-from reports.results.options import Options
+from reports.results.comparison import Options
 
 cases = cost._cases(True)
 cost._cases = lambda quick: cases[:1]

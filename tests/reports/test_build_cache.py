@@ -27,8 +27,8 @@ from reports.build.workers import WORKERS, processors, study_in_workers
 from reports.contents import CHECKS, SECTIONS, load
 from reports.results.cache import BuildCache, CachedResult
 from reports.results.claim_results import check
-from reports.results.external import joined
 from reports.results.options import Options
+from reports.results.own_problems import joined
 from reports.results.section_result import measure_sections
 from tests.reports.small_reports import SKY
 from tests.reports.small_studies import broken, nothing, quiet

@@ -67,7 +67,7 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     )
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.9,))
     monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
-    monkeypatch.setattr("reports.results.external.contender_checks", lambda externals: ())
+    monkeypatch.setattr("reports.results.own_problems.contender_checks", lambda externals: ())
     base = make_suite(work_precision=work_precision.work_precision)
     suite = replace(base, sections=(*base.sections, HIGH_ECCENTRICITY))
     words = ["build", "--quick", "--contender", "mine:Leapfrog", "--out", str(tmp_path)]

@@ -10,7 +10,7 @@ from benchmarks.store.frames import frame
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import COST_FIGURE, comparison_figure
 from reports.figures.picture import picture
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import NoData
 from tests.reports.figure_frames import lay_out
 
 NAMES = [figure.name for figure in FIGURES]

@@ -19,11 +19,10 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import COST_FIGURE, comparison_figure
 from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
-from reports.figures.picture import NARROW, STYLE, drawn
-from reports.figures.sized import SMALL, WIDTHS
+from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
 from reports.figures.style.layout import Canvas, panels, spread, wrapped
 from reports.figures.track_record import track_record
-from reports.results.figure import Figure
+from reports.results.section import Figure
 from tests.reports.study_frames import FRAMES
 
 ALL = {"own": 0.0, "narrow": NARROW, **WIDTHS}

@@ -16,7 +16,7 @@ from matplotlib.font_manager import get_font
 
 from reports.cli.commands import run
 from reports.figures.catalogue.all import FIGURES
-from reports.figures.sized import WIDTHS, sized
+from reports.figures.picture import WIDTHS, sized
 from reports.tables.latex import as_latex, caption_of, escape, number
 from reports.tables.macros import bibliography, macro, numbers
 

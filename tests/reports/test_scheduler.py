@@ -8,9 +8,9 @@ import pytest
 import typer
 
 from benchmarks.store.provenance import cpu
-from reports.build import scheduler
-from reports.build.scheduler import on_scheduler
+from reports.build import workers
 from reports.build.verify import verify
+from reports.build.workers import on_scheduler
 from reports.cli.commands import run
 from reports.results.options import Options
 from tests.reports.small_studies import broken, nothing, quiet
@@ -42,7 +42,7 @@ def test_studies_run_there_and_those_that_raise_or_are_timed_here(
 def test_what_workers_have_that_is_not_the_same_is_refused(address, make_suite, monkeypatch):
     known = make_suite()
     for_each_call = iter(("here", "there", "here", "here", "here", "there"))
-    monkeypatch.setattr(scheduler, "_sources", lambda: next(for_each_call))
+    monkeypatch.setattr(workers, "_sources", lambda: next(for_each_call))
     with pytest.raises(typer.BadParameter, match="sources or versions"):
         on_scheduler(known, address).__enter__()
     with on_scheduler(known, address) as suite:  # a worker that came later: done here
@@ -53,7 +53,7 @@ def test_what_workers_have_that_is_not_the_same_is_refused(address, make_suite, 
 def test_an_address_where_nothing_answers_is_refused_in_a_sentence(
     make_suite, monkeypatch, tmp_path, capsys, address
 ):
-    monkeypatch.setattr(scheduler, "PATIENCE", "0.2s")
+    monkeypatch.setattr(workers, "PATIENCE", "0.2s")
     arguments = ["build", "--scheduler", address, "--out", str(tmp_path)]
     assert run(lambda: make_suite(), arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()

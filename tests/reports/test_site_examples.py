@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from reports.site.examples import examples
+from reports.site.reference import examples
 
 LINES = 12  # of an example, at most
 NAMES = {*galvi.__all__, *(f"problems.{name}" for name in galvi.problems.__all__)}

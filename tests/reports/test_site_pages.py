@@ -15,7 +15,7 @@ from reports.contents import SECTIONS, load
 from reports.figures.style.identities import OURS, TABLE, identity
 from reports.page.render import PARTS, render
 from reports.page.site import DOCUMENTATION, documented
-from reports.site import build, commands, links, peers, reference
+from reports.site import build, commands, peers, reference
 from reports.site.build import write_pages
 
 ROOT = Path(__file__).parents[2]
@@ -102,11 +102,11 @@ def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_pat
         '<p id="here"><a href="../index.html#gone">1</a><a href="none.html">2</a>'
         '<img src="picture.png"><a href="../../claims.html#V9">3</a><a href="../../odd.html">4</a>'
     )
-    found = list(links.broken(tmp_path / "docs", {"claims.html": {"V1"}}))
+    found = list(build.broken(tmp_path / "docs", {"claims.html": {"V1"}}))
     where = ("../../claims.html#V9", "../../odd.html", "../index.html#gone", "none.html",
              "picture.png")  # fmt: skip
     assert found == [f"deep/one.html: the link to {one} leads nowhere." for one in where]
-    listed = (tmp_path / "docs" / links.OUTSIDE).read_text()
+    listed = (tmp_path / "docs" / build.OUTSIDE).read_text()
     assert listed == "https://example.org/x\n"
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import galvi
-from reports.site.docstrings import restructured
-from reports.site.reference import GROUPS, KNOWN, MADE, MEMBERS, pages, public
+from reports.site.reference import GROUPS, KNOWN, MADE, MEMBERS, pages, public, restructured
 
 NAMES = [*galvi.__all__, *(f"problems.{name}" for name in galvi.problems.__all__)]
 

@@ -14,7 +14,7 @@ from benchmarks.studies.round_off import COLUMNS
 from benchmarks.studies.so3_drift import QUANTITIES
 from reports.cli.commands import run
 from reports.contents import SECTIONS
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import NoData
 from reports.results.section import LongForm
 from reports.studies.engine_versions import engine_versions_table
 from reports.studies.free_body_drift import free_body_drift_table

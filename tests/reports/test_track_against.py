@@ -24,7 +24,7 @@ from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
 from reports.tracking import worker
-from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
+from reports.tracking.project import CannotCompare, Checkout, checkouts
 from reports.tracking.worker import Failed, Worker
 
 ROOT = Path(__file__).parents[2]
@@ -216,7 +216,7 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: in
         "import sys, tempfile; from pathlib import Path\n"
         "tempfile.tempdir = sys.argv[2]\n"
         "from reports.cli import track\n"
-        "from reports.tracking.checkouts import checkouts\n"
+        "from reports.tracking.project import checkouts\n"
         "from benchmarks.timings.case import Case\n"
         f"case = Case(*{(CASE.name, CASE.kind, CASE.problem, 4, 4, 0.1, 10)!r})\n"
         "sides = checkouts('HEAD', Path(sys.argv[1]))\n"

@@ -17,9 +17,9 @@ import pytest
 from benchmarks.timings.case import ROUND_OFF, TRAJECTORY, Case
 from reports.tracking import against
 from reports.tracking.against import compare
-from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge
 from reports.tracking.outcome import Outcome, as_json, summary
+from reports.tracking.project import Checkout
 from reports.tracking.rounds import Pair
 from reports.tracking.worker import Failed
 

@@ -21,8 +21,8 @@ import pytest
 
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER
-from reports.tracking.checkouts import seed_kernels
-from reports.tracking.history import read_history
+from reports.tracking.project import seed_kernels
+from reports.tracking.series import read_history
 
 RESUMING = re.compile(r"^Resuming: (\d+) results? of the build of [^;]*; --anew", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))

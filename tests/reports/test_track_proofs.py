@@ -20,8 +20,8 @@ from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from reports.results.progress import Studies
 from reports.tracking.against import compare
-from reports.tracking.checkouts import Checkout, working_tree
 from reports.tracking.outcome import Outcome
+from reports.tracking.project import Checkout, working_tree
 
 COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
 

@@ -14,12 +14,11 @@ import pytest
 
 from benchmarks.store.result_cache import FOLDER
 from benchmarks.work_precision.run import problems, work_precision
-from reports.build.lock import LOCK
+from reports.build.kept import LOCK
 from reports.figures.drawing import Gallery
 from reports.results import cache
 from reports.results.cache import open_cache
-from reports.results.comparison import Comparison
-from reports.results.kept_rows import MARKS
+from reports.results.comparison import MARKS, Comparison
 from reports.results.options import Options
 from tests.reports.counted_suite import Bench, Killed
 

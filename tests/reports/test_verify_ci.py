@@ -11,7 +11,7 @@ import pytest
 
 from reports.build.changes import moved
 from reports.cli.commands import run
-from reports.results.kept_rows import merged
+from reports.results.comparison import merged
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
 

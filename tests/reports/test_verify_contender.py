@@ -35,11 +35,11 @@ def verify(monkeypatch, make_suite, tmp_path):
     """`verify --contender` on an orbit; the exit status and claims.csv."""
     chosen = [one for one in CHECK_PROBLEMS if one.problem.name.startswith("kepler")]
     few = partial(contender_checks, check_problems=[replace(one, long=20.3) for one in chosen])
-    monkeypatch.setattr("reports.results.external.contender_checks", few)
+    monkeypatch.setattr("reports.results.own_problems.contender_checks", few)
 
     def asked(external, *words):
         monkeypatch.setattr(
-            "reports.results.external.ExternalIntegrator.open", lambda path: external
+            "reports.results.own_problems.ExternalIntegrator.open", lambda path: external
         )
         line = ["verify", "--contender", "mine:It", *words, "--out", str(tmp_path)]
         status = run(make_suite, line)

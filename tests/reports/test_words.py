@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from benchmarks.checks.claim import AGREEMENT
-from reports.page.absent import absent, peers
 from reports.page.claim_section import after, shared_parts
+from reports.page.content import absent, peers
 from reports.page.typeset import typeset
 from reports.results.summary import Summary
 from reports.tables.comparison_tables import fastest_per_error, readable_fastest

@@ -42,7 +42,6 @@ class Loop:
         self.problem, self.method, self.step, self.motion = problem, method, step, motion
         self.start = self.state = state
         self.time, self.done, self.iterations, self.bytes = time, 0, 0, 0
-        self.most_bytes = max(ALWAYS_FREE, 0.5 * free_memory())  # they are joined at the end
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
         self.numbers: list[Any] = []
@@ -90,7 +89,7 @@ class Loop:
             self.every.append(taken)
         for part in (self.kept[-1], *self.every[len(self.every) - keep :]):
             self.bytes += sum(getattr(array, "nbytes", 0) for array in part)
-        if self.bytes > self.most_bytes:
+        if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.reason = True, FULL
         self.q, self.done = taken.q[-1], self.done + n
 

@@ -8,7 +8,7 @@ from reports.figures.catalogue.oscillator_and_planets import OSCILLATOR_AND_PLAN
 from reports.figures.catalogue.pendulum import PENDULUM_FIGURES
 from reports.figures.catalogue.rigid_bodies import RIGID_BODIES
 from reports.figures.catalogue.vector_spaces import VECTOR_FIGURES
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 FIGURES: tuple[Figure, ...] = (
     *OSCILLATOR_AND_PLANETS,

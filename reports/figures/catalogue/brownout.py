@@ -12,7 +12,7 @@ from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import Rate, convergence_in_h
 from reports.figures.plots.sampling import sampling
 from reports.figures.plots.traces import STEP, traces
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 SOURCE = "M fig. 3"
 PLACE = "largest error of the position [m]"

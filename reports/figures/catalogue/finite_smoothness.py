@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
 from reports.figures.plots.convergence import Rate, convergence_in_degree, convergence_in_h
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 SHOWN = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
 ROUGHEST = v28.ROUGH[0]

@@ -21,7 +21,7 @@ from benchmarks.studies.long_steps import CURVE, ENDS
 from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
 from reports.figures.plots.energies import energies, history
 from reports.figures.plots.paths import Panel, orbits, paths
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 N = "n-refinement"
 HALF = 3.0  # au, half the width of the panels of H's figure 1.1

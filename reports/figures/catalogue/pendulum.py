@@ -17,7 +17,7 @@ from reports.figures.plots.energies import history
 from reports.figures.plots.jumps import jumps
 from reports.figures.plots.limits import limits
 from reports.figures.plots.paths import sphere
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 SOLID = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
 DASHED = f"{SOLID}; dashed, offset upwards: the claimed rate."

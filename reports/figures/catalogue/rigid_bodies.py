@@ -11,7 +11,7 @@ from galvi.problems.rigid_bodies import INERTIA
 from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
 from reports.figures.plots.energies import departures, history
 from reports.figures.plots.momentum_spheres import Sphere, momentum_spheres
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 POINTS = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
 ATTITUDE = "largest error of an entry of $R$ [1]"

@@ -9,7 +9,7 @@ from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
-from reports.results.figure import Figure
+from reports.results.section import Figure
 
 SOLID = "Solid line: fit over the filled points"
 POSITION = "largest error of the position [unit of length]"

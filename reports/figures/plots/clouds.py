@@ -14,8 +14,7 @@ from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, rotor_height
 from reports.figures.moving import in_frame
 from reports.figures.style.identities import COLOURS, GUIDE
-from reports.figures.style.layout import WIDE, legend, panels
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import WIDE, NoData, legend, panels
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 BESIDE = 0.7  # inches of labels, beside and below a picture

@@ -16,8 +16,7 @@ from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import Label, label_ends, legend
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import Label, NoData, label_ends, legend
 from reports.tables.number_format import concise, known
 
 

@@ -12,8 +12,7 @@ from matplotlib.ticker import FixedLocator
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, powers, readable
 from reports.figures.style.identities import BAND, COLOURS, line_color
-from reports.figures.style.layout import Label, label_ends, legend, panels
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import Label, NoData, label_ends, legend, panels
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import Label, label_ends, legend, panels
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import Label, NoData, label_ends, legend, panels
 
 LEAST = 1e-17  # where an error of exactly 0 is drawn
 AHEAD = 1.02  # factor on the range of angles, to show the limit

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import legend
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import NoData, legend
 
 LEAST, TOP = 1e-17, 10.0  # where an error of 0 is drawn, and the end of the axis
 DASHES = ((0, (4, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))

@@ -12,8 +12,8 @@ from matplotlib.colors import to_rgba
 
 from benchmarks.store.frames import pick
 from reports.figures.style.identities import COLOURS, GUIDE, line_color
+from reports.figures.style.layout import NoData
 from reports.figures.style.layout import panels as side_by_side
-from reports.figures.style.no_data import NoData
 
 UP, ROUND = 22.0, -52.0  # elevation and azimuth of the view in degrees
 SURFACE = 41  # points across a surface

@@ -12,9 +12,8 @@ from matplotlib.lines import Line2D
 
 from benchmarks.store.frames import pick
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, SUN
-from reports.figures.style.layout import legend, share_y_label
+from reports.figures.style.layout import NoData, legend, share_y_label
 from reports.figures.style.layout import panels as side_by_side
-from reports.figures.style.no_data import NoData
 
 
 def orbits(

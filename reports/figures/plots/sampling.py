@@ -12,8 +12,7 @@ from benchmarks.applications.brownout.step_errors import OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import legend
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import NoData, legend
 
 GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 DASHES = ((0, (5, 3)), (0, (1, 2)))

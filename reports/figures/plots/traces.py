@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import MARKERS, line_color
-from reports.figures.style.layout import Label, label_ends, legend
-from reports.figures.style.no_data import NoData
+from reports.figures.style.layout import Label, NoData, label_ends, legend
 
 STEP = "step"  # column of the x axis unless it is another quantity of the same runs
 

@@ -1,8 +1,4 @@
-"""The layout of every figure, at any width: panels in rows, one legend, labels that do not touch.
-
-Drawing functions ask for `panels`, and leave what belongs in the legend to `legend` and
-`label_ends`; `finish` puts it in place. The space between is that of a constrained layout.
-"""
+"""Axes, legends and their places."""
 
 from __future__ import annotations
 
@@ -26,7 +22,34 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation, Text
 
 from reports.figures.style.decades import fewer
-from reports.figures.style.identities import darker
+from reports.figures.style.identities import darker, grouped, identity
+
+
+class NoData(Exception):
+    """The frame has no finite number for what a figure shows; the message says which."""
+
+
+SHOWN = 6  # markers of an entry that stands for several names
+
+
+def contender_legend(axes: Axes, names: Iterable[str]) -> None:
+    """Entries of `grouped`; one of several names shows some of their markers, of galvi's one for
+    each degree."""
+    handles, labels = [], []
+    for label, members in grouped(names):
+        looks = [identity(name).style for name in members]
+        styles = list({(s["color"], s["marker"]): s for s in reversed(looks)}.values())[::-1]
+        stride = max(1, (len(styles) - 1) // (SHOWN - 1)) if len(styles) > SHOWN else 1
+        shown = styles[::stride][:SHOWN]
+        handles.append(tuple(Line2D([], [], markersize=5.0, **style) for style in shown))
+        labels.append(label)
+    legend(axes, handles, labels)
+
+
+# The layout of every figure, at any width: panels in rows, one legend, labels that do not touch.
+#
+# Drawing functions ask for `panels`, and leave what belongs in the legend to `legend` and
+# `label_ends`; `finish` puts it in place. The space between is that of a constrained layout.
 
 LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes and between panels

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from galvi.fast.lanes.functions import two_product, two_sum
+from galvi.fast.lanes.functions import two_product
 from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.nbody import moved
@@ -134,17 +134,16 @@ class MemberLaw(MemberSteps):
         step, tabled, found = self.field("step"), self.tabled, []
         for block, name in ((V, "q"), (V if self.alone else F, "p")):
             rows = range(block * self.d, (block + 1) * self.d)
-            weights = tabled.low_kicks, tabled.kicks
-            if self.alone and name == "q":
-                weights = tabled.low_back, tabled.back
-            for i, way in enumerate(self.weighted(rows, *weights)):
-                x, low, way = self.field(name, i), self.field(f"{name}_low", i), way * step
-                if self.alone and name == "q":
-                    far, lost = two_product(step, self.field("p", i))
-                    rest = lost + step * self.field("p_low", i)
-                    found.append((name, i, *moved(x, low, far, way * step, rest)))
-                else:
-                    found.append((name, i, *two_sum(x, low + way)))
+            bends = self.alone and name == "q"
+            weights = (tabled.back, tabled.low_back) if bends else (tabled.kicks, tabled.low_kicks)
+            for i, pair in enumerate(zip(*(self.weighted(rows, w) for w in weights), strict=True)):
+                (way, rest), low = two_product(pair[0], step), self.field(f"{name}_low", i)
+                rest, far = rest + pair[1] * step, 0.0
+                if bends:
+                    (way, lost), rest = two_product(way, step), rest * step
+                    far, error = two_product(step, self.field("p", i))
+                    rest = rest + (lost + (error + step * self.field("p_low", i)))
+                found.append((name, i, *moved(self.field(name, i), low, far, way, rest)))
         return found
 
 

@@ -179,7 +179,9 @@ class MemberSteps(Pass):
         totals = [Lane(builder, value, ()) for value in found]
         if matrix is self.tables:
             step = self.field("step")
-            totals = [total * (step * step if self.alone else step) for total in totals]
+            totals = [total * step for total in totals]
+            if self.alone:  # a rounded h^2 would be wrong by the same in each step
+                totals = [total * step for total in totals]
         if start is not None:
             totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
         return totals

@@ -1,0 +1,70 @@
+"""Events that galvi brings: `galvi.events.closest_approach(i, j)` and others.
+
+Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by number or
+name. Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.events.event import Angle, Approach, Distance, Event, Plane, Transit
+
+__all__ = [
+    "angle", "apsis", "closest_approach", "plane_crossing", "section", "transit", "within",
+]  # fmt: skip
+
+
+def closest_approach(i: Any, j: Any) -> Event:
+    """Two bodies are nearest for a while; value: their distance."""
+    return Event(Approach(i, j), 1, f"closest approach of {i} and {j}")
+
+
+def within(i: Any, j: Any, distance: float) -> Event:
+    """Two bodies come within a distance, or leave it; value: their distance."""
+    far = input_checks.positive("distance", distance)
+    return Event(Distance(i, j, far), 0, f"{i} and {j} at {far:g}")
+
+
+def apsis(i: Any, about: Any) -> Event:
+    """A body is nearest to another for a while, or farthest; value: their distance."""
+    return Event(Approach(i, about), 0, f"apsis of {i} about {about}")
+
+
+def transit(i: Any, j: Any, observer: Any) -> Event:
+    """Body i passes in front of j on the sky; value: their least distance there.
+
+    observer  direction (3,) from the bodies to the observer, far away
+    """
+    towards = _direction("observer", observer)
+    return Event(Transit(i, j, towards), 1, f"transit of {i} in front of {j}")
+
+
+def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
+    """A particle, or one of several bodies, crosses the plane normal . q = offset.
+
+    Value: normal . q - offset.
+    """
+    direction = _direction("normal", normal)
+    return Event(Plane(direction, input_checks.real("offset", offset), body), 0, "plane crossing")
+
+
+def angle(joint: Any, value: float) -> Event:
+    """A joint or coordinate passes an angle, up to whole turns; value: the angle itself."""
+    return Event(Angle(joint, input_checks.real("value", value)), 0, f"joint {joint} at {value:g}")
+
+
+def section(function: Callable[..., Any]) -> Event:
+    """function(q, v, t) rises through zero, a Poincare section; value: that of the function."""
+    return Event(function, 1, "section")
+
+
+def _direction(name: str, vector: Any) -> tuple[float, ...]:
+    found = input_checks.array(name, vector)
+    if found.ndim != 1 or not np.any(found):
+        raise ValueError(f"{name} must be a vector other than 0; received {vector!r}.")
+    return tuple(found.tolist())

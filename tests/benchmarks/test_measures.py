@@ -1,0 +1,292 @@
+"""Measures of a run: frames, shapes of orbits, matrices of groups, angles turned, samples."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict
+from itertools import combinations
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import rankdata
+
+import galvi
+from benchmarks.measures import independent_invariants, matrix_group, orbit_shape, rigid_invariants
+from benchmarks.statistics.rank_test import (
+    LEAST,
+    LEVEL,
+    holm,
+    p_value,
+    relative_growth,
+    samples_needed,
+    slower,
+)
+from benchmarks.store import frames
+from benchmarks.timings import annotate, worker
+from benchmarks.timings.catalogue import CASES
+from references.closed_forms.kepler import KEPLER
+from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4, TIGHT
+
+
+def table() -> pd.DataFrame:
+    return frames.frame(
+        frames.row(study="s", quantity="e", n=n, step=0.5**n, value=0.1**n) for n in (3, 1, 2)
+    )
+
+
+def test_a_frame_has_the_same_columns_and_types_with_rows_and_without() -> None:
+    for frame in (table(), frames.frame([])):
+        assert list(frame.columns) == list(frames.COLUMNS)
+        assert [str(kind) for kind in frame.dtypes] == [kind for _, kind in frames.COLUMNS.values()]
+
+
+def test_what_a_row_does_not_say_is_nan_or_empty() -> None:
+    row = frames.row(study="s", value=1.0)
+    assert math.isnan(row["x"]) and row["status"] == "" and row["value"] == 1.0
+    with pytest.raises(KeyError, match="speed"):
+        frames.row(speed=3.0)
+
+
+def test_a_series_comes_in_the_order_of_refinement() -> None:
+    n, errors = frames.series(table(), "n", study="s")
+    assert n.tolist() == [1.0, 2.0, 3.0] and np.all(np.diff(errors) < 0.0)
+    step, errors = frames.series(table(), "step", study="s")
+    assert step.tolist() == [0.5, 0.25, 0.125] and np.all(np.diff(errors) < 0.0)
+
+
+def test_one_number_is_one_number() -> None:
+    assert frames.number(table(), n=2.0) == pytest.approx(0.01)
+    assert math.isnan(frames.number(table(), n=7.0))
+    assert math.isnan(frames.number(pd.DataFrame(), n=2.0))
+    with pytest.raises(ValueError, match="3"):
+        frames.number(table(), study="s")
+
+
+ECCENTRICITY = 0.2
+
+
+def planet() -> galvi.Problem:
+    """A light body about a star, from its pericentre on the x axis, a = GM = 1."""
+    speed = math.sqrt((1.0 + ECCENTRICITY) / (1.0 - ECCENTRICITY))
+    return galvi.Problem(
+        galvi.NBody([1.0 - 1e-9, 1e-9]),
+        [[0.0, 0.0, 0.0], [1.0 - ECCENTRICITY, 0.0, 0.0]],
+        [[0.0, 0.0, 0.0], [0.0, speed, 0.0]],
+    )
+
+
+def test_period_extent_and_perihelion_of_an_ellipse() -> None:
+    problem = planet()
+    assert orbit_shape.period(problem, 1) == pytest.approx(math.tau)
+    run = KEPLER.run(problem, 3 * math.tau, {"samples": 300})
+    closest, farthest = orbit_shape.extent(run.t, run.q, 1, 1.0, 1.0 + math.tau)
+    assert closest == pytest.approx(1.0 - ECCENTRICITY, abs=1e-5)
+    assert farthest == pytest.approx(1.0 + ECCENTRICITY, abs=1e-5)
+    vector = orbit_shape.perihelion(run, 1)
+    assert vector == pytest.approx(np.tile([ECCENTRICITY, 0.0, 0.0], (301, 1)), abs=1e-12)
+
+
+def test_angles_are_accurate_when_tiny_and_when_right() -> None:
+    x = np.array([1.0, 0.0, 0.0])
+    assert orbit_shape.angle(x, np.array([1.0, 1e-9, 0.0])) == pytest.approx(1e-9)
+    assert orbit_shape.angle(x, np.array([0.0, 0.0, 2.0])) == pytest.approx(0.5 * math.pi)
+
+
+def in_forty_digits(X):
+    with mpmath.workdps(40):
+        return np.array(mpmath.expm(mpmath.matrix(X.tolist())).tolist(), dtype=float)
+
+
+@pytest.mark.parametrize("size", [1e-8, 0.4, 0.9, 1.9, 3.9, 7.9])
+def test_the_exponential_is_exact_to_a_few_roundings(monkeypatch, size):
+    X = np.random.default_rng(0).standard_normal((4, 4))
+    X *= size / np.linalg.norm(X)
+    exact = in_forty_digits(X)
+    assert np.max(np.abs(matrix_group.exponential(X) - exact)) <= 1e-14 * np.max(np.abs(exact))
+    monkeypatch.setattr(matrix_group, "TERMS", 8)
+    if size >= 0.4:
+        assert np.max(np.abs(matrix_group.exponential(X) - exact)) > 1e-12 * np.max(np.abs(exact))
+
+
+def test_the_exponential_is_exact_where_one_entry_is_all_of_the_norm():
+    found = matrix_group.exponential(np.diag([8.0, 0.0, 0.0]))
+    assert np.allclose(np.diag(found), [np.exp(8.0), 1.0, 1.0], rtol=2e-14, atol=0.0)
+
+
+TOP = galvi.problems.heavy_top()
+
+
+def test_lagranges_top_keeps_its_three_quantities_and_an_unequal_one_only_two():
+    unequal = galvi.Problem(galvi.RigidBody((1.0, 0.8, 0.5), TOP.system.potential), TOP.q0, TOP.v0)
+    for problem, kept in ((TOP, True), (unequal, False)):
+        run = QUATERNION_DOP853.run(problem, 20.0, {"samples": 40, **TIGHT})
+        energy = rigid_invariants.energy(problem, run.q, run.p)
+        upward = rigid_invariants.vertical_momentum(problem, run.q, run.p)
+        along = rigid_invariants.axial_momentum(problem, run.q, run.p)
+        assert np.abs(energy / energy[0] - 1.0).max() < 1e-13  # 1e-14
+        assert np.abs(upward / upward[0] - 1.0).max() < 1e-13  # 4e-15
+        assert (np.abs(along / along[0] - 1.0).max() < 1e-13) == kept  # 0, and 8e-4
+        assert rigid_invariants.orthogonality_defect(run.q).max() < 2e-15  # 7e-16
+        assert np.abs(rigid_invariants.spatial_momentum(run.q, run.p)[:, 0]).max() > 0.1
+
+
+def test_large_steps_are_seen_in_every_quantity():
+    run = QUATERNION_RK4.run(TOP, 20.0, {"step": 0.1})
+    energy = rigid_invariants.energy(TOP, run.q, run.p)
+    upward = rigid_invariants.vertical_momentum(TOP, run.q, run.p)
+    assert np.abs(energy / energy[0] - 1.0).max() > 1e-5
+    assert np.abs(upward / upward[0] - 1.0).max() > 1e-5
+
+
+def test_the_values_are_those_written_out():
+    """Moments (1, 1, 0.5), m = 1, l = 1, g = 2, spin 8, tilted by 0.5 about x."""
+    R, p = TOP.q0[None], TOP.p0[None]
+    assert rigid_invariants.energy(TOP, R, p) == pytest.approx(0.5 * 0.5 * 64.0 + 2.0 * np.cos(0.5))
+    assert rigid_invariants.vertical_momentum(TOP, R, p) == pytest.approx(4.0 * np.cos(0.5))
+    assert rigid_invariants.axial_momentum(TOP, R, p) == pytest.approx(4.0)
+    skewed = R + np.array([[0.0, 1e-3, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    assert rigid_invariants.orthogonality_defect(R) < 3e-16
+    assert rigid_invariants.orthogonality_defect(skewed) == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_it_agrees_with_the_textbook_of_velocities_and_with_galvi():
+    J = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
+    weight = galvi.UniformGravity(1.3, (0.1, -0.4, 0.6), (1.0, 2.0, -5.0))
+    problem = galvi.Problem(galvi.RigidBody(J, weight), TOP.q0, (1.0, -2.0, 0.5))
+    run = QUATERNION_DOP853.run(problem, 3.0, {"samples": 6})
+    v = problem.system.velocity(run.p)
+    energy = rigid_invariants.energy(problem, run.q, run.p)
+    np.testing.assert_allclose(energy, independent_invariants.energy(problem, run.q, v), rtol=1e-14)
+    known = problem.system.kinetic_energy(v)
+    known += problem.system.potential_energy(run.q, run.t)
+    np.testing.assert_allclose(energy, known, rtol=1e-13)
+    spatial = rigid_invariants.spatial_momentum(run.q, run.p)
+    np.testing.assert_allclose(
+        spatial, independent_invariants.angular_momentum(problem, run.q, v), atol=1e-14
+    )
+
+
+def test_the_pendulum_has_a_textbook_energy():
+    problem = galvi.problems.planar_pendulum(2.0)
+    energy = independent_invariants.energy(problem, problem.q0[None], np.array([[0.5]]))
+    assert energy == pytest.approx(0.125 - np.cos(2.0))
+
+
+def test_bodies_without_these_quantities_are_refused():
+    free = galvi.problems.free_rigid_body()
+    with pytest.raises(TypeError, match="body with UniformGravity"):
+        rigid_invariants.vertical_momentum(free, free.q0[None], free.p0[None])
+    orbit = galvi.problems.kepler(0.3)
+    with pytest.raises(TypeError, match="formula for a RigidBody"):
+        rigid_invariants.energy(orbit, orbit.q0[None], orbit.p0[None])
+
+
+def times(factor: float, count: int = 12, spread: float = 0.02, seed: int = 0) -> list[float]:
+    random = np.random.default_rng([seed, round(100 * factor)])
+    return list(factor * (1.0 + spread * random.standard_normal(count)))
+
+
+def test_the_chance_of_complete_separation_is_the_exact_one() -> None:
+    base = [1.0 + k / 100 for k in range(10)]
+    head = [2.0 + k / 100 for k in range(10)]
+    assert p_value(base, head) == pytest.approx(1.0 / math.comb(20, 10), rel=1e-12)
+    assert p_value(head, base) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_chance_is_exact_with_ties_too_and_never_far_above_what_holm_asks() -> None:
+    base, head = [1.0, 1.1, 1.1, 1.2, 1.3, 1.3, 1.4, 1.5], [1.1, 1.3, 1.4, 1.4, 1.5, 1.6, 1.6, 1.7]
+    ranks = rankdata(head + base)
+    sums = [sum(some) for some in combinations(ranks, 8)]
+    assert p_value(base, head) == np.mean(np.array(sums) >= sum(ranks[:8]))
+    count = samples_needed(60)
+    assert p_value([1.0] * count, [1.2] * count) < LEVEL / 60
+
+
+def test_too_few_samples_and_equal_ones_decide_nothing() -> None:
+    few = LEAST - 1
+    assert p_value([1.0] * few, [2.0 + k for k in range(20)]) == 1.0
+    assert p_value([1.0] * 10, [1.0] * 10) == 1.0
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, 0.0, -1.0])
+def test_a_time_that_is_none_is_refused(wrong: float) -> None:
+    with pytest.raises(ValueError, match="times of the head must be positive and finite"):
+        p_value([1.0] * 8, [1.0] * 7 + [wrong])
+
+
+@pytest.mark.parametrize("benchmarks", [1, 12, 40, 300])
+def test_so_many_samples_are_enough_and_one_less_is_not(benchmarks: int) -> None:
+    count = samples_needed(benchmarks)
+    assert 1.0 / math.comb(2 * count, count) < LEVEL / benchmarks
+    assert count >= LEAST
+    if count > LEAST:
+        assert 1.0 / math.comb(2 * count - 2, count - 1) > LEVEL / (20 * benchmarks)
+
+
+def test_holm_asks_more_of_the_first_than_of_the_last() -> None:
+    level = 0.05
+    assert holm({"a": 0.016, "b": 0.024, "c": 0.049}, level) == {"a", "b", "c"}
+    assert holm({"a": 0.017, "b": 0.001, "c": 0.9}, level) == {"a", "b"}
+    assert holm({"a": 0.018, "b": 0.024, "c": 0.049}, level) == set()
+
+
+def test_both_gates_are_needed() -> None:
+    little = (times(1.0, 40, 0.01), times(1.05, 40, 0.01))
+    assert p_value(*little) < LEVEL and relative_growth(*little) < 0.10
+    noisy = ([0.5, 0.6, 0.7, 1.0, 1.5, 1.6, 1.7], [0.55, 0.65, 0.75, 1.4, 1.55, 1.65, 1.75])
+    assert relative_growth(*noisy) > 0.10 and p_value(*noisy) > LEVEL
+    much = (times(1.0), times(1.3))
+    found = slower({"little": little, "noisy": noisy, "much": much}, dict.fromkeys(
+        ("little", "noisy", "much"), 0.10))  # fmt: skip
+    assert found == {"much"}
+
+
+def test_a_faster_head_is_no_alarm() -> None:
+    assert slower({"a": (times(1.3), times(1.0))}, {"a": 0.10}) == set()
+
+
+def test_the_size_is_each_benchmark_s_own() -> None:
+    pair = (times(1.0), times(1.3))
+    assert slower({"a": pair, "b": pair}, {"a": 0.10, "b": 0.50}) == {"a"}
+
+
+def test_equal_samples_pass_holm_as_rarely_as_stated() -> None:
+    """Of 50 comparisons of 12 equal benchmarks each, the level 0.002 allows 0.1; none was red."""
+    draws = 1.0 + 0.02 * np.random.default_rng(20).standard_normal((50, 12, 2, 10))
+    chances = ({str(k): p_value(*pair) for k, pair in enumerate(one)} for one in draws)
+    assert sum(bool(holm(one, LEVEL)) for one in chances) <= 1
+
+
+def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    seconds = iter([20.0, 1.0, 3.0, 5.0, 9.0, 1.0])
+
+    def call() -> None:
+        now[0] += next(seconds)
+
+    clock = SimpleNamespace(process_time=lambda: now[0], perf_counter=lambda: 3.0 * now[0])
+    monkeypatch.setattr(worker, "time", clock)
+    assert worker.sample(call, 2, 3) == {"processor": 4.0, "wall": 12.0}
+
+
+def test_calls_are_repeated_no_more_where_processor_time_stands_still(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As it does for milliseconds under `ulimit -t`."""
+    clock = SimpleNamespace(process_time=lambda: 0.0, perf_counter=iter(range(99)).__next__)
+    monkeypatch.setattr(worker, "time", clock)
+    monkeypatch.setattr(worker, "prepared", lambda case: list)
+    monkeypatch.setattr(worker, "described", lambda runs: {})
+    assert worker.run(asdict(CASES[0]), {})["warm"] == 1
+
+    asked: list[int] = []
+    benchmark = SimpleNamespace(
+        extra_info={}, pedantic=lambda call, rounds, iterations: asked.append(iterations)
+    )
+    monkeypatch.setattr(annotate, "TIMER", lambda: 0.0)
+    annotate.timed(benchmark, lambda: time.sleep(0.02))
+    assert asked == [1]

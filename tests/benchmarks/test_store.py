@@ -1,0 +1,161 @@
+"""What is kept: provenance, versions, unfinished benchmarks, the catalogue of timings."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks.store import provenance
+from benchmarks.store.result_cache import ResultCache, digest_of_sources
+from benchmarks.store.row_files import of_one_version
+from benchmarks.timings.case import ROUND_OFF, STEP, TRAJECTORY, Case
+from benchmarks.timings.catalogue import CASES
+from benchmarks.timings.truth import Unknown, error_of, true_ends
+from references import reference
+from reports.studies import costs, faults
+
+
+def test_it_names_the_versions_that_run() -> None:
+    found = provenance.provenance("make report")
+    assert found["numpy"] == np.__version__
+    assert found["python"] == ".".join(map(str, sys.version_info[:3]))
+    assert found["command"] == "make report"
+    assert int(found["threads"]) >= 1
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+def test_the_command_is_the_one_typed_without_folders(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = str(Path("somewhere") / "deep" / "reports" / "__main__.py")
+    monkeypatch.setattr(sys, "argv", [program, "verify", "--quick"])
+    assert provenance.provenance()["command"] == "python -m reports verify --quick"
+    monkeypatch.setattr(sys, "argv", [str(Path("somewhere") / "pytest"), "-q"])
+    assert provenance.provenance()["command"] == "pytest -q"
+
+
+def test_outside_git_the_commit_is_unknown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(provenance, "ROOT", tmp_path)
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
+    assert provenance.commit() == "unknown"
+
+
+def test_an_engine_that_is_absent_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(provenance, "ENGINES", ("numpy", "no-such-engine"))
+    assert provenance.versions()["no-such-engine"] == "not installed"
+
+
+# Sorted by the name of their files, as they are read.
+DATES = {"0a": "2026-02-03", "5b": "2026-03-01", "fc": "2026-01-02"}
+FRAME = pd.DataFrame({"commit": [*DATES, *DATES], "date": [*DATES.values()] * 2})
+
+
+@pytest.mark.parametrize(("current", "shown"), [("0a", "0a"), ("fc", "fc"), ("77+1", "5b")])
+def test_the_current_version_is_shown_or_else_the_newest_by_date(current, shown):
+    rows = of_one_version(FRAME, current)
+    assert len(rows) == 2 and set(rows["commit"]) == {shown}
+
+
+def test_of_no_rows_there_are_none():
+    assert of_one_version(FRAME[:0], "0a").empty
+
+
+@pytest.mark.parametrize("current", ["0a", "unknown"])
+def test_the_tables_show_that_version(monkeypatch, current):
+    for section in (faults, costs):
+        monkeypatch.setattr(section, "version", lambda: current)
+    shown = current if current in DATES else "5b"
+    calls = FRAME[:3].assign(target="gauss", calls=[1, 2, 3], returned=0, refused=0, finding="")
+    table, _ = faults.fuzz_table(calls)
+    assert table["calls"].iloc[-1] == str([1, 2, 3][[*DATES].index(shown)])
+    runs = FRAME[:3].assign(case="a", processor="generic", units=[1.0, 2.0, 3.0], status="")
+    table, _ = costs.processors_table(runs)
+    assert table.loc[0, "generic"].startswith("123"[[*DATES].index(shown)])
+
+
+ROOT = Path(__file__).parents[2]
+STOPPED = """
+import os
+done = []
+def pytest_runtest_logreport(report):
+    if report.when == "teardown":
+        done.append(report)
+        if len(done) == 2:
+            os._exit(9)
+"""
+
+
+@pytest.mark.slow
+def test_a_bench_that_was_stopped_is_resumed(tmp_path: Path) -> None:
+    """Two of its rows are known when it is ended; the next measures the others, and saves all."""
+    (tmp_path / "stopper.py").write_text(STOPPED)
+
+    def bench(*more: str) -> subprocess.CompletedProcess[str]:
+        words = ["-m", "pytest", "benchmarks/timings", "-q", "-k", "closed", "-p", "no:randomly"]
+        words += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
+        words += [f"--benchmark-storage=file://{tmp_path / 'store'}", *more]
+        path = {"PYTHONPATH": str(tmp_path)}
+        return subprocess.run(
+            [sys.executable, *words],
+            cwd=ROOT,
+            env=os.environ | path,
+            capture_output=True,
+            text=True,
+        )
+
+    assert bench("-p", "stopper").returncode == 9
+    kept = ResultCache(tmp_path / "store", digest_of_sources()).results()
+    assert len(kept) == 2
+    times = [row["stats"]["median"] for row in kept.values()]
+    done = bench()
+    assert done.returncode == 0 and "2 skipped" in done.stdout
+    (whole,) = (tmp_path / "store").rglob("*.json")
+    rows = json.loads(whole.read_text())["benchmarks"]
+    assert len(rows) == len({row["name"] for row in rows}) > 2
+    assert set(times) < {row["stats"]["median"] for row in rows}
+    for row in rows:
+        assert row["extra_info"]["yardstick"]["seconds"] > 0.0
+        assert {"error", "counts", "status", "settings", "versions"} < set(row["extra_info"])
+
+
+@pytest.mark.parametrize("kind", [STEP, TRAJECTORY])
+def test_every_problem_has_a_case_of_this_kind(kind: str) -> None:
+    assert {case.problem for case in CASES if case.kind == kind} == set(galvi.problems.__all__)
+
+
+def test_names_are_unique_and_a_case_is_plain_data() -> None:
+    names = [case.name for case in CASES]
+    assert len(set(names)) == len(names)
+    for case in CASES:
+        assert Case(**json.loads(json.dumps(asdict(case)))) == case
+
+
+def test_every_truth_is_a_reference_that_solves_the_problem() -> None:
+    for case in CASES:
+        problem = getattr(galvi.problems, case.problem)(**case.arguments)
+        assert not case.truth or reference(case.truth).supports(problem), case.name
+
+
+def test_rounding_and_trajectories_are_among_the_quick_ones() -> None:
+    quick = [case for case in CASES if case.quick]
+    assert {case.kind for case in quick} == {STEP, TRAJECTORY, ROUND_OFF}
+    assert len(quick) < len(CASES) / 2
+
+
+def test_a_case_without_a_truth_says_so() -> None:
+    with pytest.raises(Unknown, match="no truth but galvi's own"):
+        true_ends(replace(CASES[0], truth=""))
+
+
+def test_the_error_is_the_rms_over_starts_and_nan_for_a_failed_run() -> None:
+    truth = [[0.0, 0.0], [0.0, 0.0]]
+    assert error_of([[3.0, 0.0], [0.0, -4.0]], truth) == pytest.approx(12.5**0.5)
+    assert math.isnan(error_of([[math.nan, 0.0], [0.0, 0.0]], truth))

@@ -1,0 +1,133 @@
+"""Events on the curves of a run: every root of a step, at times of the steps' order."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+CLOCK = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+OSCILLATOR = galvi.problems.harmonic_oscillator()
+
+
+def orbit(e: float = 0.3) -> galvi.Problem:
+    """Two bodies from the pericentre, a = 1, G (m + m) = 1, inclined."""
+    speed = math.sqrt((1.0 + e) / (1.0 - e))
+    q = [[0.0, 0.0, 0.0], [1.0 - e, 0.0, 0.0]]
+    v = [[0.0, 0.0, 0.0], [0.0, speed * 0.8, speed * 0.6]]
+    return galvi.Problem(galvi.NBody([0.9, 0.1]), q, v, parameters={"bodies": ("star", "planet")})
+
+
+@pytest.mark.parametrize("method", [EIGHT, CLOCK])
+def test_apsides_are_at_multiples_of_half_a_period(method: Any) -> None:
+    run = galvi.integrate(orbit(), method, 0.4, duration=40.0)
+    found = galvi.find_events(run, galvi.events.apsis("planet", "star"))
+    assert len(found) == 12  # that at the start is none
+    assert np.max(np.abs(found.t - math.pi * np.arange(1, 13))) < 1e-10
+    assert np.allclose(found.value[::2], 1.3, atol=1e-11)
+    assert np.allclose(found.value[1::2], 0.7, atol=1e-11)
+    near = galvi.find_events(run, galvi.events.closest_approach(1, 0))
+    assert np.array_equal(near.t, found.t[1::2])
+
+
+@given(st.floats(-0.999, 0.999), st.floats(0.2, 1.5), st.sampled_from([-1, 0, 1]))
+@settings(max_examples=25, deadline=None)
+def test_every_crossing_of_an_oscillator_is_found_once(
+    level: float, step: float, direction: int
+) -> None:
+    run = galvi.integrate(OSCILLATOR, EIGHT, step, 40)
+    event = galvi.Event(lambda q, v, t: q[0] - level, direction)
+    found = galvi.find_events(run, event)
+    first = math.acos(level)
+    falls = first + 2.0 * math.pi * np.arange(60)
+    rises = 2.0 * math.pi - first + 2.0 * math.pi * np.arange(60)
+    every = {1: rises, -1: falls, 0: np.sort(np.concatenate([falls, rises]))}[direction]
+    expected = every[every < run.t[-1]]
+    assert len(found) == len(expected)
+    assert np.max(np.abs(found.t - expected), initial=0.0) < 1e-9
+    assert np.allclose(found.q[:, 0], level, atol=1e-9)
+
+
+def test_two_roots_within_a_step_that_nearly_touch_are_found() -> None:
+    run = galvi.integrate(OSCILLATOR, EIGHT, 0.9, 100)
+    close = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 1.0 + 1e-9))
+    assert len(close) == 2 * 14 + 1  # the first one leaves the start
+    none = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 1.0 - 1e-9))
+    assert len(none) == 0
+
+
+def test_times_have_the_order_of_the_steps_and_not_of_the_curve() -> None:
+    three = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    errors, steps = [], np.array([0.5, 0.4, 0.3])
+    for h in steps:
+        run = galvi.integrate(OSCILLATOR, three, h, math.ceil(12.0 / h))
+        t = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 0.3, 1)).t[:1]
+        errors.append(abs(float(t[0]) - (2.0 * math.pi - math.acos(0.3))))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 5.3 < order < 6.7, (order, errors)
+
+
+def test_roots_at_the_ends_of_steps_are_counted_once() -> None:
+    run = galvi.integrate(OSCILLATOR, EIGHT, math.pi / 4, 64)
+    found = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0]))
+    assert len(found) == 16 and np.allclose(np.diff(found.t), math.pi, atol=1e-9)
+    back = galvi.integrate(OSCILLATOR, EIGHT, -math.pi / 4, 64)
+    assert np.allclose(galvi.find_events(back, galvi.Event(lambda q, v, t: q[0])).t, -found.t)
+
+
+def test_transits_and_planes_and_distances() -> None:
+    run = galvi.integrate(orbit(), EIGHT, 0.2, 200)
+    asked = [
+        galvi.events.transit("planet", "star", (1.0, 0.0, 0.0)),
+        galvi.events.plane_crossing((0.0, 1.0, 0.0), body="planet"),
+        galvi.events.within(0, 1, 1.0),
+    ]
+    found = galvi.find_events(run, asked)
+    assert np.all(np.diff(found.t) >= 0.0) and set(found.index) == {0, 1, 2}
+    transits = found["t"][found["index"] == 0]
+    assert len(transits) == 6 and np.allclose(np.diff(transits), 2.0 * math.pi, atol=1e-9)
+    distances = np.linalg.norm(found.q[:, 0] - found.q[:, 1], axis=1)[found.index == 2]
+    assert np.allclose(distances, 1.0, atol=1e-11) and len(distances) == 13
+    table = found.to_frame()
+    assert list(table.columns) == ["t", "name", "step", "value", "index"]
+    assert "transit of planet in front of star" in set(table["name"])
+
+
+def test_angles_of_a_pendulum_pass_up_to_whole_turns() -> None:
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.CosinePotential(1.0)), [0.0], [2.5])
+    run = galvi.integrate(problem, EIGHT, 0.2, 100)
+    found = galvi.find_events(run, galvi.events.angle(0, 1.0))
+    turns = (found.value - 1.0) / (2.0 * math.pi)
+    assert len(found) == math.floor((run.q[-1, 0] - 1.0) / (2.0 * math.pi)) + 1
+    assert np.allclose(turns, np.arange(len(found)), atol=1e-9)
+
+
+REFUSED = [
+    (lambda: galvi.Event(3), "must be a function"),
+    (lambda: galvi.Event(lambda q, v, t: 0.0, 2), "direction"),
+    (lambda: galvi.find_events(run_of(), [3]), "galvi.Event values"),
+    (lambda: galvi.find_events(run_of(), galvi.events.apsis("moon", 0)), "a body must be one of"),
+    (lambda: galvi.find_events(run_of(), galvi.events.apsis(1, 1)), "two bodies"),
+    (lambda: galvi.find_events(run_of(), galvi.events.angle(0, 1.0)), "coordinate of a vector"),
+    (lambda: galvi.find_events(run_of(), galvi.Event(lambda q, v, t: np.nan)), "finite number"),
+    (lambda: galvi.find_events(3, galvi.events.apsis(1, 0)), "runs of galvi.integrate"),
+    (lambda: galvi.events.within(0, 1, -1.0), "distance"),
+    (lambda: galvi.events.plane_crossing((0.0, 0.0)), "vector other than 0"),
+]  # fmt: skip
+
+
+def run_of() -> Any:
+    return galvi.integrate(orbit(), EIGHT, 0.2, 5)
+
+
+@pytest.mark.parametrize(("call", "words"), REFUSED)
+def test_bad_events_are_refused_in_words(call: Any, words: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=words):
+        call()

@@ -1,0 +1,281 @@
+"""Tables of targets, of spaces and rules, of what each code takes."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pandas as pd
+import pytest
+from rich.console import Console
+
+from benchmarks.studies.taxonomy import COLUMNS
+from benchmarks.work_precision.problem import ATTITUDE, POSITION
+from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
+from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
+from benchmarks.work_precision.targets_met import targets_met
+from references.mujoco.steps import DEFAULT_STEP
+from reports.build.terminal import show_targets
+from reports.cli.commands import run
+from reports.contents import load
+from reports.figures.drawing import comparison_figure
+from reports.figures.picture import picture
+from reports.page.chooser import default_step
+from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
+from reports.tables.comparison_tables import (
+    ERRORS,
+    OF_ATTITUDES,
+    OF_RK4,
+    SMALLEST,
+    errors_of,
+    fastest_per_error,
+    matched,
+    mujoco_overhead,
+    of_mujoco,
+    readable_fastest,
+    readable_ratios,
+    smallest,
+)
+from reports.tables.number_format import TIMES
+from reports.tables.targets_table import ALONE, QUICK, readable_targets, summary
+
+KEPLER = "kepler e=0.6"
+PLANTED = (
+    Target(KEPLER, ("SciPy DOP853",), 1e-4, 5.0),  # a peer that is faster: missed
+    Target(KEPLER, ("SciPy DOP853",), 1e-8, 5.0),  # a peer that does not get there
+    Target(KEPLER, ("SciPy DOP853",), None, None),  # its own error, which galvi reaches
+    Target(KEPLER, ("Leapfrog",), 1e-4, 5.0),  # failed
+    Target(KEPLER, ("Taylor",), 1e-4, 5.0),  # the truth: nothing to compare with
+)
+
+
+@pytest.fixture
+def met(make_suite) -> pd.DataFrame:
+    return targets_met(make_suite().work_precision(True, print), PLANTED)
+
+
+def test_each_verdict_stands_beside_what_was_measured(met):
+    text, kinds = readable_targets(met)
+    assert list(text["verdict"]) == ["missed", "not reached", "met", "not run", "not run"]
+    assert list(text["measured"])[1:] == [
+        ALONE, f"0.159{TIMES}", "not run", "not run",
+    ]  # fmt: skip
+    assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
+    assert set(kinds) <= set(text.columns) and "remark" not in text
+    noted = readable_targets(met.assign(remark="A bound.", note="It changed.", target=1.25))[0]
+    alone = readable_targets(met.assign(ratio="not reached", verdict="met"))[0]
+    assert set(alone["measured"]) == {ALONE}
+    assert set(noted["remark"]) == {"A bound. It changed."}
+    assert set(noted["target"]) == {f"at least 1.25{TIMES}"}
+    assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
+    assert summary(met.assign(source=["a", "b", "b", "a", "a"])).endswith("Sources: a; b.")
+
+
+def test_the_terminal_shows_them_and_nothing_when_there_are_none(met):
+    console = Console(width=120, record=True, file=io.StringIO())
+    show_targets(met.assign(remark=["", "", "A bound.", "", ""]), True, console)
+    printed = console.export_text()
+    assert printed.count("missed") == 2 and printed.count("not reached") == 2
+    assert "SciPy DOP853, own error: A bound." in printed
+    assert QUICK.split(",")[0] in " ".join(printed.split())
+    empty = Console(width=120, record=True, file=io.StringIO())
+    show_targets(met.head(0), False, empty)
+    assert empty.export_text() == ""
+
+
+def test_one_command_prints_and_writes_them(make_suite, tmp_path, capsys):
+    suite = make_suite(targets=PLANTED)
+    assert run(lambda: suite, ["compare", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "5 targets: 2 not run, 1 missed, 1 not reached, 1 met." in printed
+    assert QUICK[:30] not in printed
+    table = pd.read_csv(tmp_path / "tables" / "targets.csv")
+    assert list(table["verdict"]) == ["missed", "not reached", "met", "not run", "not run"]
+    assert len(pd.read_csv(tmp_path / "tables" / "smallest.csv")) == 3
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
+    suite = make_suite(targets=PLANTED)
+    run(lambda: suite, ["build", "--quick", "--out", str(tmp_path)])
+    page = (tmp_path / "comparisons.html").read_text(encoding="utf-8")
+    place = page[page.index('<h2 id="targets">Targets</h2>') : page.index('<h2 id="cost">')]
+    assert "<td>missed</td>" in place and '<td class="absent">not run</td>' in place
+    assert '<a href="#targets">' in page and "shorter than those" in place
+    assert "1.0·10⁻⁵" in place
+    run(make_suite, ["build", "--quick", "--out", str(tmp_path)])
+    assert "targets" not in (tmp_path / "comparisons.html").read_text(encoding="utf-8")
+
+
+def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
+    runs = make_suite().work_precision(True, print)
+    table = readable_ratios(matched(runs), smallest(runs), KEPLER).set_index("contender")
+    assert table.columns[-1] == SMALLEST
+    assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.16")
+    assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
+    assert table.loc["Taylor", SMALLEST] == ""
+    ends = smallest(runs.assign(truth_error=2e-6))
+    bound = readable_ratios(matched(runs), ends, KEPLER).set_index("contender")[SMALLEST]
+    assert bound["SciPy DOP853"].startswith("≤ 1.0·10⁻⁵: ")
+    assert table.loc["Taylor", "10⁻⁶"].startswith("reference: ")
+    assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
+
+
+def test_the_report_has_a_column_for_every_error_of_the_targets():
+    assert load().targets == TARGETS
+    for source, columns in ((ORBITS, ERRORS), (TURNS, OF_ATTITUDES)):
+        asked = {target.error for target in TARGETS if target.source == source}
+        assert len(asked) > 1 and asked - {None} <= set(columns)
+    assert {1e-4, 1e-6, 1e-8, 1e-10} <= set(ERRORS)
+
+
+LINE = {
+    "kind": "Polynomials", "number": 2, "space": "Polynomials(degree=2)", "family": "Gauss",
+    "points": 2, "rule": "Gauss 2", "verdict": "method", "C_N": 0.99, "predicted": 4,
+    "measured": 3.98, "uncertainty": 0.01, "symplecticity": 1e-16, "symmetric": True,
+    "symmetry": 2e-16, "name": "Gauss collocation, 2 stages", "status": "",
+}  # fmt: skip
+REFUSED = {"measured": np.nan, "C_N": np.nan, "symplecticity": np.nan, "symmetry": np.nan,
+           "name": "", "predicted": 0}  # fmt: skip
+
+
+def table(*changes: dict[str, object]) -> tuple[pd.DataFrame, dict[str, str]]:
+    lines = [{**LINE, **change} for change in changes]
+    return taxonomy_table(pd.DataFrame(lines, columns=list(COLUMNS)))
+
+
+def test_a_line_has_what_a_space_makes_with_a_family_of_rules() -> None:
+    read, kinds = table(
+        {}, {"points": 1, "verdict": "ill-posed", **REFUSED}, {"points": 3, "name": "", "C_N": 1.01}
+    )
+    assert len(read) == 1 and set(kinds) <= set(read.columns)
+    line = read.iloc[0]
+    assert line["1 point"] == "ill-posed"
+    assert line["2 points"] == "4.0 Gauss collocation"
+    assert line["3 points"] == "4.0"
+    assert line["C_N"] == "0.990 to 1.01" and line["there and back"] == "2.0·10⁻¹⁶"
+
+
+def test_an_order_that_is_not_the_predicted_one_is_told_beside_it() -> None:
+    read, _ = table({"measured": 3.4}, {"points": 3, "measured": np.nan})
+    assert read.iloc[0]["2 points"] == "3.4, predicted 4 Gauss collocation"
+    assert read.iloc[0]["3 points"] == "not measured, predicted 4 Gauss collocation"
+
+
+def test_spaces_other_than_polynomials_have_one_line() -> None:
+    waves = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
+    read, _ = table({}, {"family": "Radau"}, waves, {**waves, "family": "Radau"})
+    assert list(zip(read["space"], read["rule"], strict=True)) == [
+        ("Polynomials(2)", "Gauss"),
+        ("Polynomials(2)", "Radau"),
+        ("Fourier(harmonics=1)", "Gauss"),
+    ]
+
+
+def test_a_rule_that_does_not_exist_is_not_called_ill_posed() -> None:
+    read, _ = table({"points": 1}, {"family": "Lobatto"})
+    assert list(read["1 point"]) == ["4.0 Gauss collocation", "-"]
+
+
+@pytest.mark.parametrize(
+    ("space", "label"),
+    [
+        ("Polynomials(degree=10)", "Polynomials(10)"),
+        ("Fourier(harmonics=1, frequency=6.283185307179586)", "Fourier(harmonics=1, ω=2π)"),
+        ("PolynomialFourier(degree=1, harmonics=1, frequency=20.0)",
+         "PolynomialFourier(1, harmonics=1, ω=20)"),
+    ],
+)  # fmt: skip
+def test_spaces_have_short_labels(space: str, label: str) -> None:
+    assert space_label(space) == label
+
+
+def test_names_have_short_codes() -> None:
+    assert code("3 steps of Gauss collocation, 2 stages") == "3G"
+    assert code("symplectic Euler, position first") == "SE"
+    assert code("Something New") == "SN"
+    assert len(set(CODES.values())) == len(CODES)
+
+
+GALVI = "galvi degree 8, Gauss 8, exponential"
+
+
+def runs(
+    slower: float = 70.0, better: float = 20.0, fails: bool = False, quantity: str = ATTITUDE
+) -> pd.DataFrame:
+    """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
+    points = [
+        *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
+        *((OF_RK4, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
+        (OF_RK4, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
+        ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
+        (GALVI, "step=0.5", 1e-14, 4e-5),
+    ]
+    frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
+    return frame.assign(
+        problem="body", quantity=quantity, status="", reference="closed form",
+        seconds_low=frame["seconds"], seconds_high=frame["seconds"],
+    )  # fmt: skip
+
+
+def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
+    said = mujoco_overhead(runs())
+    assert "takes 70 times as long" in said and "20 times smaller (medians over 3" in said
+    assert "over 2 step sizes" in mujoco_overhead(runs(fails=True))
+    assert "an error as large" in mujoco_overhead(runs(better=1.05))
+    assert "2.0 times larger" in mujoco_overhead(runs(better=0.5))
+
+
+def test_without_both_codes_nothing_is_said() -> None:
+    frame = runs()
+    for name in (OF_RK4, TEXTBOOK_RK4):
+        assert mujoco_overhead(frame[frame["contender"] != name]) == ""
+        absent = frame.assign(seconds=frame["seconds"].mask(frame["contender"] == name))
+        assert mujoco_overhead(absent) == ""
+
+
+def test_attitudes_are_compared_at_errors_of_their_own() -> None:
+    assert errors_of(runs()) == OF_ATTITUDES and errors_of(runs(quantity=POSITION)) == ERRORS
+    both = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
+    table = matched(both)
+    for problem, errors in (("body", OF_ATTITUDES), ("planets", ERRORS)):
+        assert set(table.loc[table["problem"] == problem, "error"]) == set(errors)
+    assert matched(both.head(0)).empty
+
+
+def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
+    table = fastest_per_error(runs())
+    chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
+    assert chosen[1e-4] == OF_RK4 and chosen[1e-13] == "not reached"
+    assert of_mujoco(table, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
+    other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
+    assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
+    lines = readable_fastest(table, "body")
+    assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all, galvi's", "MuJoCo's"]
+    without = fastest_per_error(runs()[~runs()["contender"].str.startswith("MuJoCo")])
+    assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
+
+
+def test_mujoco_s_default_step_is_answered_from_runs_on_both_sides_of_it_or_at_it() -> None:
+    assert default_step(None) is None and default_step(runs(fails=True)) is None
+    found = default_step(runs())
+    error, quantity = (cell for cell, _ in found.rows.lines[0][1:3])
+    assert (error, quantity) == ("8.0·10⁻¹²", ATTITUDE)
+    assert "at a step of 0.002. Below 10⁻⁹: Body (8.0·10⁻¹²). Errors" in found.text
+    assert found.text.endswith("interpolated between the neighbouring measured steps.")
+    exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
+    exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
+    said = default_step(exact).text
+    assert "Above 10⁻⁶: Body (0.0010)." in said
+    assert said.endswith("run, measured.")
+
+
+def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
+    figure = comparison_figure("body", runs())
+    assert figure.options["ylabel"].startswith("error of the attitude at the end")
+    assert "exponential" not in figure.caption and "R_true" in figure.caption
+    other = runs()[-1:].assign(contender="galvi degree 8, Gauss 8, Cayley")
+    two = pd.concat([runs(), other], ignore_index=True)
+    assert "exponential" in comparison_figure("body", two).caption
+    assert picture(figure, runs()).png.startswith(b"\x89PNG")
+    assert "true position" in comparison_figure("kepler", runs(quantity=POSITION)).caption
