@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,13 +11,12 @@ import pytest
 
 import galvi
 from galvi.curves.curves import GroupChart, IdentityChart
-from galvi.fast.in_frame.engine import IN_FRAME
 from galvi.run import integrate as integrating
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.plan import Engine, Run
+from galvi.run.plan import Run
 from galvi.run.run_arrays import RunArrays
 from tests.galvi.lagrangians import opaque
 
@@ -33,20 +30,6 @@ def lagrangian(q, v):
 
 
 ON_RN = galvi.Problem(galvi.Lagrangian(opaque(lagrangian), galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
-
-
-def test_there_are_exactly_three_engines():
-    modules = [
-        importlib.import_module(found.name)
-        for found in pkgutil.walk_packages(galvi.__path__, "galvi.")
-    ]
-    values = {
-        id(value): value
-        for module in modules
-        for value in vars(module).values()
-        if isinstance(value, Engine)
-    }
-    assert set(values) == {id(NYSTROM), id(ON_GROUP), id(IN_FRAME)}
 
 
 def test_one_module_chooses_between_them():
