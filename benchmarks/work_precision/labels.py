@@ -116,13 +116,13 @@ LABELS = {
     "16 stars": Label("16 stars", "Equal stars in Plummer's density, over three crossing times."),
     "Sitnikov's problem": Label(
         "Sitnikov's problem",
-        "A massless body on the axis of a binary of eccentricity 0.6, over 200 units of time.",
+        "A massless body on the axis of a binary of eccentricity 0.6, over 40 units of time.",
     ),
     **{
         f"two bodies, e = {e:g}": Label(
             f"Two bodies, e = {e:g}",
             f"Masses 0.7 and 0.3 on an orbit of eccentricity {e:g}, a = 1, from its pericentre, "
-            "over 100.37 revolutions, so that its phase counts.",
+            "over 20.37 revolutions, so that its phase counts.",
         )
         for e in (0.9, 0.99, 0.999, 0.9999)
     },

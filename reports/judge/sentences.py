@@ -14,9 +14,9 @@ from reports.tables.number_format import readable, seconds
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
 MOST_NAMED = 3  # integrators as fast as the cheapest
 ENCOUNTERS = (
-    "IAS15, which adapts its step, and TRACE and MERCURIUS, which switch methods, are made for "
-    "them. Codes of fixed step (WHFast, SABA, leapfrog, galvi's) are not: one that reaches the "
-    "error here may miss it in a closer encounter."
+    "galvi's clock and IAS15, whose steps follow them, and TRACE and MERCURIUS, which switch "
+    "methods, are made for them. Codes of fixed step (WHFast, SABA, leapfrog, galvi without a "
+    "clock) are not: one that reaches the error here may miss it in a closer encounter."
 )
 
 

@@ -117,6 +117,21 @@ def test_encounters_are_found_and_timed():
     assert "encounter" not in " ".join(sentences(judge(planet(), duration=YEAR, quick=True)))
 
 
+def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():
+    eccentric = planet(0.99, integrator="ias15")
+    bound = Problem(galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0,
+                    parameters=eccentric.parameters)  # fmt: skip
+    judged = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
+    table, best = judged.table, judged.recommended
+    clocks = table[table["integrator"].str.startswith("galvi clock")]
+    assert {"galvi clock, Gauss 8", "galvi clock, Gauss 16"} == set(
+        clocks.loc[clocks["reached"], "integrator"]
+    )
+    assert clocks["setting"].str.startswith("in tau, step").all()
+    assert best is not None and best["error"] <= 1e-7
+    assert best["seconds"] == table.loc[table["reached"], "seconds"].min()
+
+
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monkeypatch):
     problem, span = planet(), 40 * YEAR
     source, truth = sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})

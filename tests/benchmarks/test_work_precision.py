@@ -14,10 +14,12 @@ import pytest
 from benchmarks.statistics import timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import COLUMNS, cost_table
+from benchmarks.work_precision.galvi_methods import InClock
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.problems.arms import skew_arm
+from benchmarks.work_precision.problems.encounters import MET, clock_label
 from benchmarks.work_precision.problems.planets import (
     applegate,
     kepler,
@@ -104,7 +106,7 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
         for _, contender, settings in case.participants:
             assert settings and contender.supports(case.problem)
             for setting in settings:
-                if "step" in setting:
+                if "step" in setting and not isinstance(contender, InClock):
                     assert (case.duration / setting["step"]) == pytest.approx(
                         setting["save_every"], rel=1e-12
                     )
@@ -141,12 +143,26 @@ def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_th
     assert steps[applegate] == pytest.approx(steps[outer_solar_system], rel=1e-3)  # a day: 7e-4
 
 
-def test_the_quick_report_leaves_applegate_out() -> None:
+def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
     names = [
         [case.problem.name for case in work_precision_problems(quick)] for quick in (True, False)
     ]
-    assert set(names[1]) - set(names[0]) == {"outer solar system after Applegate"}
+    met = {make(False).problem.name for make in MET}
+    left = set(names[1]) - set(names[0])
+    assert left - met == {"outer solar system after Applegate"}
+    assert met - left == {"Burrau's problem", "two bodies, e = 0.99"}
     assert set(names[0]) < set(names[1])
+
+
+def test_encounters_meet_galvi_in_a_clock_and_the_codes_made_for_them() -> None:
+    for make in MET:
+        case = make(False)
+        participants = {label: settings for label, _, settings in case.participants}
+        assert {clock_label(s) for s in (8, 12, 16)} <= set(participants)
+        assert {"REBOUND IAS15", "REBOUND BS", "heyoka", "SciPy DOP853"} <= set(participants)
+        dominant = case.problem.name == "HD 80606 and a companion"
+        assert ("REBOUND TRACE" in participants) == dominant
+        assert case.truth().error < 1e-10
 
 
 @pytest.mark.parametrize("quick", [True, False])

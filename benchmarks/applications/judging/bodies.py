@@ -13,8 +13,9 @@ import pandas as pd
 import galvi
 from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
 from benchmarks.applications.judging.truth import time_text
-from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.galvi_methods import gauss_collocation, in_clock
 from benchmarks.work_precision.problem import galvi_label
+from benchmarks.work_precision.problems.encounters import clock_label
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 from galvi.interop.rebound import check_reading, simulation_of
@@ -54,6 +55,7 @@ PART, ENGINE, ANOTHER = "body", "rebound", ""
 MORE = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
+IN_CLOCK = {8: (1.0, 0.7, 0.5, 0.35, 0.2), 16: (1.6, 1.2, 0.9, 0.6)}  # degree: steps in tau
 
 
 def model(problem: Problem) -> Model:
@@ -187,6 +189,10 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
             steps = round(revolutions * coarsest) or 1
             method = gauss_collocation(degree, chart)
             yield [Candidate(galvi_label(degree) + words, method, {}, steps)]
+    for degree, sizes in IN_CLOCK.items():
+        ours = in_clock(degree, galvi.DynamicalTime())
+        if ours.supports(problem):
+            yield [Candidate(clock_label(degree), ours, {"step": h}, None) for h in sizes]
     kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
         ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
         ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),

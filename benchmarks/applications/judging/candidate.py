@@ -14,7 +14,7 @@ from galvi.arrays import Array
 from references import Contender
 
 FEWEST = 20  # states at which a run is compared
-TOLERANCES = ("epsilon", "eps_rel")  # that a setting is told by
+TOLERANCES = ("epsilon", "eps_rel", "step")  # that a setting is told by; the step in a clock
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class Candidate:
         if self.steps is not None:
             return f"dt = {duration / self.count(samples):.4g}"
         given = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
-        return ", ".join(["adaptive", *given])
+        return ", ".join(["in tau" if "step" in self.options else "adaptive", *given])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with these states."""

@@ -147,6 +147,8 @@ class Search:
                 return explained(rows, why)
             label, setting = candidate.label, candidate.text(self.span, self.samples)
             try:
+                if candidate.steps is None and not rows:  # what a first call costs, and compiles
+                    candidate.run(self.truth.problem, self.span / self.samples, 1)
                 if candidate.steps is not None and not rows:
                     enough = 2.0 * limit + 1.0
                     seconds = self._expected(candidate, enough)
