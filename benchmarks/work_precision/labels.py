@@ -116,7 +116,8 @@ LABELS = {
     "16 stars": Label("16 stars", "Equal stars in Plummer's density, over three crossing times."),
     "Sitnikov's problem": Label(
         "Sitnikov's problem",
-        "A massless body on the axis of a binary of eccentricity 0.6, over 40 units of time.",
+        "A massless body on the axis of a binary of eccentricity 0.6, over 40 units of time. The "
+        "axis is unstable, and a code whose rounding does not keep the symmetry leaves it.",
     ),
     **{
         f"two bodies, e = {e:g}": Label(

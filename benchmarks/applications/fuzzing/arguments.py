@@ -201,6 +201,34 @@ CHARTS = st.sampled_from(
         galvi.HarmonicFrame(),
     ]
 )
+
+
+def pace(q: Any) -> Any:
+    """A clock of any configuration, which is traced."""
+    flat = q.reshape(-1)
+    return 1.0 / (1.0 + flat[0] * flat[0])
+
+
+def branching(q: Any) -> float:
+    """A clock that cannot be traced, and stops for some."""
+    return 1.0 if q.reshape(-1)[0] > 0.0 else 2.0 + float(q.reshape(-1)[0])
+
+
+CLOCKS = st.one_of(
+    st.just(galvi.DynamicalTime()),
+    st.sampled_from([0.5, 1.0, 1.5, 2.0, 9.0]).map(galvi.Sundman),
+    st.sampled_from([pace, branching, lambda q: float("nan"), lambda q: "1", len])
+    .map(galvi.Clock),
+)  # fmt: skip
+MEETING = [
+    galvi.Problem(galvi.NBody(masses), q, v, name=name)
+    for name, masses, q, v in (
+        ("Burrau", [3.0, 4.0, 5.0], [[1, 3], [-2, -1], [1, -1]], np.zeros((3, 2))),
+        ("head on", [1.0, 1.0], [[1, 0, 0], [-1, 0, 0]], np.zeros((2, 3))),
+        ("massless", [1.0, 0.5, 0.0], [[0, 0], [1, 0], [0, 2]], [[0, -0.4], [0, 0.8], [0.7, 0]]),
+        ("light", [1.0, 1e-3, 1e-9], [[0, 0], [1, 0], [1.01, 0]], [[0, 0], [0, 1], [0, 1.3]]),
+    )
+]
 METHODS = st.integers(1, 6).flatmap(
     lambda s: st.sampled_from(
         [galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(points)) for points in (s, s + 1)]

@@ -18,7 +18,9 @@ import galvi
 from benchmarks.applications.fuzzing import files
 from benchmarks.applications.fuzzing.arguments import (
     CHARTS,
+    CLOCKS,
     COUNTS,
+    MEETING,
     METHODS,
     ODD,
     PROBLEMS,
@@ -78,6 +80,8 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "Galerkin": (galvi.Galerkin, {"space": SPACES, "rule": RULES, "chart": CHARTS}),
     "KeplerFrame": (galvi.KeplerFrame, {"passes": st.integers(1, 6), "even": st.booleans()}),
     "HarmonicFrame": (galvi.HarmonicFrame, {"stiffness": None, "passes": st.integers(1, 6)}),
+    "Sundman": (galvi.Sundman, {"power": POSITIVE}),
+    "Clock": (galvi.Clock, {"function": st.just(square), "gradient": st.none()}),
     "Rn": (galvi.Rn, {"n": st.integers(1, 4)}),
     "Product": (galvi.Product, {"factors": st.just((galvi.SO3(), galvi.Rn(2)))}),
     "Canonical": (
@@ -190,6 +194,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
         galvi.resume,
         {"run": RUNS, "steps": COUNTS, "save_every": st.sampled_from([None, 1, 2])},
     ),
+    "states_at": (galvi.states_at, {"run": RUNS, "times": st.just([0.005, 0.01])}),
     "theory": (galvi.theory, {"method": METHODS}),
     "energy": (galvi.energy, {"run": RUNS, "t": st.just(0.005)}),
     "momentum_map": (galvi.momentum_map, {"run": RUNS, "t": st.just(0.005)}),
@@ -269,7 +274,7 @@ def start(data: Any) -> Call:
 
 
 def bodies(data: Any) -> Call:
-    """Point masses of any size anywhere, also in the Kepler frame."""
+    """Point masses of any size anywhere, also in the Kepler frame and in a clock."""
     n, dimension = data.draw(st.integers(1, 6)), data.draw(st.sampled_from([2, 3]))
     places = st.floats(-10, 10) | st.floats(-1e-3, 1e-3) | st.sampled_from([0.0, 1e8, 1e-160])
     sizes = st.floats(1e-12, 10) | st.sampled_from([0.0, 1e30, 1e-30])
@@ -280,7 +285,9 @@ def bodies(data: Any) -> Call:
         ).reshape(n, dimension)
         for _ in range(2)
     )
-    chart = data.draw(st.sampled_from([galvi.Cayley(), galvi.KeplerFrame()]))
+    charts = [{"chart": galvi.Cayley()}, {"chart": galvi.KeplerFrame()},
+              {"clock": galvi.DynamicalTime()}]  # fmt: skip
+    chart = data.draw(st.sampled_from(charts))
     step, steps, s = (
         data.draw(STEPS | st.sampled_from([1e-8, 1e6])),
         data.draw(COUNTS),
@@ -289,7 +296,7 @@ def bodies(data: Any) -> Call:
 
     def call() -> Any:
         problem = galvi.Problem(galvi.NBody(masses), q0, v0)
-        method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart)
+        method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), **chart)
         return galvi.integrate(problem, method, step, steps)
 
     given = {
@@ -304,10 +311,44 @@ def bodies(data: Any) -> Call:
     return call, shown("bodies", given)
 
 
+def clocks(data: Any) -> Call:
+    """A system in a clock that may suit it or not, over a duration, and a state on the way."""
+    problem = data.draw(st.sampled_from([*SMALL.values(), *MEETING, *MEETING, *MEETING]))
+    clock, space, rule = data.draw(CLOCKS), data.draw(SPACES), data.draw(RULES)
+    if data.draw(st.booleans()):
+        s = data.draw(DEGREES)
+        space, rule = galvi.Polynomials(s), galvi.gauss(s)
+    given = {
+        "step": data.draw(st.sampled_from([0.05, 0.3, 1.0, -0.3, 2.9, 1e-9])),
+        "steps": data.draw(COUNTS | st.just(300)),
+        "duration": data.draw(st.none() | st.floats(1e-9, 3.0)),
+        "save_every": data.draw(COUNTS),
+        "solver": data.draw(st.sampled_from(["auto", "auto", "newton", "fixed_point"])),
+    }
+    if data.draw(st.integers(0, 3)) == 0:
+        odd = data.draw(st.sampled_from(["step", "duration", "save_every"]))
+        given[odd] = data.draw(st.floats() | ODD)
+    share = data.draw(st.floats(0.0, 1.0))
+
+    def call() -> Any:
+        method = galvi.Galerkin(space, rule, clock=clock)
+        run = galvi.integrate(problem, method, **given)
+        if run.success:
+            t = min(max(run.t[0] + share * (run.t[-1] - run.t[0]), run.t.min()), run.t.max())
+            for value in (run(t), run.velocity(t), *galvi.states_at(run, t)):
+                if not np.isfinite(value).all():
+                    raise AssertionError(f"not finite at {t!r}")
+        return run
+
+    named = {"clock": clock, "space": space, "rule": rule, **given, "share": share}
+    return call, shown(f"in a clock: {problem.name}", named)
+
+
 TARGETS: Mapping[str, Target] = {
     **{name: function(name) for name in FUNCTIONS},
     "a start": start,
     "bodies at random": bodies,
+    "clocks": clocks,
     "a saved run": files.saved_run,
     "a model of MuJoCo's": files.mujoco_model,
     "an archive of REBOUND's": files.rebound_file,

@@ -100,6 +100,8 @@ OF_PROBLEM = {  # where a problem's name begins so
     "solar system": "au",
     "kepler e=0.6": "semi-major axis",
     "kepler e=0.3 in polar": "semi-major axis, rad",
+    "HD 80606": "au",
+    "Kozai-Lidov": "au",
     "brownout": "m",
     "skew arm": "rad",
     "floating arm": "1, m, rad",
