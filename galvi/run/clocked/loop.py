@@ -22,6 +22,10 @@ from galvi.systems.nbody import NBody
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
 SEEN = 16  # states of a chunk by whose energies it is judged
 LARGEST = 2**22  # numbers of curves in a chunk of steps
+NOT_POSITIVE = (
+    "the clock is not positive at a stage of step {}, or its time does not grow. Use a smaller "
+    "step, or another clock"
+)
 NEWTON = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
@@ -68,10 +72,7 @@ class Loop:
             self.reason = _collision(self.problem, found.taken.q[stuck[0]], float(t[stuck[0]]))
             found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
         elif lost.size:
-            self.reason = (
-                f"the clock is not positive at a stage of step {self.done + lost[0] + 1}, "
-            )
-            self.reason += "or its time does not grow. Use a smaller step, or another clock"
+            self.reason = NOT_POSITIVE.format(self.done + int(lost[0]) + 1)
             found = self._before(int(lost[0]), keep)
         self._record(found.taken, keep)
         self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)

@@ -207,7 +207,7 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
             v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
         kinetic, potential = energies(problem, States(q, p, v, np.full(n, problem.t0)), sharp=True)
         so_far = start.energies if start.energies.size else known.fresh
-        given = (numbers, kinetic, potential, known.total, known.kinetic, so_far)
+        given: Any = (numbers, kinetic, potential, known.total, known.kinetic, so_far)
         found = judgement(*given)
         if found.error > SMALL or found.unknown:
             first = float(loop.motion.rate(problem.q0.ravel()))
