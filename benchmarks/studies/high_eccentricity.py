@@ -11,8 +11,9 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
-from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.galvi_methods import gauss_collocation, in_clock
 from benchmarks.work_precision.participants import label_beside, offered_settings
+from benchmarks.work_precision.problems.encounters import clock_label
 from galvi import Problem
 from galvi.trajectory import COMPLETED
 from references.closed_forms.kepler import KEPLER
@@ -32,13 +33,14 @@ COLUMNS = (
 ECCENTRICITIES = (0.9, 0.99, 0.999, 0.999999)
 STEPS = (101, 1001, 10_001, 100_001)  # odd, so that the pericentre is in the middle of a step
 DEGREES = (4, 8, 16)
+TAU = (0.8, 0.4)  # steps in the clock
 EXPLANATION = (
     "GM = a = 1, one period from apocentre to apocentre, error against the closed form. Equal "
     "steps must resolve the passage through the pericentre, which lasts about (1 - e)^(3/2) of a "
     "period: at e = 0.999999 a billionth, which no affordable number of equal steps resolves. A "
     "run then stops with a status, or completes with an error of order one or more and a status "
-    "that reports the energy error. Such orbits need adaptive steps; two such integrators are "
-    "included for comparison."
+    "that reports the energy error. Such orbits need steps that follow the motion: equal ones in a "
+    "clock, here dt = r^(3/2) dtau, or adaptive ones, as two other integrators take."
 )
 
 
@@ -88,6 +90,7 @@ def _participants(quick: bool) -> list[tuple[str, Contender, Mapping[str, Any]]]
     ]  # fmt: skip
     return [
         *ours,
+        *((clock_label(8), in_clock(8, galvi.Sundman()), {"step": h}) for h in TAU),
         ("REBOUND IAS15", ias15.IAS15, {"samples": 1, **ias15.DEFAULT}),
         ("SciPy DOP853", DOP853, {"samples": 1, **TIGHT}),
     ]

@@ -74,8 +74,17 @@ class InClock:
         return f"galvi {self.method.name}"
 
     def supports(self, problem: Problem) -> bool:
-        """Point masses, two or more of which attract one another."""
-        return isinstance(problem.system, galvi.NBody) and problem.system.pairs > 0
+        """Systems of one particle or more that have a time in the clock."""
+        system = problem.system
+        if not isinstance(system, SYSTEMS) or (
+            isinstance(system, galvi.NBody) and not system.pairs
+        ):
+            return False
+        try:
+            self.method.clock.rate(problem)
+        except ValueError:
+            return False
+        return True
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """To t0 + duration, negative for backwards, whose states are those at the samples."""
