@@ -207,11 +207,12 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
             v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
         kinetic, potential = energies(problem, States(q, p, v, np.full(n, problem.t0)), sharp=True)
         so_far = start.energies if start.energies.size else known.fresh
-        given: Any = (numbers, kinetic, potential, known.total, known.kinetic, so_far)
+        given = (cast(Array, numbers), kinetic, potential, known.total, known.kinetic, so_far)
         found = judgement(*given)
         if found.error > SMALL or found.unknown:
             first = float(loop.motion.rate(problem.q0.ravel()))
-            found = judgement(*given, noise(problem), kick_energy(problem, first * loop.step))
+            floor, kick = noise(problem), kick_energy(problem, first * loop.step)
+            found = judgement(*given, floor, kick)
         return found
 
 
