@@ -20,7 +20,7 @@ from reports.studies.ensembles import ENSEMBLES
 from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
-from reports.studies.planets import EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED, SURVIVAL
+from reports.studies.planets import DRAWS, EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED, SURVIVAL
 from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
 from reports.studies.so3_drift import SO3_DRIFT
@@ -42,6 +42,7 @@ SECTIONS = (  # in the order of the page
     HIGH_ECCENTRICITY,
     STIFF_SPRINGS,
     SURVIVAL,
+    DRAWS,
     BROWNOUT_CLOUD,
     RECOMMENDATION,
     START_UP,
