@@ -170,7 +170,7 @@ class Trajectory:
         return self.plot_of(self)
 
     def to_frame(self) -> pandas.DataFrame:
-        """A tidy pandas frame: t, then one column for each component of q and of p."""
+        """A tidy pandas frame: t (and tau), then a column for each component of q and of p."""
         import pandas
 
         def columns(name: str, states: Array) -> dict[str, Array]:
@@ -178,7 +178,10 @@ class Trajectory:
             labels = [",".join(map(str, index)) for index in np.ndindex(states.shape[1:])]
             return {f"{name}[{label}]": flat[:, k] for k, label in enumerate(labels)}
 
-        return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
+        tau = {} if self.tau is None else {"tau": self.tau}
+        return pandas.DataFrame(
+            {"t": self.t, **tau, **columns("q", self.q), **columns("p", self.p)}
+        )
 
     def _kept_curves(self) -> Any:
         curves = self.curves if self.curves is not None else self.again

@@ -44,7 +44,7 @@ def drift(problem: galvi.Problem, blocks: int = BLOCKS, steps: int = IN_BLOCK) -
     K, passes = [0.0], 0
     for _ in range(blocks):
         found = motion.advance(state, STEP, steps, None, False)
-        state, passes = found.after, passes + found.taken.iterations
+        state, passes = found.after, passes + int(found.taken.counts[0])
         energy = clock_stepper.energy_of(masses, state.state.reshape(4, *problem.q0.shape))
         K.append(float(motion.rate(state.state[0])) * float(np.sum(energy - state.clock[2:])))
     size = float(motion.rate(problem.q0.ravel())) * abs(state.clock[2])

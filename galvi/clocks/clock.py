@@ -23,8 +23,10 @@ from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.finite_differences import differenced_gradient
 from galvi.systems.nbody import NBody
+from galvi.systems.user_functions import returned_array
 
 Rate = Callable[[Any], Any]  # g of one configuration
+WRONG = 1e-4  # difference of a given gradient from differences, relative to the largest of these
 
 
 @runtime_checkable
@@ -173,8 +175,22 @@ class Clock:
 
     def slope(self, problem: Problem) -> Callable[[Array], Array]:
         """dg/dq of a flat configuration."""
-        gradient, shape = self.gradient, problem.q0.shape
+        gradient, shape, q0 = self.gradient, problem.q0.shape, problem.q0.ravel()
+        found: Callable[[Array], Array] = differenced_gradient(self.rate(problem), False)
         if gradient is None:
-            found: Callable[[Array], Array] = differenced_gradient(self.rate(problem), False)
             return found
-        return lambda flat: np.asarray(gradient(flat.reshape(shape)), dtype=np.float64).ravel()
+
+        def slope(flat: Array) -> Array:
+            values = gradient(flat.reshape(shape))
+            return returned_array("gradient", values, shape, f"an array of shape {shape}").ravel()
+
+        given, expected = slope(q0.copy()), found(q0.copy())
+        if not np.max(np.abs(given - expected)) <= WRONG * np.max(np.abs(expected)):
+            raise ValueError(
+                f"gradient must be dg/dq of the clock's function; received {given.tolist()} at q0, "
+                f"where differences give {expected.tolist()}. Leave it out, or correct it."
+            )
+        return slope
+
+    def __str__(self) -> str:
+        return f"Clock({getattr(self.function, '__name__', 'function')})"

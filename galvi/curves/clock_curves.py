@@ -62,7 +62,7 @@ class ClockCurves:
         n = len(self.rates)
         index = np.repeat(np.arange(n), SAMPLES)
         _, rate = self._time(index, np.tile(np.linspace(0.0, 1.0, SAMPLES), n))
-        return np.flatnonzero((rate.reshape(n, SAMPLES) <= 0.0).any(axis=1))
+        return np.flatnonzero((rate.reshape(n, SAMPLES) * self.step <= 0.0).any(axis=1))
 
     @property
     def _curves(self) -> Curves:

@@ -91,7 +91,9 @@ def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, step
     for h in (step, -step):
         found = motion.advance(state, h, input_checks.whole("steps", steps), None, False)
         if found.code != SOLVED:
-            raise ValueError(f"both ways must be completed; a step failed: {found.reason}")
+            raise ValueError(
+                f"both ways must be completed; a step failed: {found.reason.rstrip('.')}."
+            )
         state = found.after
     return float(np.max(np.abs(found.taken.q[-1] - problem.q0.ravel())))
 

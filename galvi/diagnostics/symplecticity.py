@@ -24,10 +24,15 @@ from galvi.run.group_system import group_system
 from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
 from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, VectorSystem
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
+MASSLESS = (
+    "symplecticity is a property of (q, p), and the p of massless bodies is always 0; received "
+    "some. Give them a small mass."
+)
 # (problem, method, step) -> the derivative of a step in a moving frame; see galvi.fast.
 IN_FRAME: list[Callable[[Problem, Galerkin, float], Array]] = []
 
@@ -115,6 +120,8 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     """
     check_types(problem, method, "symplecticity_defect(problem, method, step)")
     if method.clock is not None:
+        if isinstance(problem.system, NBody) and problem.system.has_massless:
+            raise ValueError(MASSLESS)
         return clock_symplecticity_defect(problem, method, step)
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
@@ -123,10 +130,7 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     mass = problem.system.momentum(units).reshape(d, d).T
     inverse = problem.system.velocity(units).reshape(d, d).T
     if not np.all(np.isfinite(inverse)):
-        raise ValueError(
-            "symplecticity is a property of (q, p), and the p of massless bodies is always 0; "
-            "received some. Give them a small mass."
-        )
+        raise ValueError(MASSLESS)
     zero = np.zeros((d, d))
     to_momentum = np.block([[np.eye(d), zero], [zero, mass]])
     to_velocity = np.block([[np.eye(d), zero], [zero, inverse]])

@@ -49,6 +49,7 @@ def _all_of(
     def one(member: int) -> tuple[tuple[Array, ...] | None, str, int, int]:
         try:
             found = run(problems[member]())
+            at = states_at(found, times) if times is not None and found.success else None
         except ValueError as error:
             return None, str(error), 1, 0
         except Exception as error:
@@ -59,7 +60,7 @@ def _all_of(
             return (np.asarray(function(found), dtype=np.float64),), *ending
         if times is None:
             return (found.q[-1], found.p[-1]) if found.success else None, *ending
-        return states_at(found, times) if found.success else None, *ending
+        return at, *ending
 
     compiled = function is None and isinstance(problems[0]().system, NBody)
     with ThreadPoolExecutor(processors() if compiled else 1) as pool:
@@ -70,6 +71,12 @@ def _all_of(
     known = next((values for values, *_ in found if values is not None), None)
     if known is None:
         known = tuple(np.full((() if times is None else times.shape) + shape, np.nan) for _ in "qp")
+    shapes = {tuple(part.shape for part in values) for values, *_ in found if values is not None}
+    if len(shapes) > 1:
+        raise ValueError(
+            f"keep must return arrays of one shape for all members; received shapes "
+            f"{', '.join(str(one[0]) for one in sorted(shapes)[:2])}."
+        )
     rows = [
         np.stack([np.full_like(part, np.nan) if one[0] is None else one[0][k] for one in found])
         for k, part in enumerate(known)

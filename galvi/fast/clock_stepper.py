@@ -47,8 +47,8 @@ FAILURES = {
 # at 1e-9 no step is solved.
 LIGHT = 0.02
 LIGHT_BODIES = (
-    "Bodies of less than {share:g} of the second largest mass ({names}) do not feel H - E, so that "
-    "the run is not variational in them."
+    "Bodies {names}, lighter than {share:.0%} of the second heaviest, do not feel H - E: the run "
+    "is not variational in them."
 )
 
 
@@ -92,7 +92,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None, kappa: flo
         ))  # fmt: skip
         places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
         p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
-        taken = Taken(places, p, v, t, coefficients, rates, int(done[1]))
+        taken = Taken(places, p, v, t, coefficients, rates, done[1] * np.array([1.0, s, 0.0, 0.0]))
         after = Checkpoint(state.first + int(done[0]), q, stages, solver_state, state.solver,
                            state.tolerance, clock=clock)  # fmt: skip
         return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
@@ -108,7 +108,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None, kappa: flo
     begin = np.zeros((4, *shape))
     begin[0], begin[2] = problem.q0, problem.v0
     start = energy_of(masses, begin)
-    light = np.flatnonzero(masses[3][1] == 0.0).tolist()
+    light = np.flatnonzero((masses[3][1] == 0.0) & (system.masses > 0.0)).tolist()
     names = problem.body_names()
     remark = LIGHT_BODIES.format(share=LIGHT, names=", ".join(str(names[k]) for k in light))
     rate = method.clock.rate(problem)

@@ -184,6 +184,8 @@ def checked_in_clock(
     check_step(problem, method, h)
     nothing = np.zeros((0, 0))
     start = Checkpoint(0, nothing, nothing, np.zeros(0, np.int64), solver, tol, save_every, curves)
+    if most is not None and time is None:
+        check_memory([Run(problem, method, h, most, start)])
     return partial(run_in_clock, problem, method, h, start, most, time)
 
 
@@ -254,8 +256,10 @@ def _resumed_in_clock(
     """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
     assert run.step is not None
     h, t = run.step, float(run.t[-1])
-    if (until is None) == (duration is None) and not (until is None and steps is not None):
-        raise ValueError("give steps, duration or until; received none, or both of the latter.")
+    if until is not None and duration is not None:
+        raise ValueError("give one of duration and until; received both.")
+    if steps is None and duration is None and until is None:
+        raise ValueError("give steps, duration or until; received none.")
     most = None if steps is None else input_checks.whole("steps", steps)
     time = None
     if duration is not None:

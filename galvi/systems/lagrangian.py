@@ -274,6 +274,15 @@ class Lagrangian:
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
+    def euclidean_slopes(self, q: Array, v: Array, t: float) -> Function | None:
+        """dL/dv and the Euclidean dL/dq of (q, v) or (q, v, t): given, traced near a state, or on a
+        vector space differenced; None elsewhere."""
+        if self.slopes is None and not self.brings_slopes:
+            self.trace(q, v, t)
+        if self._slopes is not None or q.ndim != 1:
+            return self._slopes
+        return lambda q, v, *t: self._left(q, v, *(t or (0.0,))).ravel()
+
     def force_at_rest(self, q: Array, t: float) -> Array:
         """The left-trivialised dL/dq at one configuration without velocity, (d,)."""
         return self._left(q, np.zeros(self.group.dimension), t)[1]

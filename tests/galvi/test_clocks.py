@@ -387,3 +387,78 @@ def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.M
     assert np.isfinite(run.q).all() and len(run.t) < 10_000
     fewer = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 2000, save_every=500)
     assert fewer.success
+
+
+def test_states_of_a_damped_run_have_the_energy_that_is_left() -> None:
+    problem = galvi.Problem(DAMPED, [1.0, 0.0], [0.0, 0.8])
+    times = np.array([0.333, 1.7, 2.8])
+    run = galvi.integrate(problem, method(6, CIRCLES), 0.2, duration=3.0, save_every=4)
+    q, _ = galvi.states_at(run, times)
+    tight = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "t_eval": times}
+    truth = solve_ivp(damped, (0.0, 3.0), [1.0, 0.0, 0.0, 0.8], **tight).y[:2].T
+    assert np.max(np.abs(q - truth)) < 1e-10
+
+
+def test_states_at_grid_points_that_were_not_saved_are_those_of_the_grid() -> None:
+    whole = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40)
+    coarse = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40, save_every=10)
+    q, p = galvi.states_at(coarse, whole.t)
+    assert np.max(np.abs(q - whole.q)) < 1e-13 and np.max(np.abs(p - whole.p)) < 1e-13
+
+
+@pytest.mark.parametrize("more", [{"save_every": 10}, {"save_every": 100, "duration": 90.0}])
+def test_a_run_whose_last_steps_are_not_saved_keeps_its_end(more: Any) -> None:
+    run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7, **more)
+    every = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7)
+    assert np.array_equal(run.q, every.q[[0, -1]])
+    rest = galvi.resume(run, 3)
+    assert np.array_equal(rest.q[-1], galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 10).q[-1])
+
+
+def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
+    grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7)
+    for d in (grid.t[-1], np.nextafter(grid.t[-1], 9.0), np.nextafter(grid.t[-1], 0.0)):
+        run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7, duration=d)
+        assert run.success and run.t[-1] == d, run.status
+        assert np.max(np.abs(run.q[-1] - grid.q[-1])) < 1e-14
+
+
+def test_a_step_that_is_shortened_at_once_is_judged() -> None:
+    problem = galvi.problems.kepler(0.9)
+    g = 0.1**1.5
+    run = galvi.integrate(problem, method(1, CIRCLES), 1.5, duration=0.99 * g * 1.5)
+    change = np.ptp(galvi.energy(run)) / abs(galvi.energy(run)[0])
+    assert run.counts["steps"] == 0 and change > 0.01
+    assert not run.success or "energy changed" in run.status
+
+
+def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run() -> None:
+    spring = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(1.0)), [1.0], [0.0])
+    run = galvi.integrate(spring, method(4, galvi.Clock(lambda q: q[0])), 1.5, duration=4.0)
+    assert not run.success and ("not positive" in run.status or "Use a smaller" in run.status)
+
+
+def test_a_wrong_gradient_of_a_clock_is_refused() -> None:
+    def branches(q: Any) -> float:
+        return 1.0 if q[0] > 1e9 else float((q @ q) ** 0.75)
+
+    wrong = galvi.Clock(branches, lambda q: np.ones(2))
+    with pytest.raises(ValueError, match="gradient must be dg/dq"):
+        galvi.integrate(KEPLER, method(4, wrong), 0.1, 3)
+    right = galvi.Clock(branches, lambda q: 1.5 * (q @ q) ** -0.25 * q)
+    run = galvi.integrate(KEPLER, method(4, right), 0.1, 10)
+    same = galvi.integrate(KEPLER, method(4, CIRCLES), 0.1, 10)
+    assert np.max(np.abs(run.q - same.q)) < 1e-12
+
+
+def test_runs_backwards_and_from_rest_have_no_false_remarks() -> None:
+    back = galvi.integrate(KEPLER, method(6, CIRCLES), -0.2, 10)
+    assert back.status == "Completed."
+
+    def branches(q: Any) -> float:
+        return 1.0 if q[0] > 1e9 else float((q @ q) ** 0.75)
+
+    rest = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(1.0)), [1.0, 0.2], [0.0, 0.0])
+    run = galvi.integrate(rest, method(6, galvi.Clock(branches)), 0.2, 5)
+    same = galvi.integrate(rest, method(6, CIRCLES), 0.2, 5)
+    assert run.success and np.max(np.abs(run.q - same.q)) < 1e-12

@@ -24,8 +24,8 @@ from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
-from galvi.run.clocked.general import chart_of, lagrangian_of
-from galvi.run.clocked.plan import Advanced, Motion, Taken, joined
+from galvi.run.clocked.general import chart_of, counted, lagrangian_of
+from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
@@ -126,18 +126,20 @@ def motion_of_driven(
             )
             kept = run.curves.coefficients[: 1 if keep else 0]
             q, p = run.q[1:].reshape(1, -1), run.p[1:].reshape(1, -1)
-            passes = run.counts["iterations"]
-            rows.append(Taken(q, p, None, clock[None, :2], kept, g[None], passes))
+            rows.append(Taken(q, p, None, clock[None, :2], kept, g[None], counted(run)))
         code = DIVERGED if reason else SOLVED
         if not rows:
             d, m = problem.v0.size, method.space.dimension - 1
             shapes = (0, problem.q0.size), (0, d), (0, 2), (0, d, m), (0, s)
             q, p, t, coefficients, rates = map(np.zeros, shapes)
-            return Advanced(Taken(q, p, None, t, coefficients, rates, 0), state, code, reason)
+            return Advanced(
+                Taken(q, p, None, t, coefficients, rates, NO_COUNTS), state, code, reason
+            )
         return Advanced(joined(rows), state, code, reason)
 
     def at(q: Array, v: Array, t: float) -> Checkpoint:
-        return replace(start(q, v), clock=np.array([t, 0.0, energy, 0.0]))
+        here = float(base.energy(q.reshape(inner.q0.shape), v.ravel(), t))
+        return replace(start(q, v), clock=np.array([t, 0.0, here, 0.0]))
 
     return Motion(advance, at, rate, chart_of(problem, plain), "clock")
 
@@ -147,8 +149,7 @@ def _inner(problem: Problem, base: Lagrangian, clock: Any, told: Told) -> Proble
     rate, slope, timed = clock.rate(problem), clock.slope(problem), base.explicit_time
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
     q0, v0 = problem.q0.reshape(shape), problem.v0.ravel()
-    base.trace(q0, v0, problem.t0)
-    known, d = base.slopes or getattr(base.builtin, "slopes", None), base.group.dimension
+    known, d = base.euclidean_slopes(q0, v0, problem.t0), base.group.dimension
 
     def function(q: Any, u: Any, tau: float) -> Any:
         t, energy = told.at(float(tau))

@@ -20,9 +20,11 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
+from galvi.run.run_arrays import COUNTED
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
+from galvi.systems.traces import TRACERS
 
 
 @singledispatch
@@ -41,8 +43,11 @@ def _(system: Canonical, problem: Problem) -> Lagrangian:
     def L(q: Any, v: Any, *t: Any) -> Any:
         return 0.5 * (v @ system.momentum(v)) - system.potential(q, *t)
 
+    def slopes(q: Any, v: Any, *t: Any) -> Array:
+        return np.concatenate([system.momentum(v), -system.potential_gradient(q, *(t or (0.0,)))])
+
     return Lagrangian(
-        L, Rn(problem.q0.size), None, system.force, explicit_time=system.explicit_time,
+        L, Rn(problem.q0.size), slopes, system.force, explicit_time=system.explicit_time,
         timed_force=system.timed_force, check=False,
     )  # fmt: skip
 
@@ -65,7 +70,11 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
             found = found + mass / np.sqrt(square)
         return found
 
-    return Lagrangian(L, Rn(problem.q0.size), check=False)
+    def slopes(q: Any, v: Any) -> Array:
+        pull = system.acceleration(q.reshape(-1, size), 0.0).ravel()
+        return masses * np.concatenate([v, pull]).reshape(2, -1)
+
+    return Lagrangian(L, Rn(problem.q0.size), lambda q, v: slopes(q, v).ravel(), check=False)
 
 
 def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:
@@ -81,8 +90,10 @@ def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
     q0, u0 = problem.q0.reshape(shape), rate(problem.q0.ravel()) * problem.v0.ravel()
     found = Problem(Lagrangian(function, base.group, check=False), q0, u0, problem.t0)
-    known = base.slopes or getattr(base.builtin, "slopes", None)
-    if not cast(Lagrangian, found.system).untraced or known is None:
+    if not cast(Lagrangian, found.system).untraced and TRACERS:
+        return found
+    known = base.euclidean_slopes(q0, problem.v0.ravel(), problem.t0)
+    if known is None:
         return found
     d = base.group.dimension
 
@@ -104,8 +115,9 @@ def motion_in_general(
     clock = cast(AnyClock, method.clock)
     if isinstance(problem.system, NBody) and problem.system.has_massless:
         raise ValueError(
-            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast with "
-            "Polynomials(s), gauss(s) and DynamicalTime(). Give them small masses."
+            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast, "
+            "Polynomials(s) with gauss(s), DynamicalTime(), the solver auto and no tolerance. Use "
+            "these, or give them small masses."
         )
     inner = in_clock(problem, clock, energy)
     plain = Galerkin(method.space, method.rule, method.group_chart)
@@ -168,7 +180,12 @@ def _taken(run: Any, rates: Array, t: Array, keep: bool, n: int) -> Taken:
     rows = slice(1, n + 1)
     q, p = run.q[rows].reshape(n, run.q[0].size), run.p[rows]
     coefficients = run.curves.coefficients[: n if keep else 0]
-    return Taken(q, p, None, t[:n], coefficients, rates[:n], run.counts["iterations"])
+    return Taken(q, p, None, t[:n], coefficients, rates[:n], counted(run))
+
+
+def counted(run: Any) -> Array:
+    """The counts of an inner run."""
+    return np.array([run.counts[name] for name in COUNTED], dtype=np.float64)
 
 
 def _times(clock: Array, steps: Array) -> Array:

@@ -13,7 +13,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.plan import Motion, Taken, joined
+from galvi.run.clocked.plan import Advanced, Motion, Taken, joined
 from galvi.run.clocked.remarks import closest_pair
 from galvi.run.loop import APART
 from galvi.run.run_arrays import ALWAYS_FREE, free_memory
@@ -22,6 +22,10 @@ from galvi.systems.nbody import NBody
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
 SEEN = 16  # states of a chunk by whose energies it is judged
 LARGEST = 2**22  # numbers of curves in a chunk of steps
+NOT_POSITIVE = (
+    "the clock is not positive at a stage of step {}, or its time does not grow. Use a smaller "
+    "step, or another clock"
+)
 NEWTON = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
@@ -41,7 +45,7 @@ class Loop:
     ) -> None:  # fmt: skip
         self.problem, self.method, self.step, self.motion = problem, method, step, motion
         self.start = self.state = state
-        self.time, self.done, self.iterations, self.bytes = time, 0, 0, 0
+        self.time, self.done, self.counts, self.bytes = time, 0, np.zeros(4), 0
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
         self.numbers: list[Any] = []
@@ -60,11 +64,18 @@ class Loop:
         t = found.taken.t[:, 0]
         dt = np.diff(t, prepend=self.state.clock[0])
         stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
+        with np.errstate(invalid="ignore"):
+            lost = np.flatnonzero(
+                ~(np.all(found.taken.rates > 0.0, axis=1) & (dt * self.step > 0.0))
+            )
         if stuck.size:
-            self.reason = _collision(self.problem, found.taken.q[stuck[0]])
+            self.reason = _collision(self.problem, found.taken.q[stuck[0]], float(t[stuck[0]]))
             found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
+        elif lost.size:
+            self.reason = NOT_POSITIVE.format(self.done + int(lost[0]) + 1)
+            found = self._before(int(lost[0]), keep)
         self._record(found.taken, keep)
-        self.state, self.over = found.after, self.over or bool(stuck.size)
+        self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
             self.known.append(self.state)
         if found.code != SOLVED:
@@ -73,9 +84,17 @@ class Loop:
             self.over = True
         return found.code
 
+    def _before(self, n: int, keep: bool) -> Advanced:
+        """The next n steps, perhaps none."""
+        found = self.motion.advance(self.state, self.step, max(n, 1), None, keep)
+        if n:
+            return found
+        none = found.taken.rows([])
+        return Advanced(none, self.state, SOLVED)
+
     def _record(self, taken: Taken, keep: bool) -> None:
         n = len(taken.t)
-        self.iterations += taken.iterations
+        self.counts += taken.counts
         if n == 0:
             return
         numbers = np.arange(self.done + 1, self.done + n + 1)
@@ -95,8 +114,13 @@ class Loop:
 
     @property
     def reached(self) -> bool:
-        """Whether the next step would pass the time asked for."""
-        return self.time is not None and self.over and not self.reason
+        """Whether the time asked for is reached, or would be passed by the next step."""
+        if self.time is None or self.reason:
+            return False
+        t, low = self.state.clock[:2].tolist()
+        return self.over or abs((self.time - t) - low) <= 2.0 * math.ulp(
+            max(abs(self.time), abs(t))
+        )
 
     def to_time(self) -> tuple[Taken | None, float]:
         """The shortened step from the last grid point to the time, by Newton's method for its share
@@ -110,7 +134,7 @@ class Loop:
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
         for _ in range(NEWTON):
             found = self.motion.advance(self.state, x * h, 1, None, self.start.keeps_curves)
-            self.iterations += found.taken.iterations
+            self.counts += found.taken.counts
             if found.code != SOLVED:
                 high_x, x = x, 0.5 * (low_x + x)
                 continue
@@ -125,7 +149,7 @@ class Loop:
             new = x + off / (h * float(rate(found.taken.q[0])))
             x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
         if not best[0] <= 64.0 * fine:
-            self.reason = "the step that ends at the time asked for could not be solved"
+            self.reason = "the step that ends there could not be solved. Use a smaller step"
             return None, 0.0
         return best[1], best[2]
 
@@ -136,7 +160,7 @@ class Loop:
             return None
         whole, first = joined(parts), self.start.state[0, : self.problem.q0.size]
         times = np.concatenate([self.start.clock[:1], whole.t[:, 0]])
-        if end is not None:
+        if self.reached:
             times[-1] = self.time
         bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
         last = self.step if end is None else share * self.step
@@ -146,7 +170,12 @@ class Loop:
         )  # fmt: skip
 
 
-def _collision(problem: Problem, q: Array) -> str:
+def _collision(problem: Problem, q: Array, t: float) -> str:
+    if np.spacing(abs(problem.t0)) > 16.0 * np.spacing(abs(t - problem.t0)):
+        return (
+            f"times near t0 = {problem.t0:g} are {np.spacing(abs(problem.t0)):.1e} apart, too far "
+            f"for the next step. Shift t0 towards 0"
+        )
     if isinstance(problem.system, NBody):
         one, other = closest_pair(problem, q)
         return (

@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import Rate
 from galvi.curves.curves import LocalChart
 from galvi.method import Galerkin
 from galvi.problem import Problem
+
+NO_COUNTS = read_only(np.zeros(4))
 
 
 class Taken(NamedTuple):
@@ -24,7 +26,7 @@ class Taken(NamedTuple):
     t             (n, 2) time and its low part after each step
     coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
     rates         (n, s) g at the stages
-    iterations    passes, in all
+    counts        (4,) passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
     """
 
     q: Array
@@ -33,20 +35,20 @@ class Taken(NamedTuple):
     t: Array
     coefficients: Array
     rates: Array
-    iterations: int
+    counts: Array
 
     def rows(self, rows: Any) -> Taken:
         """Some of the steps, without their curves."""
         v = None if self.v is None else self.v[rows]
         none = self.coefficients[:0]
-        return Taken(self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], 0)
+        return Taken(self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], NO_COUNTS)
 
 
 def joined(parts: Sequence[Taken]) -> Taken:
     """Steps one after another."""
     arrays: Any = zip(*(part[:-1] for part in parts), strict=True)
     whole: Any = [None if x[0] is None else np.concatenate(x) for x in arrays]
-    return Taken._make([*whole, sum(part.iterations for part in parts)])
+    return Taken._make([*whole, np.sum([part.counts for part in parts], axis=0)])
 
 
 class Advanced(NamedTuple):

@@ -44,7 +44,8 @@ def dear_pair(problem: Problem, q: Array) -> str:
     if not times > DEAR:
         return ""
     names = problem.body_names()
+    about = float(f"{times:.1g}")
     return (
-        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about {times:.0f} "
-        f"times as many as the others need."
+        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about {about:g} times "
+        f"as many as the others need."
     )

@@ -20,7 +20,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.plan import FAST, Motion, Taken, joined
+from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, joined
 from galvi.run.clocked.remarks import dear_pair
 from galvi.run.energies import (
     States,
@@ -35,6 +35,7 @@ from galvi.run.energy_check import Judgement, judgement
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.run_arrays import COUNTED
 from galvi.systems.nbody import NBody
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import COMPLETED, Trajectory
@@ -112,7 +113,7 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
     if end is not None:
         parts.append(end.rows([0]))
         numbers.append(np.array([number + share]))
-    elif loop.done and numbers[-1][-1:] != number:
+    elif loop.done and not (numbers[-1].size and numbers[-1][-1] == number):
         parts.append(loop.seen[-1].rows([-1]))
         numbers.append(np.array([number]))
     tau = np.concatenate(numbers) * h
@@ -124,16 +125,14 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
     q, p, v = (np.reshape(x, (1, -1)) for x in begin[:3])
     clock = np.array([[begin[3], 0.0]])
     head = Taken(q, p, v if massless else None, clock, np.zeros((0, *problem.v0.shape)),
-                 np.zeros((1, loop.method.stages)), 0)  # fmt: skip
+                 np.zeros((1, loop.method.stages)), NO_COUNTS)  # fmt: skip
     whole = joined([head, *(part._replace(coefficients=head.coefficients) for part in parts)])
     times = whole.t[:, 0]
-    if end is not None:
+    if loop.reached and loop.done + (end is not None):
         times[-1] = loop.time
-    forces = loop.iterations * loop.method.stages
-    counts = {"steps": loop.done, "iterations": loop.iterations, "force_evaluations": forces,
-              "hessian_evaluations": 0, "linear_solves": 0}  # fmt: skip
+    counts = {"steps": loop.done, **dict(zip(COUNTED, map(int, loop.counts), strict=True))}
     if isinstance(problem.system, NBody):
-        counts["pair_evaluations"] = forces * problem.system.pairs
+        counts["pair_evaluations"] = counts["force_evaluations"] * problem.system.pairs
     curves, last = loop.curves(end, share), float(times[-1])
     run = Trajectory(
         problem=problem,
@@ -147,7 +146,7 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
         again=None
         if curves is not None
         else RedoneClockCurves(problem, loop.method, h, tuple(loop.known), last),
-        interrupted=not loop.over and code == SOLVED and loop.done != steps,
+        interrupted=not (loop.over or loop.reached) and code == SOLVED and loop.done != steps,
         velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))
         if massless
         else None,
@@ -168,7 +167,7 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
         status += f" Note that {_units(loop.problem, loop.method)}." if loop.done == 0 else ""
     elif run.interrupted:
         status = f"Interrupted {where}; what was computed is kept."
-    elif loop.time is not None and not loop.over:
+    elif loop.time is not None and not loop.reached:
         status = (
             f"Stopped {where}: the bound of {steps} steps was reached before t = "
             f"{loop.time:.10g}. Give more steps, or a larger step."
@@ -182,7 +181,7 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
     if isinstance(run.curves, ClockCurves) and (back := run.curves.falls_back()).size:
         status += f" The time does not grow along step {int(back[0]) + 1}: {TOO_LONG}."
     said = [loop.motion.remark]
-    if isinstance(loop.problem.system, NBody) and loop.seen:
+    if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
         said.append(dear_pair(loop.problem, joined(loop.seen).q))
     last = replace(loop.state, energies=found.energies, save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
@@ -193,10 +192,12 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
 def _judged(loop: Loop, end: Taken | None) -> Judgement:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
-    if not loop.seen or not conserves_energy(problem.system):
+    parts = [*loop.seen, *([end.rows([0])] if end is not None else [])]
+    if not parts or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
-    whole = joined([*loop.seen, *([end.rows([0])] if end is not None else [])])
-    numbers = np.concatenate([*loop.places, [loop.done] * (end is not None)]) + start.first
+    whole = joined(parts)
+    last = [loop.done + 1] * (end is not None)
+    numbers = np.concatenate([*loop.places, last]).astype(np.int64) + start.first
     few = np.unique(np.linspace(0, len(numbers) - 1, LOOKED_AT).astype(np.int64))
     seen, numbers, n = whole.rows(few), numbers[few], len(few)
     q, p = seen.q.reshape(n, *problem.q0.shape), seen.p.reshape(n, *problem.v0.shape)
@@ -206,11 +207,12 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
             v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
         kinetic, potential = energies(problem, States(q, p, v, np.full(n, problem.t0)), sharp=True)
         so_far = start.energies if start.energies.size else known.fresh
-        given = (numbers, kinetic, potential, known.total, known.kinetic, so_far)
+        given = (cast(Array, numbers), kinetic, potential, known.total, known.kinetic, so_far)
         found = judgement(*given)
         if found.error > SMALL or found.unknown:
             first = float(loop.motion.rate(problem.q0.ravel()))
-            found = judgement(*given, noise(problem), kick_energy(problem, first * loop.step))
+            floor, kick = noise(problem), kick_energy(problem, first * loop.step)
+            found = judgement(*given, floor, kick)
         return found
 
 
@@ -231,6 +233,11 @@ def check_step(problem: Problem, method: Galerkin, step: float) -> None:
     if not (math.isfinite(g) and g > 0.0):
         raise ValueError(
             f"a clock must be positive and finite; received {g} at the start. Start elsewhere."
+        )
+    if problem.t0 + step * g == problem.t0:
+        raise ValueError(
+            f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
+            f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
     longest = getattr(method.clock, "longest", math.inf)
     if abs(step) > longest:
