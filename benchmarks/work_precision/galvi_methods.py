@@ -62,7 +62,7 @@ class Variational:
 @dataclass(frozen=True)
 class InClock:
     """A `galvi.Galerkin` method with a clock; setting: step, in units of the clock, and samples,
-    evenly spread, of which the default keeps all steps."""
+    evenly spread, of which the default is the end; or save_every, for states after steps."""
 
     method: galvi.Galerkin
     exact: bool = False
@@ -89,15 +89,15 @@ class InClock:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """To t0 + duration, negative for backwards, whose states are those at the samples."""
         require(self, problem)
-        check_keys(setting, ("step", "samples"))
+        check_keys(setting, ("step", "samples", "save_every"))
         times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})
-        step = math.copysign(setting["step"], duration)
+        ends = len(times) == 2
         run = galvi.integrate(
-            problem, self.method, step, duration=abs(duration), save_every=LARGEST, curves=False
-        ) if len(times) == 2 else galvi.integrate(
-            problem, self.method, step, duration=abs(duration)
+            problem, self.method, math.copysign(setting["step"], duration), duration=abs(duration),
+            save_every=setting.get("save_every", LARGEST if ends else 1),
+            curves=False if ends else None,
         )  # fmt: skip
-        if len(times) == 2 or not run.success:
+        if ends or not run.success:
             return run
         q, p = galvi.states_at(run, times[1:-1])
         q, p = (np.concatenate([x[:1], y, x[-1:]]) for x, y in ((run.q, q), (run.p, p)))
