@@ -320,7 +320,7 @@ def clocks(data: Any) -> Call:
         space, rule = galvi.Polynomials(s), galvi.gauss(s)
     given = {
         "step": data.draw(st.sampled_from([0.05, 0.3, 1.0, -0.3, 2.9, 1e-9])),
-        "steps": data.draw(COUNTS | st.just(300)),
+        "steps": data.draw(COUNTS),
         "duration": data.draw(st.none() | st.floats(1e-9, 3.0)),
         "save_every": data.draw(COUNTS),
         "solver": data.draw(st.sampled_from(["auto", "auto", "newton", "fixed_point"])),
