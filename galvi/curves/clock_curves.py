@@ -161,6 +161,8 @@ class RedoneClockCurves:
         for k in np.unique(pieces).tolist():
             rows = np.flatnonzero(pieces == k)
             farthest = sign * float(wanted[rows].max())
+            if farthest == grid[k]:  # a step is needed, however short the run
+                farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
             curves = self.redo_of(self.problem, self.method, self.step, self.known[k], farthest)
             found[rows] = values(curves, sign * wanted[rows])
         return found[0] if times.ndim == 0 else found

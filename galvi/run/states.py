@@ -85,7 +85,7 @@ def _reach_in_clock(run: Trajectory) -> Reach:
             pass
         found, _ = loop.to_time() if loop.reached else (None, 0.0)
         if found is None and loop.reached and loop.done:  # at the grid point
-            found = loop.seen[-1].rows([-1])
+            found = loop.last
         if found is None:
             nothing = np.full(run.p.shape[1:], np.nan)
             return np.full(run.q.shape[1:], np.nan), nothing, nothing

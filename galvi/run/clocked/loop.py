@@ -20,7 +20,7 @@ from galvi.run.run_arrays import ALWAYS_FREE, free_memory
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
-SEEN = 16  # states of a chunk by whose energies it is judged
+SEEN = 1024  # most states by whose energies a run is judged
 LARGEST = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of step {}, or its time does not grow. Use a smaller "
@@ -35,7 +35,8 @@ class Loop:
 
     kept, numbers  states at every save_every-th step, and their numbers in this run
     every          all steps, where curves are kept
-    seen, places   states to judge by, and the numbers of their steps
+    seen, places   states to judge by, after every ``stride``-th step, and the numbers of these
+    last           the last one
     known          states from which its curves can be found
     """
 
@@ -52,7 +53,8 @@ class Loop:
         self.every: list[Taken] = []
         self.seen: list[Taken] = []
         self.places: list[Any] = []
-        self.known = [state]
+        self.known, self.stride = [state], 1
+        self.last: Taken | None = None
         self.q = state.state[0, : problem.q0.size]
 
     def call(self, n: int) -> int:
@@ -98,12 +100,11 @@ class Loop:
         if n == 0:
             return
         numbers = np.arange(self.done + 1, self.done + n + 1)
-        few = np.unique(np.linspace(0, n - 1, min(n, SEEN)).astype(np.int64))
         rows = np.flatnonzero(numbers % self.start.save_every == 0)
         self.kept.append(taken.rows(rows))
         self.numbers.append(numbers[rows])
-        self.seen.append(taken.rows(few))
-        self.places.append(numbers[few])
+        self.last = taken.rows([-1])
+        self._see(taken, numbers)
         if keep:
             self.every.append(taken)
         for part in (self.kept[-1], *self.every[len(self.every) - keep :]):
@@ -111,6 +112,17 @@ class Loop:
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.reason = True, FULL
         self.q, self.done = taken.q[-1], self.done + n
+
+    def _see(self, taken: Taken, numbers: Any) -> None:
+        """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
+        rows = np.flatnonzero(numbers % self.stride == 0)
+        self.seen.append(taken.rows(rows))
+        self.places.append(numbers[rows])
+        while sum(map(len, self.places)) > SEEN:
+            self.stride *= 2
+            places = np.concatenate(self.places)
+            rows = np.flatnonzero(places % self.stride == 0)
+            self.seen, self.places = [joined(self.seen).rows(rows)], [places[rows]]
 
     @property
     def reached(self) -> bool:

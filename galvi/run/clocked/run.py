@@ -91,7 +91,7 @@ def run_in_clock(
     )  # fmt: skip
     loop = Loop(problem, method, step, motion, state, time)
     most = input_checks.LARGEST if steps is None else steps
-    with defer_interrupts() as pressed:
+    with np.errstate(all="ignore"), defer_interrupts() as pressed:  # what is not finite is said
         stopped = interrupted or pressed
         code = step_in_batches(
             loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
@@ -114,7 +114,7 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
         parts.append(end.rows([0]))
         numbers.append(np.array([number + share]))
     elif loop.done and not (numbers[-1].size and numbers[-1][-1] == number):
-        parts.append(loop.seen[-1].rows([-1]))
+        parts.append(cast(Taken, loop.last))
         numbers.append(np.array([number]))
     tau = np.concatenate(numbers) * h
     begin = problem.q0, problem.p0, problem.v0, problem.t0
@@ -192,11 +192,12 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
 def _judged(loop: Loop, end: Taken | None) -> Judgement:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
-    parts = [*loop.seen, *([end.rows([0])] if end is not None else [])]
+    final = loop.last if end is None else end.rows([0])
+    parts = [*loop.seen, *([final] if final is not None else [])]
     if not parts or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     whole = joined(parts)
-    last = [loop.done + 1] * (end is not None)
+    last = [loop.done + (end is not None)] * (final is not None)
     numbers = np.concatenate([*loop.places, last]).astype(np.int64) + start.first
     few = np.unique(np.linspace(0, len(numbers) - 1, LOOKED_AT).astype(np.int64))
     seen, numbers, n = whole.rows(few), numbers[few], len(few)
