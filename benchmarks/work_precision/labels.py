@@ -92,41 +92,6 @@ LABELS = {
         "An orbit of GM = a = 1 and eccentricity 0.3 in r and phi, from its pericentre, over 20 "
         "units of time, more than three revolutions.",
     ),
-    "Burrau's problem": Label(
-        "Burrau's problem",
-        "Masses 3, 4 and 5 at rest at the corners of a triangle with sides 3, 4 and 5, which pass "
-        "each other at 1e-2 to 1e-4 of their first distance until one leaves, over 63 units of "
-        "time.",
-    ),
-    "HD 80606 and a companion": Label(
-        "HD 80606 and a companion",
-        "A planet of eccentricity 0.933 at 0.46 au and a companion of Jupiter's mass at 3 au, "
-        "over 20 years; au, solar masses and years / 2 pi.",
-    ),
-    "Kozai-Lidov cycles": Label(
-        "Kozai-Lidov cycles",
-        "A planet at 1 au that a star at 6 au, inclined by 75 degrees, makes eccentric again and "
-        "again, over 200 years; au, solar masses and years / 2 pi.",
-    ),
-    "a binary meets a star": Label(
-        "A binary meets a star",
-        "Three equal stars, one of which flies through the circular binary of the others, over 60 "
-        "units of time.",
-    ),
-    "16 stars": Label("16 stars", "Equal stars in Plummer's density, over three crossing times."),
-    "Sitnikov's problem": Label(
-        "Sitnikov's problem",
-        "A massless body on the axis of a binary of eccentricity 0.6, over 40 units of time. The "
-        "axis is unstable, and a code whose rounding does not keep the symmetry leaves it.",
-    ),
-    **{
-        f"two bodies, e = {e:g}": Label(
-            f"Two bodies, e = {e:g}",
-            f"Masses 0.7 and 0.3 on an orbit of eccentricity {e:g}, a = 1, from its pericentre, "
-            "over 20.37 revolutions, so that its phase counts.",
-        )
-        for e in (0.9, 0.99, 0.999, 0.9999)
-    },
     "brownout, 100 micrometres": Label(
         "Grain of sand in a rotor's wind",
         "A sphere of quartz of 100 micrometres that falls with a drag quadratic in its velocity "
@@ -144,6 +109,46 @@ LABELS = {
         "The same arm on a body of 5 kg that floats without weight, over 10 s.",
         "s",
     ),
+    "Burrau's problem": Label(
+        "Burrau's problem",
+        "Masses 3, 4 and 5 at rest at the corners of a triangle with sides 3, 4 and 5, which pass "
+        "each other at 1e-2 to 1e-4 of their first distance until one leaves, over 63 units of "
+        "time.",
+    ),
+    "HD 80606 and a companion": Label(
+        "HD 80606 and a companion",
+        "A planet of eccentricity 0.933 at 0.46 au and a companion of Jupiter's mass at 3 au, "
+        "over 20 years; au, solar masses and years / 2 pi.",
+        "years / 2 pi",
+    ),
+    "Kozai-Lidov cycles": Label(
+        "Kozai-Lidov cycles",
+        "A planet at 1 au that a star at 6 au, inclined by 75 degrees, makes eccentric again and "
+        "again, over 200 years; au, solar masses and years / 2 pi.",
+        "years / 2 pi",
+    ),
+    "a binary meets a star": Label(
+        "A binary meets a star",
+        "Three equal stars, one of which flies through the circular binary of the others, over 60 "
+        "units of time.",
+    ),
+    "16 stars": Label(
+        "16 stars",
+        "Equal stars in Plummer's density, over 8.49 units of time, three crossing times.",
+    ),
+    "Sitnikov's problem": Label(
+        "Sitnikov's problem",
+        "A massless body on the axis of a binary of eccentricity 0.6, over 40 units of time. The "
+        "axis is unstable, and a code whose rounding does not keep the symmetry leaves it.",
+    ),
+    **{
+        f"two bodies, e = {e:g}": Label(
+            f"Two bodies, e = {e:g}",
+            f"Masses 0.7 and 0.3 on an orbit of eccentricity {e:g}, a = 1, from its pericentre, "
+            "over 20.37 revolutions, so that its phase counts.",
+        )
+        for e in (0.9, 0.99, 0.999, 0.9999)
+    },
 }
 
 

@@ -11,6 +11,7 @@ import galvi
 from references.heyoka.engine import QUADRUPLE
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound.ias15 import IAS15
+from references.stored.encounters import ENCOUNTERS
 from references.stored.planets import CASES, FOLDER, STORED_TRUTH, sampled, stored
 
 every = pytest.mark.parametrize("case", CASES)
@@ -25,7 +26,7 @@ def test_it_is_kept_for_its_problem_and_no_other(case):
     assert STORED_TRUTH.supports(named)
     masses, q0, v0 = problem.system.masses, problem.q0, problem.v0
     near = [
-        galvi.Problem(galvi.NBody(np.nextafter(masses, 1.0), problem.system.G), q0, v0),
+        galvi.Problem(galvi.NBody(np.nextafter(masses, 99.0), problem.system.G), q0, v0),
         galvi.Problem(galvi.NBody(masses, np.nextafter(problem.system.G, 0.0)), q0, v0),
         galvi.Problem(problem.system, np.nextafter(q0, 99.0), v0),
         galvi.Problem(problem.system, q0, np.nextafter(v0, 99.0)),
@@ -43,7 +44,8 @@ def test_it_has_ten_samples_at_its_horizon_and_at_a_tenth_of_it(case):
         np.testing.assert_allclose(run.t, 7.0 + duration * np.arange(samples + 1) / samples)
         assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
         energy = galvi.energy(run)
-        assert np.abs(energy / energy[0] - 1.0).max() < 1e-14  # 2e-15: the roundings of the states
+        # 2e-15: the roundings of the states; 4e-13 where bodies meet.
+        assert np.abs(energy / energy[0] - 1.0).max() < (1e-12 if case in ENCOUNTERS else 1e-14)
     with pytest.raises(ValueError, match=r"stored truth is kept .* received a sample at"):
         STORED_TRUTH.run(problem, horizon / 3, {})
     with pytest.raises(ValueError, match="received a sample at -"):
@@ -58,10 +60,12 @@ def test_its_file_has_25_digits_and_says_how_it_was_made(case):
     )
     rows = [line.split(",") for line in text.splitlines() if line[0].isdigit()]
     assert len(rows) == len(sampled(CASES[case][1])) * CASES[case][0].system.masses.size
-    digits = [len(decimal.Decimal(x).as_tuple().digits) for row in rows for x in row[2:]]
+    digits = [
+        len(decimal.Decimal(x).as_tuple().digits) for row in rows for x in row[2:] if float(x)
+    ]
     assert min(digits) == max(digits) == 25
     accuracy = float(text.split("differ by at most ")[1].split()[0])
-    assert accuracy < 1e-17  # au, of the looser of two tolerances; 1.3e-18
+    assert accuracy < 1e-16  # of the looser of two tolerances; 1.3e-18 au, 6e-17 in Burrau's
 
 
 @pytest.mark.skipif(bool(IAS15.missing), reason=IAS15.missing or "present")

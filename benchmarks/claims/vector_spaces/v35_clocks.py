@@ -207,8 +207,8 @@ V35 = scalars(
     source="Sundman, Poincare; no claim of H or M",
     setup="Polynomials(s) with Gauss s",
     reference=f"{DOP853.name}, tolerance 1e-13; {KEPLER.name}",
-    statement="With dt = g(q) dtau the action of g (L(q, q'/g) + E) is discretised with constant "
-    "steps of tau. Neither paper has it; it is checked as their statements are.",
+    statement="Ours: with dt = g(q) dtau the action of g (L(q, q'/g) + E) is discretised with "
+    "constant steps of tau. Neither paper has it; it is checked as their statements are.",
     caught=(
         Fault(
             "g without its slope",
