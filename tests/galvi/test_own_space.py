@@ -43,7 +43,9 @@ def test_a_users_space_gives_the_curves_and_the_table_of_polynomials(example):
     assert np.max(np.abs(mine(t) - ours(t))) < 1e-12  # 3e-14
     assert np.max(np.abs(mine.velocity(t) - ours.velocity(t))) < 1e-12  # 4e-14
     assert mine.method.symmetric
-    with pytest.raises(ValueError, match="can be saved when its space and chart are galvi's own"):
+    with pytest.raises(
+        ValueError, match="can be saved when its space, chart and clock are galvi's own"
+    ):
         galvi.save(mine, "never.npz")
 
 
