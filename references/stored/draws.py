@@ -1,5 +1,5 @@
 """Burrau's problem from starts that differ by 1e-15, and where each ends at t = 63, by heyoka in
-quadruple precision: `python -m references.stored.draws`.
+quadruple precision: `python -m references.stored.draws burrau_draws`.
 
 Close triples multiply a rounding by 1e8: the error of one run is one draw from a distribution.
 """
@@ -43,7 +43,7 @@ def table() -> str:
         f"# Burrau's problem from {DRAWS} starts that differ by {SIZE:g}, at t = {DURATION:g}",
         f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
         f"# accuracy: with {LOOSER} instead, the first one's end differs by {apart:.1e}",
-        "# made by: python -m references.stored.draws",
+        f"# made by: python -m references.stored.draws {FILE.stem}",
         ",".join([f"{x}{i}{at}" for at in ("", "_end") for i in range(3) for x in "xy"]),
     ]
     for k in range(DRAWS):
