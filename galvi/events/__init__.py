@@ -1,7 +1,7 @@
 """Events that galvi brings: `galvi.events.closest_approach(i, j)` and others.
 
-Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by number or
-name. Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
+Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by number.
+Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ __all__ = [
 
 def closest_approach(i: Any, j: Any) -> Event:
     """Two bodies are nearest for a while; value: their distance."""
-    return Event(Approach(i, j), 1, f"closest approach of {i} and {j}")
+    return Event(Approach(i, j), 1, name=f"closest approach of {i} and {j}")
 
 
 def within(i: Any, j: Any, distance: float) -> Event:
     """Two bodies come within a distance, or leave it; value: their distance."""
     far = input_checks.positive("distance", distance)
-    return Event(Distance(i, j, far), 0, f"{i} and {j} at {far:g}")
+    return Event(Distance(i, j, far), 0, name=f"{i} and {j} at {far:g}")
 
 
 def apsis(i: Any, about: Any) -> Event:
     """A body is nearest to another for a while, or farthest; value: their distance."""
-    return Event(Approach(i, about), 0, f"apsis of {i} about {about}")
+    return Event(Approach(i, about), 0, name=f"apsis of {i} about {about}")
 
 
 def transit(i: Any, j: Any, observer: Any) -> Event:
@@ -41,7 +41,7 @@ def transit(i: Any, j: Any, observer: Any) -> Event:
     observer  direction (3,) from the bodies to the observer, far away
     """
     towards = _direction("observer", observer)
-    return Event(Transit(i, j, towards), 1, f"transit of {i} in front of {j}")
+    return Event(Transit(i, j, towards), 1, name=f"transit of {i} in front of {j}")
 
 
 def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
@@ -50,17 +50,21 @@ def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
     Value: normal . q - offset.
     """
     direction = _direction("normal", normal)
-    return Event(Plane(direction, input_checks.real("offset", offset), body), 0, "plane crossing")
+    return Event(
+        Plane(direction, input_checks.real("offset", offset), body), 0, name="plane crossing"
+    )
 
 
 def angle(joint: Any, value: float) -> Event:
     """A joint or coordinate passes an angle, up to whole turns; value: the angle itself."""
-    return Event(Angle(joint, input_checks.real("value", value)), 0, f"joint {joint} at {value:g}")
+    return Event(
+        Angle(joint, input_checks.real("value", value)), 0, name=f"joint {joint} at {value:g}"
+    )
 
 
 def section(function: Callable[..., Any]) -> Event:
     """function(q, v, t) rises through zero, a Poincare section; value: that of the function."""
-    return Event(function, 1, "section")
+    return Event(function, 1, name="section")
 
 
 def _direction(name: str, vector: Any) -> tuple[float, ...]:

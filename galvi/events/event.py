@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -37,7 +37,7 @@ class Event:
 
     function: Callable[..., Any] | Quantity
     direction: int = 0
-    name: str = ""
+    name: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         if not (callable(self.function) or isinstance(self.function, Quantity)):
@@ -172,13 +172,10 @@ class Angle:
         """As `Quantity`."""
         if problem.q0.ndim != 1:
             raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
-        names = [getattr(joint, "name", "") for joint in getattr(problem.system, "joints", ())]
-        k = names.index(self.joint) if self.joint and self.joint in names else self.joint
+        k = self.joint
         if not isinstance(k, int) or isinstance(k, bool) or not 0 <= k < problem.q0.size:
-            known = f", or one of {names}" if any(names) else ""
             raise ValueError(
-                f"joint must be a number below {problem.q0.size}{known}; "
-                f"received {shown(self.joint)}."
+                f"joint must be a number below {problem.q0.size}; received {shown(self.joint)}."
             )
         return (
             lambda q, v, t: np.sin(q[:, k] - self.value),

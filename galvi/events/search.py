@@ -143,14 +143,20 @@ def _grid(run: Trajectory) -> Array:
     if not isinstance(run, Trajectory) or run.step is None or (run.curves or run.again) is None:
         raise ValueError(f"events are found on runs of galvi.integrate; received {shown(run)}.")
     done = run.counts["steps"]
+    if run.tau is None and len(run.t) == done + 1:
+        return run.t
     if run.tau is None:
-        return run.t[0] + np.arange(done + 1) * run.step
+        times = run.t[0] + np.arange(done + 1) * run.step
+        times[-1] = run.t[
+            np.flatnonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1))[-1]
+        ]
+        return times
     if not isinstance(run.curves, ClockCurves):
         raise ValueError(
             "events of a run in a clock are found on its curves; this one kept none. Integrate "
             "with save_every=1, or curves=True."
         )
-    return run.curves.times
+    return np.append(run.t[:1], run.curves.times[1:])  # one that was resumed begins within a step
 
 
 def _interpolants(
@@ -181,7 +187,7 @@ def _interpolants(
             coefficients[:, 1] += 0.5 * (off[1] - off[0])
         if not np.all(np.isfinite(coefficients)):
             raise ValueError(
-                "an event must be a finite number along the run; received NaN or more."
+                "an event must be a finite number along the run; received one that is not."
             )
         yield first, begin, end, coefficients, int(np.sum(~_is_resolved(coefficients)))
 

@@ -131,3 +131,12 @@ def run_of() -> Any:
 def test_bad_events_are_refused_in_words(call: Any, words: str) -> None:
     with pytest.raises((ValueError, TypeError), match=words):
         call()
+
+
+def test_a_run_that_was_resumed_has_the_events_from_its_own_begin() -> None:
+    for method in (EIGHT, CLOCK):
+        whole = galvi.integrate(orbit(), method, 0.4, duration=20.0)
+        part = galvi.integrate(orbit(), method, 0.4, duration=8.0)
+        found = galvi.find_events(galvi.resume(part, until=20.0), galvi.events.apsis(1, 0))
+        every = galvi.find_events(whole, galvi.events.apsis(1, 0))
+        assert np.allclose(found.t, every.t[every.t > 8.0], atol=1e-9)
