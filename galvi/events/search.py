@@ -86,8 +86,8 @@ def find_events(run: Trajectory, events: Event | Sequence[Event]) -> Found:
 
     Every root of a function's interpolant on a step is found, also two within one step; a root at
     t0 is none. Times and states are those of the step's order: a root of the curve is refined by a
-    shortened step from the last kept state. Steps after a failure have no events. In a moving frame
-    the curve is the frame's.
+    shortened step from the last kept state. Steps after the last state that a failed run kept have
+    no events. In a moving frame the curve is the frame's.
 
     Raises ValueError for a run of a reference, for one in a clock that kept no curves, and for more
     than a million events; TypeError for something that is no event.
@@ -142,15 +142,11 @@ def _grid(run: Trajectory) -> Array:
     """The times at which the steps of a run begin and end, up to a failure."""
     if not isinstance(run, Trajectory) or run.step is None or (run.curves or run.again) is None:
         raise ValueError(f"events are found on runs of galvi.integrate; received {shown(run)}.")
-    done = run.counts["steps"]
-    if run.tau is None and len(run.t) == done + 1:
-        return run.t
     if run.tau is None:
-        times = run.t[0] + np.arange(done + 1) * run.step
-        times[-1] = run.t[
-            np.flatnonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1))[-1]
-        ]
-        return times
+        finite = np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)
+        last = float(run.t[finite][-1])
+        steps = round((last - run.t[0]) / run.step)
+        return np.append(run.t[0] + np.arange(steps) * run.step, last)
     if not isinstance(run.curves, ClockCurves):
         raise ValueError(
             "events of a run in a clock are found on its curves; this one kept none. Integrate "

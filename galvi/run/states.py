@@ -21,6 +21,8 @@ from galvi.run.integrate import integrate
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
+AHEAD = 8  # steps in a clock that are tried at once on the way to a time
+
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     """States (q, p) at any times of a run, (k, ...) each, or of a scalar those of one time.
@@ -47,7 +49,7 @@ def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
     wanted = input_checks.array("times", times)
     if wanted.ndim > 1:
         raise ValueError(f"times must be a scalar or (k,); received shape {wanted.shape}.")
-    problem, sign = run.problem, math.copysign(1.0, run.step)
+    sign = math.copysign(1.0, run.step)
     good = int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
     grid, last = sign * run.t[:good], float(run.t[good - 1])
     flat = sign * np.atleast_1d(wanted)
@@ -62,55 +64,54 @@ def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
     v = run.v
     reach = _reach_in_clock(run) if run.tau is not None else _reach_in_time(run)
     for k, row in enumerate(rows.tolist()):
-        if flat[k] == grid[row]:
-            q[k], p[k], w[k] = run.q[row], run.p[row], v[row]
-        else:
-            here = problem.with_initial_state(run.q[row], v[row])
-            here = replace(here, t0=float(run.t[row]))
-            q[k], p[k], w[k] = reach(here, sign * float(flat[k]))
+        q[k], p[k], w[k] = run.q[row], run.p[row], v[row]
+        if flat[k] != grid[row]:
+            q[k], p[k], w[k] = reach(q[k], w[k], float(run.t[row]), sign * float(flat[k]))
     return q, p, w
 
 
-Reach = Callable[[Problem, float], tuple[Array, Array, Array]]
+Reach = Callable[[Array, Array, float, float], tuple[Array, Array, Array]]  # of q, v, t and a time
 
 
 def _reach_in_clock(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
     motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
 
-    def reach(here: Problem, time: float) -> tuple[Array, Array, Array]:
-        state = motion.at(here.q0, here.v0, here.t0)
-        loop = Loop(run.problem, run.method, step, motion, replace(state, curves=False), time)
-        while not loop.over and loop.call(8) == SOLVED:
+    def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
+        state = replace(motion.at(q, v, t), curves=False)
+        loop = Loop(run.problem, run.method, step, motion, state, time)
+        while not loop.over and loop.call(AHEAD) == SOLVED:
             pass
         found, _ = loop.to_time() if loop.reached else (None, 0.0)
-        if found is None and loop.reached and loop.done:  # at the grid point
+        if found is None and loop.reached:  # at the grid point
             found = loop.last
         if found is None:
-            nothing = np.full(run.p.shape[1:], np.nan)
-            return np.full(run.q.shape[1:], np.nan), nothing, nothing
-        q, p = found.q[0].reshape(run.q.shape[1:]), found.p[0].reshape(run.p.shape[1:])
+            return np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
+        q, p = found.q[0].reshape(q.shape), found.p[0].reshape(v.shape)
         if found.v is not None:
-            return q, p, found.v[0].reshape(p.shape)
-        return q, p, velocity_at(run.problem.system, q[None], p[None], time, here.v0)[0]
+            return q, p, found.v[0].reshape(v.shape)
+        return q, p, velocity_at(run.problem.system, q[None], p[None], time, v)[0]
 
     return reach
 
 
 def _reach_in_time(run: Trajectory) -> Reach:
-    step = cast(float, run.step)
+    end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
-    def reach(here: Problem, time: float) -> tuple[Array, Array, Array]:
-        whole = int((time - here.t0) / step)
-        rest = time - (here.t0 + whole * step)
+    def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
+        here = Problem(run.problem.system, q, v, t)
+        there = integrate(
+            here, run.method, h, n, save_every=n, solver=end.solver, tolerance=end.tolerance
+        )
+        return there.q[-1], there.p[-1], there.v[-1]
+
+    def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
+        whole = int((time - t) / step)
+        rest = time - (t + whole * step)
         if whole:
-            there = integrate(here, run.method, step, whole)
-            here = replace(
-                here.with_initial_state(there.q[-1], there.v[-1]), t0=here.t0 + whole * step
-            )
-            if rest == 0.0:
-                return there.q[-1], there.p[-1], there.v[-1]
-        last = integrate(here, run.method, rest, 1)
-        return last.q[-1], last.p[-1], last.v[-1]
+            q, p, v = done(q, v, t, step, whole)
+            if rest == 0.0 or not np.all(np.isfinite(q)):  # or a step failed
+                return q, p, v
+        return done(q, v, t + whole * step, rest, 1)
 
     return reach

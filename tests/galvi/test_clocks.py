@@ -363,6 +363,10 @@ def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
         problem, q, problem.v0, chosen, 0.4, duration=3.0, keep=galvi.StatesAt([1.0, 2.5])
     )
     assert np.array_equal(at[0][3], galvi.states_at(runs[3], [1.0, 2.5])[0])
+    steps = [0.4, 0.3, 0.2, 0.4, 0.4]
+    own = galvi.integrate_ensemble(problem, q, problem.v0, chosen, steps, duration=3.0)
+    assert np.array_equal(own[0][[0, 3, 4]], found[0][[0, 3, 4]])
+    assert not np.array_equal(own[0][1], found[0][1])
     for more, words in (({"folder": "x"}, "folder"), ({"keep": galvi.Extrema()}, "StatesAt")):
         with pytest.raises(ValueError, match=words):
             galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0, **more)

@@ -24,7 +24,7 @@ from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
-from galvi.run.clocked.general import chart_of, counted, lagrangian_of
+from galvi.run.clocked.general import added, chart_of, counted, lagrangian_of, slopes_in_clock
 from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
@@ -103,9 +103,9 @@ def motion_of_driven(
             )
             g, power = new, new_power
             if change <= SETTLED or before <= change < NOISE:
-                ends = [two_sum(t, low + h * float(table.b @ g)),
-                        two_sum(e, e_low + h * float(table.b @ power))]  # fmt: skip
-                return run, g, np.array(ends).ravel()
+                changes = h * np.array([table.b @ g, table.b @ power])
+                ends = [added(state.clock[k : k + 2], [changes[k // 2]])[0] for k in (0, 2)]
+                return run, g, np.concatenate(ends)
         return run, g, None
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
@@ -149,7 +149,8 @@ def _inner(problem: Problem, base: Lagrangian, clock: Any, told: Told) -> Proble
     rate, slope, timed = clock.rate(problem), clock.slope(problem), base.explicit_time
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
     q0, v0 = problem.q0.reshape(shape), problem.v0.ravel()
-    known, d = base.euclidean_slopes(q0, v0, problem.t0), base.group.dimension
+    known = base.euclidean_slopes(q0, v0, problem.t0)
+    by_chain_rule = slopes_in_clock(base, cast(Callable[..., Array], known), rate, slope)
 
     def function(q: Any, u: Any, tau: float) -> Any:
         t, energy = told.at(float(tau))
@@ -158,12 +159,7 @@ def _inner(problem: Problem, base: Lagrangian, clock: Any, told: Told) -> Proble
 
     def slopes(q: Array, u: Array, tau: float) -> Array:
         t, energy = told.at(tau)
-        flat = q.reshape(-1)
-        g, time = rate(flat), ((t,) if timed else ())
-        both = np.array(cast(Callable[..., Array], known)(q, u / g, *time), dtype=np.float64)
-        excess = float(both[:d] @ u) / g - float(base.function(q, u / g, *time)) - energy
-        both[d:] = g * both[d:] - excess * slope(flat)
-        return both
+        return by_chain_rule(q, u, energy, *((t,) if timed else ()))
 
     def force(q: Array, u: Array, tau: float) -> Array:
         t, _ = told.at(tau)
@@ -194,9 +190,3 @@ def _integral(analysis: Array, c: Array) -> Array:
     """(s, s) integrals from 0 to c_i of the polynomials that interpolate at the stages."""
     whole = legendre.legint(analysis, lbnd=-1.0, axis=0)
     return 0.5 * legendre.legvander(2.0 * c - 1.0, len(whole) - 1) @ whole
-
-
-def two_sum(t: float, more: float) -> tuple[float, float]:
-    """t + more, and what rounding loses of it, for |t| above |more|."""
-    new = t + more
-    return new, more - (new - t)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 from typing import Any, cast
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.clocks.clock import AnyClock
+from galvi.clocks.clock import AnyClock, Rate
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
@@ -95,17 +96,32 @@ def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:
     known = base.euclidean_slopes(q0, problem.v0.ravel(), problem.t0)
     if known is None:
         return found
+    by_chain_rule = slopes_in_clock(base, known, rate, slope)
+    system = Lagrangian(
+        function, base.group, lambda q, u: by_chain_rule(q, u, energy), check=False
+    )  # fmt: skip
+    return Problem(system, q0, u0, problem.t0)
+
+
+def slopes_in_clock(
+    base: Lagrangian, known: Callable[..., Array], rate: Rate, slope: Callable[[Array], Array]
+) -> Callable[..., Array]:
+    """(q, u, E, and the time if L takes it) -> the slopes of g (L(q, u/g) + E) by u and q: dL/dv,
+    and g dL/dq - (H - E) dg/dq.
+
+    known  the slopes of L
+    """
     d = base.group.dimension
 
-    def slopes(q: Array, u: Array) -> Array:
+    def slopes(q: Array, u: Array, energy: float, *t: float) -> Array:
         flat = q.reshape(-1)
         g = rate(flat)
-        both = np.array(known(q, u / g), dtype=np.float64)
-        excess = float(both[:d] @ u) / g - L(q, u / g) - energy
+        both = np.array(known(q, u / g, *t), dtype=np.float64)
+        excess = float(both[:d] @ u) / g - float(base.function(q, u / g, *t)) - energy
         both[d:] = g * both[d:] - excess * slope(flat)
         return both
 
-    return Problem(Lagrangian(function, base.group, slopes, check=False), q0, u0, problem.t0)
+    return slopes
 
 
 def motion_in_general(
@@ -141,8 +157,8 @@ def motion_in_general(
         done = run.counts["steps"]
         found = rates(cast(Curves, run.curves), done)
         # One after another: the bits of a product of matrices depend on their sizes.
-        t = _times(
-            state.clock, h * sum(b * g for b, g in zip(method.table.b, found.T, strict=True))
+        t = added(
+            state.clock[:2], h * sum(b * g for b, g in zip(method.table.b, found.T, strict=True))
         )
         if time is not None and (past := np.flatnonzero((t[:, 0] - time) * h > 0.0)).size:
             if past[0] == 0:
@@ -188,13 +204,13 @@ def counted(run: Any) -> Array:
     return np.array([run.counts[name] for name in COUNTED], dtype=np.float64)
 
 
-def _times(clock: Array, steps: Array) -> Array:
-    """Times (n, 2) with their low parts, after steps in time (n,)."""
-    found, (t, low) = np.empty((len(steps), 2)), clock[:2].tolist()
-    for k, dt in enumerate(steps.tolist()):
-        low += dt
-        new = t + low
-        low -= new - t
-        t = new
-        found[k] = t, low
+def added(start: Array, changes: Any) -> Array:
+    """(n, 2) sums with their low parts, of a number and its low part (2,) and changes (n,)."""
+    found, (total, low) = np.empty((len(changes), 2)), start.tolist()
+    for k, change in enumerate(np.asarray(changes).tolist()):
+        low += change
+        new = total + low
+        low -= new - total
+        total = new
+        found[k] = total, low
     return found

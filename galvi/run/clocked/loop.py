@@ -55,7 +55,6 @@ class Loop:
         self.places: list[Any] = []
         self.known, self.stride = [state], 1
         self.last: Taken | None = None
-        self.q = state.state[0, : problem.q0.size]
 
     def call(self, n: int) -> int:
         """Does n more steps, or as many as there are."""
@@ -74,8 +73,13 @@ class Loop:
             self.reason = _collision(self.problem, found.taken.q[stuck[0]], float(t[stuck[0]]))
             found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
         elif lost.size:
-            self.reason = NOT_POSITIVE.format(self.done + int(lost[0]) + 1)
-            found = self._before(int(lost[0]), keep)
+            n_good = int(lost[0])
+            self.reason = NOT_POSITIVE.format(self.done + n_good + 1)
+            found = (
+                self.motion.advance(self.state, self.step, n_good, None, keep)
+                if n_good
+                else Advanced(found.taken.rows([]), self.state, SOLVED)
+            )
         self._record(found.taken, keep)
         self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
@@ -86,32 +90,30 @@ class Loop:
             self.over = True
         return found.code
 
-    def _before(self, n: int, keep: bool) -> Advanced:
-        """The next n steps, perhaps none."""
-        found = self.motion.advance(self.state, self.step, max(n, 1), None, keep)
-        if n:
-            return found
-        none = found.taken.rows([])
-        return Advanced(none, self.state, SOLVED)
-
     def _record(self, taken: Taken, keep: bool) -> None:
         n = len(taken.t)
         self.counts += taken.counts
         if n == 0:
             return
         numbers = np.arange(self.done + 1, self.done + n + 1)
-        rows = np.flatnonzero(numbers % self.start.save_every == 0)
+        every = self.start.save_every
+        rows: Any = slice(None) if every == 1 else np.flatnonzero(numbers % every == 0)
         self.kept.append(taken.rows(rows))
         self.numbers.append(numbers[rows])
         self.last = taken.rows([-1])
         self._see(taken, numbers)
         if keep:
             self.every.append(taken)
-        for part in (self.kept[-1], *self.every[len(self.every) - keep :]):
-            self.bytes += sum(getattr(array, "nbytes", 0) for array in part)
+        part = taken if keep else self.kept[-1]
+        self.bytes += sum(getattr(array, "nbytes", 0) for array in part)
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.reason = True, FULL
-        self.q, self.done = taken.q[-1], self.done + n
+        self.done += n
+
+    @property
+    def q(self) -> Array:
+        """The flat configuration after the last step."""
+        return self.state.state[0, : self.problem.q0.size]
 
     def _see(self, taken: Taken, numbers: Any) -> None:
         """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
@@ -142,7 +144,11 @@ class Loop:
         wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
         if abs(wanted) <= fine:
             return None, 0.0
-        x, low_x, high_x = min(1.0, wanted / (h * float(rate(self.q)))), 0.0, 2.0
+        x, low_x, high_x = (
+            min(1.0, wanted / (h * float(rate(self.q)))),
+            0.0,
+            2.0,
+        )
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
         for _ in range(NEWTON):
             found = self.motion.advance(self.state, x * h, 1, None, self.start.keeps_curves)
