@@ -40,7 +40,7 @@ def drift(problem: galvi.Problem, blocks: int = BLOCKS, steps: int = IN_BLOCK) -
     motion = clock_stepper.motion_in_lanes(problem, METHOD, None)
     assert motion is not None
     state = motion.at(problem.q0, problem.v0, problem.t0)
-    masses = clock_stepper.masses_in_clock(system, problem.q0.shape[1], clock_stepper.KAPPA)
+    masses = clock_stepper.masses_in_clock(system, problem.q0.shape[1])
     K, passes = [0.0], 0
     for _ in range(blocks):
         found = motion.advance(state, STEP, steps, None, False)

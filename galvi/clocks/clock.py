@@ -34,7 +34,7 @@ class AnyClock(Protocol):
     """A clock, as a method takes it."""
 
     @property
-    def whole(self) -> bool:
+    def vectorized(self) -> bool:
         """Whether g also takes configurations (entries, n) at once, flat ones in front."""
 
     def rate(self, problem: Problem) -> Rate:
@@ -53,7 +53,7 @@ class DynamicalTime:
     bodies do not count. For `galvi.NBody` alone, with two bodies or more.
     """
 
-    whole = True
+    vectorized = True
     longest = 3.0  # step, since a revolution is 2 pi
 
     def rate(self, problem: Problem) -> Rate:
@@ -109,7 +109,7 @@ class Sundman:
     """
 
     power: float = 1.5
-    whole = True
+    vectorized = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "power", input_checks.positive("power", self.power))
@@ -152,7 +152,7 @@ class Clock:
 
     function: Callable[..., Any]
     gradient: Callable[..., Any] | None = None
-    whole = False
+    vectorized = False
 
     def __post_init__(self) -> None:
         for name in ("function", "gradient"):

@@ -57,7 +57,7 @@ class ClockCurves:
 
         return self._at(t, velocities)
 
-    def falls_back(self) -> Any:
+    def steps_backwards(self) -> Any:
         """Numbers of the steps in which t does not grow, at some of their places."""
         n = len(self.rates)
         index = np.repeat(np.arange(n), SAMPLES)

@@ -15,8 +15,7 @@ from galvi.curves.curves import IdentityChart
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.fast.lanes.clocks.advance import compiled_advance_clock
 from galvi.fast.lanes.vectors import lanes_for
-from galvi.fast.nystrom_stepper import _with_low_part as with_low_part
-from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
+from galvi.fast.nystrom_stepper import aligned, stages_in_lanes, with_low_part
 from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -27,7 +26,6 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
 
-KAPPA = 1.0  # of galvi.DynamicalTime
 MOST_STAGES = 32
 # The iteration stops where a further pass would change slopes by less than this, relative to their
 # sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
@@ -52,32 +50,29 @@ LIGHT_BODIES = (
 )
 
 
-def motion_in_lanes(
-    problem: Problem, method: Galerkin, energy: float | None, kappa: float = KAPPA
-) -> Motion | None:
+def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | None:
     """The motion of point masses in `galvi.DynamicalTime`; None where the kernel has none.
 
     energy  that the clock is told; None: that of the start, in double-double
-    kappa   1 or 1/2: g = (sum over pairs of (G (m_i + m_j) / r^3)^kappa)^(-1 / (2 kappa))
     """
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
         return None
     if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
         return None
-    return _motion(problem, method, energy, kappa)
+    return _motion(problem, method, energy)
 
 
 @lru_cache(maxsize=32)
-def _motion(problem: Problem, method: Galerkin, energy: float | None, kappa: float) -> Motion:
+def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     """As `motion_in_lanes`, which has checked that there is one."""
     system, s = cast(NBody, problem.system), method.stages
     shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
     dimension = shape[1]
-    masses, halves = masses_in_clock(system, dimension, kappa), round(2 * kappa)
+    masses = masses_in_clock(system, dimension)
     width, m = stages_in_lanes(s, lanes).size, method.space.dimension - 1
-    form = (*((0,) * n for n in (dimension, halves, lanes)), s, width)
-    kernel = compiled_advance_clock(dimension, halves, lanes)
+    form = (*((0,) * n for n in (dimension, lanes)), s, width)
+    kernel = compiled_advance_clock(dimension, lanes)
     scratch = (8, d, width), (6, width), (4, width), (dimension * len(masses[1]),), (4,)
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
@@ -116,7 +111,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None, kappa: flo
 
 
 @lru_cache(maxsize=32)
-def masses_in_clock(system: NBody, dimension: int, kappa: float) -> tuple[Array, Any, Any, Array]:
+def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Array]:
     """The masses of a system as the kernel takes them."""
     M = system.G * system.masses
     first, second = np.triu_indices(M.size, 1)
@@ -124,8 +119,7 @@ def masses_in_clock(system: NBody, dimension: int, kappa: float) -> tuple[Array,
     first, second = first[enters], second[enters]
     with extended_precision():
         product, low = with_low_part(decimals(M[first]) * decimals(M[second]))
-    pace = (M[first] + M[second]) ** kappa
-    pairs = np.stack([M[second], M[first], product, low, pace], axis=1)
+    pairs = np.stack([M[second], M[first], product, low, M[first] + M[second]], axis=1)
     heavy = (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
     turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second

@@ -232,7 +232,7 @@ def integrals_of(table: Tableau) -> tuple[Array, Array]:
     with extended_precision():
         b = decimals(table.b) + decimals(table.low_parts[1])
         A = decimals(table.integral) + decimals(table.low_parts[4])
-        return _with_low_part(A), _with_low_part(b - (A.T * b) / b[:, None])
+        return with_low_part(A), with_low_part(b - (A.T * b) / b[:, None])
 
 
 def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
@@ -240,7 +240,7 @@ def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
     return np.minimum(np.arange(-(-s // lanes) * lanes), s - 1)
 
 
-def _with_low_part(exact: Any) -> Array:
+def with_low_part(exact: Any) -> Array:
     """The nearest float64 numbers and their rounding errors."""
     kept = rounded(exact)
     return np.stack([kept, rounded(exact - decimals(kept))])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,9 @@ from scipy.integrate import solve_ivp
 import galvi
 from galvi.curves.clock_curves import ClockCurves
 from galvi.run.clocked import general
+from galvi.run.clocked.loop import Loop
+from galvi.run.clocked.run import motion_of
+from galvi.run.nystrom_steppers import ROUND_OFF
 from references.stored.encounters import sitnikov
 from references.stored.planets import STORED_TRUTH
 
@@ -254,10 +258,12 @@ def test_steps_bound_a_duration_and_say_so() -> None:
 
 
 def test_a_step_whose_time_does_not_grow_is_said() -> None:
-    run = galvi.integrate(galvi.problems.kepler(0.9), method(4, galvi.Sundman()), 2.5, 12)
+    run = galvi.integrate(galvi.problems.kepler(0.9), method(2, galvi.Sundman()), 1.0, 8)
     assert isinstance(run.curves, ClockCurves)
-    if run.curves.falls_back().size:
-        assert "does not grow" in run.status
+    first = int(run.curves.steps_backwards()[0]) + 1  # its polynomial dips between two stages
+    assert f"The time does not grow along step {first}" in run.status
+    fine = galvi.integrate(galvi.problems.kepler(0.9), method(8, galvi.Sundman()), 0.3, 40)
+    assert isinstance(fine.curves, ClockCurves) and not fine.curves.steps_backwards().size
 
 
 def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
@@ -436,10 +442,23 @@ def test_a_step_that_is_shortened_at_once_is_judged() -> None:
     assert not run.success or "energy changed" in run.status
 
 
-def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run() -> None:
-    spring = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(1.0)), [1.0], [0.0])
-    run = galvi.integrate(spring, method(4, galvi.Clock(lambda q: q[0])), 1.5, duration=4.0)
-    assert not run.success and ("not positive" in run.status or "Use a smaller" in run.status)
+def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step() -> None:
+    chosen = method(6, CIRCLES)
+    sound = motion_of(KEPLER, chosen, "auto", ROUND_OFF)
+
+    def advance(state: Any, h: float, n: int, time: Any, keep: bool) -> Any:
+        found = sound.advance(state, h, n, time, keep)
+        rates = found.taken.rates.copy()
+        rates[max(0, 5 - state.first) :, 2] = -1.0  # from step 6 on
+        return found._replace(taken=found.taken._replace(rates=rates))
+
+    start = replace(sound.at(KEPLER.q0, KEPLER.v0, 0.0), save_every=1)
+    loop = Loop(KEPLER, chosen, 0.2, replace(sound, advance=advance), start, None)
+    while not loop.over:
+        loop.call(4)
+    whole = galvi.integrate(KEPLER, chosen, 0.2, 5)
+    assert loop.done == 5 and "not positive at a stage of step 6" in loop.reason
+    assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
 
 
 def test_a_wrong_gradient_of_a_clock_is_refused() -> None:

@@ -41,7 +41,7 @@ NOISE = 1e-9  # below which changes that no longer shrink are rounding
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
 
 
-class Told:
+class AtStages:
     """Times and energies (s,) at the stages of the step that is being solved, at shares c of it."""
 
     def __init__(self, c: Array, t: float, energy: float) -> None:
@@ -66,7 +66,7 @@ def motion_of_driven(
             f"or lobatto(s + 1), which collocate t and the energy; received {method.name}."
         )
     table, rate = method.table, method.clock.rate(problem)
-    told = Told(table.c, problem.t0, energy)
+    told = AtStages(table.c, problem.t0, energy)
     base = lagrangian_of(problem.system, problem)
     inner = _inner(problem, base, method.clock, told)
     plain = Galerkin(method.space, method.rule, method.group_chart)
@@ -144,7 +144,7 @@ def motion_of_driven(
     return Motion(advance, at, rate, chart_of(problem, plain), "clock")
 
 
-def _inner(problem: Problem, base: Lagrangian, clock: Any, told: Told) -> Problem:
+def _inner(problem: Problem, base: Lagrangian, clock: Any, told: AtStages) -> Problem:
     """The problem in tau, from 0 on in each step; t and E are those told."""
     rate, slope, timed = clock.rate(problem), clock.slope(problem), base.explicit_time
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)

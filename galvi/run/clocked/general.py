@@ -147,7 +147,7 @@ def motion_in_general(
     def rates(curves: Curves, n: int) -> Array:
         index, nodes = np.repeat(np.arange(n), s), np.tile(method.table.c, n)
         places = curves.places(index, nodes).reshape(n * s, problem.q0.size)
-        if clock.whole:
+        if clock.vectorized:
             return np.asarray(rate(places.T)).reshape(n, s)
         return np.array([float(rate(q)) for q in places]).reshape(n, s)
 

@@ -9,7 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.problem import Problem
 
-DEAR = 10.0  # times as many steps because of one pair, from which on it is named
+COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
 
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
@@ -31,8 +31,8 @@ def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
     return names[i[pair]], names[j[pair]]
 
 
-def dear_pair(problem: Problem, q: Array) -> str:
-    """A sentence on the one pair because of which steps are ``DEAR`` times as many; "" for none."""
+def costly_pair(problem: Problem, q: Array) -> str:
+    """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
     i, j, pace = paces(problem, q)
     if pace.shape[1] < 2:
         return ""
@@ -41,7 +41,7 @@ def dear_pair(problem: Problem, q: Array) -> str:
         whole = np.sqrt(pace.sum(axis=1))
         others = np.sqrt(np.delete(pace, pair, axis=1).sum(axis=1))
     times = 1.0 / float(np.median(others / whole))
-    if not times > DEAR:
+    if not times > COSTLY:
         return ""
     names = problem.body_names()
     about = float(f"{times:.1g}")

@@ -21,7 +21,7 @@ from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, joined
-from galvi.run.clocked.remarks import dear_pair
+from galvi.run.clocked.remarks import costly_pair
 from galvi.run.energies import (
     States,
     asks_functions,
@@ -178,11 +178,11 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
         if found.ruined is not None:
             failed = max(found.ruined - start.first, 1)
             status = f"Ruined from step {failed} on: {wrong}. {remedy}"
-    if isinstance(run.curves, ClockCurves) and (back := run.curves.falls_back()).size:
+    if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         status += f" The time does not grow along step {int(back[0]) + 1}: {TOO_LONG}."
     said = [loop.motion.remark]
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
-        said.append(dear_pair(loop.problem, joined(loop.seen).q))
+        said.append(costly_pair(loop.problem, joined(loop.seen).q))
     last = replace(loop.state, energies=found.energies, save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
     return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),

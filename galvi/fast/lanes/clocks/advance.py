@@ -1,11 +1,11 @@
 """Many steps of point masses in a clock: Gauss collocation in tau, dt = g(q) dtau.
 
 With M = G m, T = sum M v^2 / 2, U = sum over pairs M_i M_j / r, S = sum over pairs of
-((M_i + M_j) / r^3)^kappa and g = S^(-1 / (2 kappa)), kappa = 1 or 1/2, the equations are those of
-K = g (H - E0), H = T - U = G times the energy, at K = 0, in v = p / m:
+(M_i + M_j) / r^3 and g = S^(-1/2), the equations are those of K = g (H - E0), H = T - U = G times
+the energy, at K = 0, in v = p / m:
 
     q' = g v,   v_i' = g (a_i - (H - E0) d(log g)/dq_i / M_i),   t' = g,
-    d(log g)/dq_i = 3 / (2 S) sum_j ((M_i + M_j) / r^3)^kappa (q_i - q_j) / r^2.
+    d(log g)/dq_i = 3 / (2 S) sum_j (M_i + M_j) / r^3 (q_i - q_j) / r^2.
 
 Slopes are L = h b times the derivative by tau, stages are q + sum_j mu_ij L_j with mu_ij + mu_ji
 = 1 exactly: the rounded method is symplectic. Separations of bodies are that at the step's start,
@@ -14,7 +14,7 @@ the last one, then new velocities, then new places.
 
 d = bodies * dimension rows, one for each coordinate; s stages, then zeros, P in all
 
-masses        pairs (5 n,): M_j, M_i, M_i M_j, its low part and (M_i + M_j)^kappa of each pair of
+masses        pairs (5 n,): M_j, M_i, M_i M_j, its low part and M_i + M_j of each pair of
               bodies, those of one body after another; seconds (n,): the first row of the other;
               starts (N + 1,): where a body's pairs begin; bodies (2, N): M / 2, and 1 / M or 0
               where the term with H - E0 is left out
@@ -167,12 +167,10 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
 
 
 @cache
-def compiled_advance_clock(dimension, halves, width):
-    """``advance_clock`` compiled or cached for a dimension, 2 kappa and the lanes of a vector."""
+def compiled_advance_clock(dimension, width):
+    """``advance_clock`` compiled or cached for a dimension and the lanes of a vector."""
     whole, real, numbers = types.int64, types.float64, types.int64[::1]
-    form = types.Tuple(
-        [*(types.UniTuple(whole, n) for n in (dimension, halves, width)), whole, whole]
-    )
+    form = types.Tuple([*(types.UniTuple(whole, n) for n in (dimension, width)), whole, whole])
     signature = whole(
         form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, real, real, real, MATRIX, MATRIX,
         numbers, VECTOR, SCRATCH, numbers, TAKEN,

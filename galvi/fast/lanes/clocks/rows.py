@@ -3,8 +3,8 @@
 Each function is called with the form of the kernel, then with arrays, whole and real numbers. The
 first row of a body is its number times the dimension.
 
-form  tuples of as many numbers as there are dimensions, halves in the power of the clock and lanes
-      of a vector; the stages s, and their number padded P
+form  tuples of as many numbers as there are dimensions and lanes of a vector; the stages s, and
+      their number padded P
 """
 
 from __future__ import annotations
@@ -49,9 +49,8 @@ class Stages(Lanes):
     """As many stages of a step as a vector has lanes, for point masses in some dimensions."""
 
     def __init__(self, context, builder, form, given, chunk):
-        super().__init__(context, builder, builder.extract_value(given, 4), chunk, form[2].count)
-        self.stages = builder.extract_value(given, 3)
-        self.axes, self.halves = range(form[0].count), form[1].count
+        super().__init__(context, builder, builder.extract_value(given, 3), chunk, form[1].count)
+        self.stages, self.axes = builder.extract_value(given, 2), range(form[0].count)
         self.inverse, self.none = Reciprocals(context, builder), Lane(builder, self.nothing)
 
     def given(self, kind, value):
@@ -92,7 +91,7 @@ def in_lanes(code, returned=types.void):
     def called(typingctx, form, *arguments):
         def generate(context, builder, signature, values):
             given = [builder.extract_value(values[1], i) for i in range(len(arguments))]
-            padded, width = builder.extract_value(values[0], 4), form.types[2].count
+            padded, width = builder.extract_value(values[0], 3), form.types[1].count
             kind = ir.VectorType(DOUBLE, width)
             total = cgutils.alloca_once_value(builder, ir.Constant(kind, [0.0] * width))
             chunks = builder.udiv(padded, padded.type(width))
@@ -133,15 +132,9 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
         row, start = (builder.mul(loop.index, loop.index.type(size)) for size in (COLUMNS, n))
         second = at.number(seconds.data, loop.index)
         gap = [here[x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
-        if at.halves == 2:
-            inverse = at.inverse.root(square(gap))
-            third = inverse * inverse * inverse
-            pace = pairs.number(row, PACE) * third
-        else:
-            half = at.inverse.quarters(square(gap), 3)
-            third = half * half
-            inverse = square(gap) * third
-            pace = pairs.number(row, PACE) * half
+        inverse = at.inverse.root(square(gap))
+        third = inverse * inverse * inverse
+        pace = pairs.number(row, PACE) * third
         for column in (PRODUCT_LOW, PRODUCT):
             add(sums[2 * n], pairs.number(row, column) * inverse)
         add(sums[2 * n + 1], pace)
@@ -162,11 +155,8 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
 @in_lanes
 def set_clock(at, parts, energy, energy_low, totals, changes):
     """g, h b g and 3 (H - E0) / (2 S) at each stage; what they come from, and changes, <- 0."""
-    if at.halves == 2:
-        rate = at.inverse.root(totals[RATES])
-        inverse = rate * rate
-    else:
-        rate = inverse = at.inverse.reciprocal(totals[RATES])
+    rate = at.inverse.root(totals[RATES])
+    inverse = rate * rate
     excess = ((totals[KINETIC] - totals[POTENTIAL]) - energy) - energy_low
     totals[RATE], totals[LENGTH] = rate, rate * parts[0]
     totals[EXCESS] = 1.5 * (excess * inverse)
