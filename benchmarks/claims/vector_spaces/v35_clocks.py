@@ -44,10 +44,10 @@ REFINED = (1.0, 0.8, 0.625, 0.5)
 SAMPLES = 200  # of a curve
 MANY, FEW = 1_000_000.0, 100_000.0  # of tau; when quick
 STEP = 0.4
-CLOSE = 0.45  # of an order: 0.3 was measured, where the steps are long
-LIMIT = 1e-10  # 4e-13 was measured, by differences
-ROUND_OFF = 1e-13  # of momenta and places of size 1
-KEPT = 1e-9  # of the energy over MANY
+CLOSE = 0.25  # of an order: 0.09 was measured
+LIMIT = 1e-12  # 8e-14 was measured, by differences
+ROUND_OFF = 2e-14  # of momenta and places of size 1: 2e-15 was measured
+KEPT = 1e-11  # of the energy over MANY: 3e-13 was measured
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
