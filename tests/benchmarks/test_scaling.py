@@ -39,7 +39,7 @@ def test_one_run_stands_for_each_contender_and_it_reaches_the_error(table: pd.Da
         assert chosen["seconds_per_orbit"] == within["seconds_per_orbit"].min()
 
 
-def test_pairs_a_second_are_counted_and_set_beside_what_the_machine_can_do(table: pd.DataFrame) -> None:
+def test_pairs_a_second_are_counted_and_set_beside_the_limit(table: pd.DataFrame) -> None:
     heavy = table["contender"].str.endswith(" heavy")
     ours = table[table["contender"].str.startswith("galvi") & ~heavy]
     pairs = ours["bodies"] * (ours["bodies"] - 1) / 2
