@@ -28,9 +28,9 @@ HOURS, DAYS = 2.9 / 24.0, 73.0  # between outputs
 WITHIN = 4.0  # Hill radii: what comes no nearer is no encounter
 EXPLANATION = (
     "A massless body passes the Moon, Mercury, the Earth or Jupiter once in 365 days, at 5 to 70 "
-    "km/s and at impact parameters to 3.5 Hill radii; 299 of 1,196 such flybys are here, and all by "
-    "`python -m benchmarks.studies.flybys`. The least distance is known "
-    "from heyoka in quadruple precision. Missed is an encounter of which nothing within 4 Hill "
+    "km/s and at impact parameters to 3.5 Hill radii; 299 of 1,196 such flybys are here, and all "
+    "by `python -m benchmarks.studies.flybys`. The least distance is known from heyoka in "
+    "quadruple precision. Missed is an encounter of which nothing within 4 Hill "
     "radii is seen; errors are those of the least distance, of the others. REBOUND has no events: "
     "its users look at outputs, at ends of steps, or at cubics between those. The author of a tool "
     "that did so reported 25 of 104 encounters with Mercury missed, and distances wrong by up to "
