@@ -168,7 +168,7 @@ def simulation_of(problem: Problem) -> Any:
     names = known.get("bodies", ())
     radii = known.get("radii", ())
     for k, mass in enumerate(system.masses.tolist()):
-        name = {"name": names[k]} if k < len(names) and names[k] != str(k) else {}
+        name = {"name": str(names[k])} if k < len(names) and str(names[k]) != str(k) else {}
         place = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
         speed = dict(zip(("vx", "vy", "vz"), v[k].tolist(), strict=True))
         sim.add(m=mass, **place, **speed, **name, r=radii[k] if k < len(radii) else 0.0)
