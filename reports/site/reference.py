@@ -174,6 +174,8 @@ GROUPS = (
             ("Potentials", ("CentralForce", "LinearSpring", "SpringChain", "UniformField",
                             "UniformGravity", "CosinePotential", "PendulumWeight")),
             ("Drag", ("RotorDrag", "QuadraticDrag", "SchillerNaumann")),
+            ("On point masses", ("Relativity", "Oblateness", "PowerLaw", "Radiation", "Drag",
+                                 "Tides", "Force")),
         ),
     ),
     Group(
