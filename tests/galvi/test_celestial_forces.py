@@ -144,3 +144,11 @@ def test_a_clock_takes_forces(name):
     true = galvi.integrate(problem, METHOD, 1.0 / 64, 64)
     assert run.success, run.status
     assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
+
+
+def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
+    def along(q, v):
+        return 1e-6 * v / np.sqrt(np.sum(v**2, axis=-1, keepdims=True))
+
+    problem = bodies(galvi.Force(along, takes_velocity=True))
+    assert galvi.integrate(problem, METHOD, 0.05, 3).success
