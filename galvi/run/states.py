@@ -27,6 +27,7 @@ from galvi.trajectory import Trajectory
 
 GENERAL = replace(NYSTROM, stepper=general_stepper, stepper_from_guess=general_stepper)
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
+PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
@@ -111,12 +112,15 @@ def _reach_in_clock(run: Trajectory) -> Reach:
             here = run.problem.moved(q, v, t)
             motion = motion_of(here, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
-        loop = Loop(run.problem, run.method, step, motion, state, time)
-        while not loop.over and loop.call(AHEAD) == SOLVED:
-            pass
-        found, _ = loop.to_time() if loop.reached else (None, 0.0)
-        if found is None and loop.reached:  # at the grid point
-            found = loop.last
+        for parts in PARTS:
+            loop = Loop(run.problem, run.method, step / parts, motion, state, time)
+            while not loop.over and loop.call(AHEAD) == SOLVED:
+                pass
+            found, _ = loop.to_time() if loop.reached else (None, 0.0)
+            if found is None and loop.reached:  # at the grid point
+                found = loop.last
+            if found is not None:
+                break
         if found is None:
             return np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
         q, p = found.q[0].reshape(q.shape), found.p[0].reshape(v.shape)
