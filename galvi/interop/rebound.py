@@ -44,7 +44,8 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
     become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
     has the names, the integrator, its step dt and its options and, where they are set, the radii,
-    exit_max_distance and exit_min_distance; ``read_as`` says that a tree's gravity is read as that
+    exit_max_distance and exit_min_distance, and of an archive the usual time between its states,
+    output_every; ``read_as`` says that a tree's gravity is read as that
     of point masses, ``functions`` that a file's simulation had functions, which no file holds, and
     ``written_by`` that the file is of another version of REBOUND.
 
@@ -167,7 +168,7 @@ def simulation_of(problem: Problem) -> Any:
     names = known.get("bodies", ())
     radii = known.get("radii", ())
     for k, mass in enumerate(system.masses.tolist()):
-        name = {"name": names[k]} if k < len(names) and names[k] != str(k) else {}
+        name = {"name": str(names[k])} if k < len(names) and str(names[k]) != str(k) else {}
         place = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
         speed = dict(zip(("vx", "vy", "vz"), v[k].tolist(), strict=True))
         sim.add(m=mass, **place, **speed, **name, r=radii[k] if k < len(radii) else 0.0)

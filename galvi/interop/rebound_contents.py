@@ -184,6 +184,9 @@ def read(path: str, snapshot: int) -> Contents | str:
             f"-1 is the last one."
         )
     found = contents_of(sim)
+    if count > 1:
+        times = np.diff([archive.t[k] for k in range(count)])
+        found.parameters["output_every"] = float(np.median(np.abs(times)))
     if older:
         found.parameters["written_by"] = (
             f"the file was written by REBOUND {_version_of(path)} and is read by "

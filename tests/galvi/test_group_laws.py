@@ -70,6 +70,16 @@ def test_a_run_in_lanes_is_that_of_the_general_kernel(name, chart, degree, more,
     assert max(places) < 2e-14 and velocity < 5e-13  # 2e-15, 5e-15
 
 
+@pytest.mark.parametrize("entry", [(0, 0), (1, 2), (2, 2)])
+def test_a_mass_that_depends_on_one_entry_alone_is_not_taken_for_a_constant(entry):
+    inertia = np.diag([3.3, 2.5, 3.4])
+    L = galvi.Lagrangian(lambda R, w: (0.5 + 0.05 * R[entry]) * w @ (inertia @ w), galvi.SO3())
+    problem = galvi.Problem(L, np.eye(3), [2.0, -1.9, 1.0])
+    assert max(compared(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 9)) < (
+        5e-13
+    )
+
+
 @each_chart
 @pytest.mark.parametrize(
     ("problem", "degree"),
