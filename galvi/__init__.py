@@ -48,6 +48,15 @@ from galvi.spaces.fourier import Fourier, PolynomialFourier
 from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
 from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.celestial import (
+    Drag,
+    Force,
+    Oblateness,
+    PowerLaw,
+    Radiation,
+    Relativity,
+    Tides,
+)
 from galvi.systems.forces.drag import QuadraticDrag, RotorDrag, SchillerNaumann
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -105,12 +114,14 @@ __all__ = [
     "Clock",
     "ComponentPolynomials",
     "CosinePotential",
+    "Drag",
     "DynamicalTime",
     "Ensemble",
     "Event",
     "Exponential",
     "Extrema",
     "FinalStates",
+    "Force",
     "Found",
     "Fourier",
     "FreeBody",
@@ -127,6 +138,7 @@ __all__ = [
     "MomentumBalance",
     "Multibody",
     "NBody",
+    "Oblateness",
     "OrbitalElements",
     "PendulumWeight",
     "PiecewiseHermite",
@@ -134,10 +146,13 @@ __all__ = [
     "PlanarChain",
     "PolynomialFourier",
     "Polynomials",
+    "PowerLaw",
     "Problem",
     "Product",
     "QuadraticDrag",
+    "Radiation",
     "Recommendation",
+    "Relativity",
     "RigidBody",
     "Rn",
     "RotorDrag",
@@ -147,6 +162,7 @@ __all__ = [
     "StatesAt",
     "Sundman",
     "Theory",
+    "Tides",
     "Trajectory",
     "UniformField",
     "UniformGravity",

@@ -38,7 +38,7 @@ def lane_stepper(run: Run, work: RunArrays) -> Call | None:
     system: Any = run.problem.system
     if isinstance(system, Canonical):
         packed = _canonical_stepper(run, work)
-    elif isinstance(system, NBody) and system.masses.size > 1:
+    elif isinstance(system, NBody) and system.masses.size > 1 and not system.forces:
         packed = _point_mass_stepper(run, work)
     else:
         packed = None

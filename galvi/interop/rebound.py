@@ -150,6 +150,11 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
             f"a REBOUND simulation holds point masses; received a run of a "
             f"{type(run.problem.system).__name__} system."
         )
+    if run.problem.system.forces:
+        raise ValueError(
+            "a REBOUND simulation holds no forces of galvi's; received a run with forces. Give "
+            "them to REBOUNDx, or leave them out."
+        )
     at = input_checks.whole("at", at, -len(run.t), len(run.t) - 1)
     if not (np.all(np.isfinite(run.q[at])) and np.all(np.isfinite(run.v[at]))):
         raise ValueError(f"state {at} of this run was not computed: {run.status}")

@@ -12,7 +12,7 @@ from galvi.charts import CHARTS
 from galvi.charts.chart import Exponential
 from galvi.charts.maps import coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import GroupChart
+from galvi.curves.curves import GroupChart, IdentityChart, LocalChart
 from galvi.groups.group import Group
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.lie import product
@@ -46,7 +46,7 @@ def _start(problem: Problem, stages: int) -> Start:
 @lru_cache(maxsize=32)
 def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
     """As ``_start``, which depends on the system's traces."""
-    p0, g = problem.p0, problem.q0.ravel()
+    p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
     turns = bool(np.any(layout[:, product.ROTATIONS]))
     state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if turns else p0.size))
@@ -55,7 +55,7 @@ def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
         nu = np.empty(p0.size)
         product.in_space(layout, g.copy(), p0.copy(), nu)
         state[1, 2 * p0.size : 3 * p0.size] = nu
-    return fixed(state, *_guess(problem.v0, stages))
+    return fixed(state, *_guess(problem.v0.ravel(), stages))
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
@@ -158,6 +158,12 @@ def _is_compiled(problem: Problem, method: Galerkin) -> bool:
     return _system(problem, method).lagrangian_kernel().compiled
 
 
+def _chart(problem: Problem, method: Galerkin) -> LocalChart:
+    if problem.q0.shape == problem.v0.shape and problem.q0.ndim == 2:
+        return IdentityChart(problem.q0.shape)  # point masses
+    return GroupChart(_system(problem, method).group, method.group_chart)
+
+
 ON_GROUP = Engine(
     start=lambda problem, method: _start(problem, method.stages),
     velocity_row=1,
@@ -167,9 +173,7 @@ ON_GROUP = Engine(
     stepper_from_guess=stepper_after_failure,
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
-    momenta=lambda problem, momenta: momenta,
-    curves=curves_in(
-        lambda problem, method: GroupChart(_system(problem, method).group, method.group_chart)
-    ),
+    momenta=lambda problem, momenta: momenta.reshape(-1, *problem.v0.shape),
+    curves=curves_in(_chart),
     failure=_failure,
 )

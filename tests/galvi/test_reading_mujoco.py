@@ -416,11 +416,6 @@ def test_a_spec_is_read_by_compiling_a_copy():
         galvi.from_mujoco(empty)
 
 
-def test_data_are_refused_with_the_remedy():
-    with pytest.raises(TypeError, match=r"MjData\. Give its model, and its state as system\.from"):
-        galvi.from_mujoco(mujoco.MjData(compiled()))
-
-
 def test_an_archive_is_read(tmp_path):
     path = tmp_path / "model.mjz"
     spec = mujoco.MjSpec.from_string(PLAIN)

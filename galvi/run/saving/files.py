@@ -292,6 +292,8 @@ def _is_whole(written: Any) -> bool:
 
 def _agree(one: Any, other: Any) -> bool:
     """Whether two written values are equal, ignoring parts that cannot be written."""
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_agree, one, other))
     if not isinstance(one, dict) or not isinstance(other, dict):
         return bool(one == other)
     if "unknown" in (one["kind"], other["kind"]):
