@@ -115,23 +115,6 @@ def test_an_element_off_by_rounding_is_accepted(group):
     group.check("g", g + 1e-10 * (np.abs(g) > 1e-3) * (np.abs(g) < 0.999))
 
 
-@pytest.mark.parametrize(
-    ("make", "error"),
-    [
-        (lambda: galvi.Product(()), ValueError),
-        (lambda: galvi.Product(5), ValueError),
-        (lambda: galvi.Product((galvi.SO3(), 3)), ValueError),
-        (lambda: galvi.Product((galvi.SO3,)), ValueError),
-        (lambda: galvi.Product(galvi.SO3()), ValueError),
-        (lambda: galvi.Rn(0), ValueError),
-        (lambda: galvi.Rn(1.5), ValueError),
-    ],
-)
-def test_groups_that_are_none_are_refused(make, error):
-    with pytest.raises(error, match=r"factors must be groups such as|n must be a whole number"):
-        make()
-
-
 @given(angle=st.floats(0.0, 3.1), seed=st.integers(0, 100), size=st.floats(0.0, 0.3))
 def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
     rng = np.random.default_rng(seed)
@@ -159,19 +142,6 @@ def test_no_rotation_is_nearer_to_a_reflection():
     best = min(minimize(distance, x, tol=1e-12).fun for x in starts)
     assert np.linalg.norm(near - matrix) == pytest.approx(best, abs=1e-7)
     assert np.linalg.norm(polar(matrix)[0] - matrix) < best - 0.1
-
-
-@pytest.mark.parametrize(
-    ("matrix", "sentence"),
-    [
-        (np.ones((2, 3)), r"matrix must be square; received an array of shape \(2, 3\)"),
-        (np.ones(3), r"received an array of shape \(3,\)\."),
-        (np.full((3, 3), np.nan), r"finite numbers only; received a non-finite entry at \[0, 0\]"),
-    ],
-)
-def test_what_has_no_nearest_rotation_is_refused(matrix, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        galvi.nearest_rotation(matrix)
 
 
 def test_a_wrong_bracket_is_caught():
