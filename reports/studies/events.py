@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from benchmarks.studies import flybys, transits
 from reports.figures.style.identities import identity
@@ -22,7 +23,7 @@ def misjudged(axes: Axes, frame: pd.DataFrame) -> None:
     rows = frame[frame["largest_relative"] > 0.0] if len(frame) else frame
     if rows.empty:
         raise NoData("nothing was measured.")
-    handles, labels = [], []
+    handles, labels = list[Line2D](), list[str]()
     for (contender, looks), some in rows.groupby(["contender", "looks"], sort=False):
         missed = frame[(frame["contender"] == contender) & (frame["looks"] == looks)]["missed"]
         color = identity(str(contender)).style["color"]

@@ -15,7 +15,7 @@ import galvi
 
 ROOT = Path(__file__).parents[2]
 # Raised by what makes galvi larger, with its reason in the commit.
-MOST_FILES, MOST_LINES, MOST_OF_GALVI = 115, 15_400, 38_600
+MOST_FILES, MOST_LINES, MOST_OF_GALVI = 115, 15_400, 39_000
 MOST_CALLS, MOST_FILES_CALLED = 55, 17
 RUN = """
 import sys

@@ -144,3 +144,15 @@ def test_a_clock_takes_forces(name):
     true = galvi.integrate(problem, METHOD, 1.0 / 64, 64)
     assert run.success, run.status
     assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+@pytest.mark.parametrize("plane", [False, True])
+@pytest.mark.parametrize("name", WITH_ENERGY)
+def test_lanes_agree_with_the_general_kernel(name, plane):
+    forces = (galvi.Oblateness(0, 1e-3, 0.3),) if plane else WITH_ENERGY[name]
+    problem = bodies(forces, [1.0, 1e-3, 0.0], plane)
+    lanes = galvi.integrate(problem, METHOD, 0.05, 40)
+    general = galvi.integrate(problem, METHOD, 0.05, 40, solver="newton")
+    assert (lanes.engine, general.engine) == ("lanes", "general")
+    assert np.max(np.abs(lanes.q[-1] - general.q[-1])) < 1e-15

@@ -237,9 +237,11 @@ def _restored(
 
 def storable_values() -> dict[str, Any]:
     """The classes whose values can be stored, by name: galvi's public frozen dataclasses, and those
-    of its charts and groups."""
+    of its charts and groups, and of what these are ``stored_with``."""
     public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
     registered = {type(value).__name__: type(value) for value in (*CHARTS, *GROUPS)}
+    for kind in public.values():
+        registered |= {part.__name__: part for part in getattr(kind, "stored_with", ())}
     return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
