@@ -25,7 +25,7 @@ from galvi.run.group_steppers import solves_by_iteration, stepper, stepper_after
 from galvi.run.group_system import group_system
 from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.systems.system import GroupSystem
+from galvi.systems.system import GroupSystem, WithLimits
 from galvi.systems.traces import Traces, traces
 
 SUBSTEPS = (4, 16, 64)
@@ -116,6 +116,10 @@ def _farthest_of(group: Group, path: Array) -> float:
 
 def _failure(run: Run, code: int, work: RunArrays) -> str:
     problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
+    if isinstance(problem.system, WithLimits):
+        q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
+        if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):
+            return f"{beyond}. The motion is right up to there; choose other controls."
     turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."

@@ -152,3 +152,15 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
 
     problem = bodies(galvi.Force(along, takes_velocity=True))
     assert galvi.integrate(problem, METHOD, 0.05, 3).success
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+@pytest.mark.parametrize("plane", [False, True])
+@pytest.mark.parametrize("name", WITH_ENERGY)
+def test_lanes_agree_with_the_general_kernel(name, plane):
+    forces = (galvi.Oblateness(0, 1e-3, 0.3),) if plane else WITH_ENERGY[name]
+    problem = bodies(forces, [1.0, 1e-3, 0.0], plane)
+    lanes = galvi.integrate(problem, METHOD, 0.05, 40)
+    general = galvi.integrate(problem, METHOD, 0.05, 40, solver="newton")
+    assert (lanes.engine, general.engine) == ("lanes", "general")
+    assert np.max(np.abs(lanes.q[-1] - general.q[-1])) < 1e-13

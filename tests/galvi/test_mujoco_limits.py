@@ -11,12 +11,14 @@ from galvi.interop.mujoco_limits import PARTS, _counted
 mujoco = pytest.importorskip("mujoco")
 
 MORE = """<mujoco><option density="1.2"/><worldbody>
-<body gravcomp="1"><joint name="one" type="hinge" frictionloss="0.1" limited="true" range="-1 1"/>
-<joint name="two" type="slide" stiffness="1 2" damping="1 2 3"/>
-<geom size="1" mass="1"/></body>
-<body pos="5 0 0"><freejoint/><geom size="1" mass="1"/></body></worldbody>
-<tendon><fixed stiffness="2"><joint joint="one" coef="1"/></fixed></tendon>
-<actuator><motor joint="one"/></actuator>
+<body gravcomp="1"><joint name="one" type="hinge" frictionloss="0.1" limited="true" range="-1 1"
+actuatorfrclimited="true" actuatorfrcrange="-1 1" actuatorgravcomp="true"/>
+<joint name="two" type="slide" stiffness="1 2" springyield="1"/>
+<geom size="1" mass="1" fluidshape="ellipsoid"/></body>
+<body pos="5 0 0"><joint name="three" type="ball" damping="1 2 3"/><geom size="1" mass="1"/></body>
+</worldbody>
+<tendon><fixed armature="2"><joint joint="one" coef="1"/></fixed></tendon>
+<actuator><general name="lazy" joint="one" dyntype="filter"/></actuator>
 <equality><joint joint1="one" joint2="two"/></equality></mujoco>"""
 
 
@@ -26,10 +28,12 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
     lines = str(refusal.value).splitlines()
     expected = [
         "  contacts: 1 pair of geoms may meet", "  limits: 1 limited joint",
-        "  actuators: 1 actuator", "  tendons: 1 tendon", "  equality: 1 equality constraint",
-        "  fluid: a medium of density 1.2 and viscosity 0", "  friction loss: 1 degree of freedom",
-        "  gravity compensation: 1 compensated weight", "  nonlinear springs: 1 joint",
-        "  nonlinear damping: 1 damper",
+        "  actuators: some with a state of their own (lazy)",
+        "  tendons: some with an armature (0)", "  equality: 1 equality constraint",
+        "  fluid: a medium with ellipsoids in it", "  friction loss: 1 degree of freedom",
+        "  gravity compensation: weights held by joints with limits of force",
+        "  nonlinear springs: 1 of a ball or free joint, or that yields",
+        "  nonlinear damping: 3 of a ball or free joint, or of an actuator",
     ]  # fmt: skip
     assert lines[1:-1] == expected
     names = [line.partition(":")[0].strip() for line in expected]
