@@ -1,4 +1,4 @@
-"""Vector instructions of `galvi.fast.lanes.clocks.advance` on its rows of stages.
+"""Vector instructions on rows of stages, for `galvi.fast.lanes.clocks` and for forces on points.
 
 Each function is called with the form of the kernel, then with arrays, whole and real numbers. The
 first row of a body is its number times the dimension.
