@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
+from galvi.curves.clock_curves import ClockCurves
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,3 +53,25 @@ class JoinedCurves:
         ]
         values: Array = np.concatenate(found)[np.argsort(order)] if found else np.zeros(0)
         return values[0] if times.ndim == 0 else values
+
+
+def cut(curves: Any, n: int) -> Any:
+    """The curves of the first n steps."""
+    if n == len(curves.bases):
+        return curves
+    parts = {"bases": curves.bases[:n], "coefficients": curves.coefficients[:n]}
+    if isinstance(curves, ClockCurves):
+        parts |= {"times": curves.times[: n + 1], "rates": curves.rates[:n], "last": curves.step}
+    return replace(curves, **parts)
+
+
+def merged(parts: list[Any]) -> Any:
+    """Curves one after another as one."""
+    names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
+    whole: dict[str, Any] = {
+        name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names
+    }
+    if isinstance(parts[0], ClockCurves):
+        times = [parts[0].times, *(part.times[1:] for part in parts[1:])]
+        whole |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
+    return replace(parts[0], **whole)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 
 from galvi import input_checks
+from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.problem import Problem
+from galvi.run.energies import conserves_energy, start_energies
 from galvi.systems.nbody import NBody
 
 Value = Callable[[Any, Any, Any], Any]  # (q, v, t) of one state -> a number
@@ -216,3 +219,23 @@ class Angle:
             lambda q, v, t: q[k],
             lambda q, v, t: np.cos(q[k] - self.value),
         )
+
+
+def changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:
+    """The state to which an action leads; ValueError for one that cannot be a state."""
+    name = f"the action of the event {event.name}"
+    try:
+        found = cast(Any, event.action)(q.copy(), v.copy(), t)
+    except Exception as error:
+        error.add_note(f"This was {name}, at t = {t!r}.")
+        raise
+    if not isinstance(found, tuple | list) or len(found) != 2:
+        raise ValueError(f"{name} must return (q, v); received {shown(found)}.")
+    q = input_checks.array(f"q of {name}", found[0], problem.q0.shape)
+    v = input_checks.array(f"v of {name}", found[1], problem.v0.shape)
+    problem.system.check_state(q, v)
+    if conserves_energy(problem.system):
+        energy = start_energies(problem.moved(q, v, t)).total
+        if not math.isfinite(energy):
+            raise ValueError(f"{name} must lead to a finite energy; received {energy}.")
+    return q, v

@@ -22,16 +22,14 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
-from galvi.curves.joined import JoinedCurves
+from galvi.curves.joined import JoinedCurves, cut, merged
 from galvi.events.block import CHUNK
-from galvi.events.event import Event, several_events
+from galvi.events.event import Event, changed, several_events
 from galvi.events.pieces import piece_of, pieces
 from galvi.events.search import MOST, START, Rows, Search
-from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.run import motion_of, run_in_clock
-from galvi.run.energies import conserves_energy, start_energies
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import defer_interrupts
 from galvi.run.loop import APART, run_steps
@@ -227,12 +225,12 @@ class _Acting:
         same = START * abs(part.t[whole + 1] - part.t[whole])
         last = int(np.count_nonzero((found.t - t) * np.sign(self.task.step) <= same))
         self.search.rows[-1] = found.first(last)
-        self.parts[-1] = self.parts[-1][0], _cut(part.curves, whole + 1)
+        self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
         if self.rest is None and whole:
-            cut = self._steps(whole)
-            self._judged(cut, True)
-            self._keep(cut, whole)
-            self.done, self.start, self.before = self.done + whole, self._end(cut), cut
+            steps = self._steps(whole)
+            self._judged(steps, True)
+            self._keep(steps, whole)
+            self.done, self.start, self.before = self.done + whole, self._end(steps), steps
             self.within = 0
         q, v = found.q[k], found.v[k]
         event = self._event(found.index[k])
@@ -244,7 +242,7 @@ class _Acting:
             return
         for index in found.index[k:last]:
             if (one := self._event(index)).action is not None:
-                q, v = _changed(one, self.own, q, v, t)
+                q, v = changed(one, self.own, q, v, t)
         near = bool(self.restarts) and abs(t - self.restarts[-1][0]) <= TOO_NEAR * abs(
             float(part.t[whole + 1] - part.t[whole] if self.rest is None else self.whole)
         )
@@ -349,7 +347,7 @@ class _Acting:
             times[0] = t[0]
             curves = JoinedCurves(read_only(times), tuple(part for _, part in self.parts))
         elif task.start.keeps_curves and self.parts:
-            curves = _merged([part for _, part in self.parts])
+            curves = merged([part for _, part in self.parts])
         elif not self.restarts and self.clocked:
             again = RedoneClockCurves(problem, task.method, h, tuple(self.known), last)
         elif not self.restarts:
@@ -385,45 +383,3 @@ class _Acting:
             None if tau is None else read_only(tau), restarts=restarts, origin=self.origin,
         )  # fmt: skip
         return _told(run, self.search)
-
-
-def _changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:
-    """The state to which an action leads; ValueError for one that cannot be a state."""
-    name = f"the action of the event {event.name}"
-    try:
-        found = cast(Any, event.action)(q.copy(), v.copy(), t)
-    except Exception as error:
-        error.add_note(f"This was {name}, at t = {t!r}.")
-        raise
-    if not isinstance(found, tuple | list) or len(found) != 2:
-        raise ValueError(f"{name} must return (q, v); received {shown(found)}.")
-    q = input_checks.array(f"q of {name}", found[0], problem.q0.shape)
-    v = input_checks.array(f"v of {name}", found[1], problem.v0.shape)
-    problem.system.check_state(q, v)
-    if conserves_energy(problem.system):
-        energy = start_energies(problem.moved(q, v, t)).total
-        if not math.isfinite(energy):
-            raise ValueError(f"{name} must lead to a finite energy; received {energy}.")
-    return q, v
-
-
-def _cut(curves: Any, n: int) -> Any:
-    """The curves of the first n steps."""
-    if n == len(curves.bases):
-        return curves
-    parts = {"bases": curves.bases[:n], "coefficients": curves.coefficients[:n]}
-    if isinstance(curves, ClockCurves):
-        parts |= {"times": curves.times[: n + 1], "rates": curves.rates[:n], "last": curves.step}
-    return replace(curves, **parts)
-
-
-def _merged(parts: list[Any]) -> Any:
-    """Curves one after another as one."""
-    names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
-    whole: dict[str, Any] = {
-        name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names
-    }
-    if isinstance(parts[0], ClockCurves):
-        times = [parts[0].times, *(part.times[1:] for part in parts[1:])]
-        whole |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
-    return replace(parts[0], **whole)

@@ -21,6 +21,7 @@ from galvi.problem import Problem, WithFunctions
 from galvi.run.clocked.run import check_step, run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
+from galvi.run.number_of_steps import number_of_steps, steps_until
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import check_memory
@@ -30,12 +31,12 @@ from galvi.systems.system import VectorSystem
 from galvi.systems.traces import Traces, traces
 from galvi.trajectory import Trajectory
 
-LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[WithFunctions] = WeakSet()
 # (problem, method, step, start, steps, time, events, first) -> a run with events, of `progress` and
 # `interrupted`: registered by galvi/__init__, as it searches runs and stands above.
+NONE: Any = ((), [])  # of events
 WITH_EVENTS: list[Callable[..., Callable[..., Trajectory]]] = []
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
@@ -84,7 +85,7 @@ def integrate(
             problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
             solver=solver, tolerance=tolerance,
         )  # fmt: skip
-        if not no_events(events):
+        if events not in NONE:
             return WITH_EVENTS[0](*run_it.args, events)(progress=progress)
         return run_it(progress=progress)
     engine, run = checked(
@@ -92,15 +93,10 @@ def integrate(
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([run])
-    if not no_events(events):
+    if events not in NONE:
         given = problem, method, run.step, run.start, run.steps, None, events
         return WITH_EVENTS[0](*given)(progress=progress)
     return run_steps(engine, run, progress=progress)
-
-
-def no_events(events: Any) -> bool:
-    """Whether none are given."""
-    return isinstance(events, tuple | list) and not events
 
 
 def check_types(problem: object, method: object, call: str) -> None:
@@ -273,7 +269,7 @@ def resume(
     if start.solver == "fixed_point":
         _check_iteration(engine, problem, method)
     check_memory([more])
-    if not no_events(asked):
+    if asked not in NONE:
         return WITH_EVENTS[0](problem, method, run.step, start, total, None, asked, run)(
             progress=progress
         )
@@ -301,7 +297,7 @@ def _resumed_in_clock(
             raise ValueError(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
-    if not no_events(asked):
+    if asked not in NONE:
         return WITH_EVENTS[0](problem, run.method, h, start, most, time, asked, run)(
             progress=progress
         )
@@ -326,41 +322,6 @@ def check_end(t0: float, step: float, steps: int) -> None:
             f"a run must end at a finite time; received {steps} steps of {step!r} from "
             f"t0 = {t0!r}. Use a smaller step."
         )
-
-
-def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
-    """``steps``, or the duration over the step; ValueError unless a whole number."""
-    if (steps is None) == (duration is None):
-        raise ValueError(
-            "give either steps or duration; received " + ("neither." if steps is None else "both.")
-        )
-    if steps is not None:
-        return input_checks.whole("steps", steps)
-    length = input_checks.positive("duration", duration, "For backwards, make the step negative.")
-    ratio = length / abs(step)
-    if ratio > input_checks.LARGEST:
-        input_checks.whole("duration over step", ratio)
-    whole, sign = round(ratio), math.copysign(1.0, step)
-    if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
-        raise ValueError(
-            f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
-            f"{ratio:.6g} steps. Choose step={length / max(1, math.ceil(ratio)) * sign!r}"
-            + (f" or {length / math.floor(ratio) * sign!r}." if ratio >= 1.0 else ".")
-        )
-    return whole
-
-
-def steps_until(until: float, t0: float, step: float, done: int) -> int:
-    """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
-    ratio = (input_checks.real("until", until) - t0) / step
-    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
-    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
-    if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
-        raise ValueError(
-            f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
-            f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."
-        )
-    return whole - done
 
 
 def _trace_anew(problem: Problem, system: WithFunctions) -> None:
