@@ -21,6 +21,7 @@ from galvi.diagnostics.invariants import (
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
 from galvi.events.event import Event
+from galvi.events.run import with_events as _with_events
 from galvi.events.search import Found, find_events
 from galvi.groups.group import nearest_rotation
 from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
@@ -40,8 +41,10 @@ from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, n
 from galvi.run.clocked.run import curves_from
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
+from galvi.run.integrate import WITH_EVENTS as _WITH_EVENTS
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
+from galvi.run.saving.files import FOUND as _FOUND
 from galvi.run.saving.files import load, save
 from galvi.run.states import states_at
 from galvi.spaces.fourier import Fourier, PolynomialFourier
@@ -79,12 +82,12 @@ FAST = environ.get("GALVI_FAST", "1") != "0"
 if environ.get("GALVI_FAST", "1") not in ("0", "1"):
     raise ValueError(f"GALVI_FAST must be 0 or 1; received {environ['GALVI_FAST']!r}.")
 IN_FAST = (
-    "Ensemble", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame", "StatesAt",
-    "integrate_ensemble",
+    "Ensemble", "Events", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame",
+    "StatesAt", "integrate_ensemble",
 )  # fmt: skip
 if FAST:
     from galvi.ensembles.integrate_ensemble import integrate_ensemble
-    from galvi.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
+    from galvi.ensembles.keep import Events, Extrema, FinalStates, Histogram, StatesAt
     from galvi.ensembles.result import Ensemble
     from galvi.fast import register
     from galvi.fast.frames.harmonic_frame import HarmonicFrame
@@ -94,6 +97,8 @@ if FAST:
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
+_WITH_EVENTS[:] = [_with_events]
+_FOUND[:] = [Found]
 RedoneCurves.redo_of = staticmethod(curves_of_steps)
 RedoneClockCurves.redo_of = staticmethod(curves_from)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
@@ -118,6 +123,7 @@ __all__ = [
     "DynamicalTime",
     "Ensemble",
     "Event",
+    "Events",
     "Exponential",
     "Extrema",
     "FinalStates",

@@ -104,9 +104,13 @@ Reach = Callable[[Array, Array, float, float], tuple[Array, Array, Array]]  # of
 
 def _reach_in_clock(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
-    motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
+    fixed = motion_of(run.problem, run.method, end.solver, end.tolerance)
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
+        motion = fixed
+        if run.restarts is not None:  # which have energies of their own
+            here = run.problem.moved(q, v, t)
+            motion = motion_of(here, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
         for parts in PARTS:
             loop = Loop(run.problem, run.method, step / parts, motion, state, time)

@@ -197,7 +197,7 @@ GROUPS = (
         "Many members of one system: see [ensembles](../../ensembles.md).",
         (
             ("Run", ("integrate_ensemble", "Ensemble")),
-            ("What is kept", ("FinalStates", "StatesAt", "Extrema", "Histogram")),
+            ("What is kept", ("FinalStates", "StatesAt", "Extrema", "Histogram", "Events")),
         ),
     ),
     Group(

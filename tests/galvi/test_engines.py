@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from galvi.curves.curves import GroupChart, IdentityChart
 from galvi.run import integrate as integrating
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
-from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.plan import Run
 from galvi.run.run_arrays import RunArrays
@@ -30,35 +27,6 @@ def lagrangian(q, v):
 
 
 ON_RN = galvi.Problem(galvi.Lagrangian(opaque(lagrangian), galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
-
-
-def test_one_module_chooses_between_them():
-    """Where neither is imported by name, nothing can branch on which it is."""
-    folder = Path(galvi.__file__).parent
-    users = [
-        str(path.relative_to(folder))
-        for path in folder.rglob("*.py")
-        if re.search(r"import .*\b(NYSTROM|ON_GROUP)\b", path.read_text())
-    ]
-    assert users == ["run/engine_choice.py"]
-
-
-@pytest.mark.parametrize(("problem", "engine"), [(KEPLER, NYSTROM), (ON_RN, ON_GROUP)])
-def test_a_vector_space_and_the_same_lagrangian_on_rn_go_through_the_same_steps(
-    problem, engine, monkeypatch
-):
-    used = []
-
-    def watched(engine, *arguments, **settings):
-        used.append(engine)
-        return run_steps(engine, *arguments, **settings)
-
-    monkeypatch.setattr(integrating, "run_steps", watched)
-    run = galvi.integrate(problem, FOUR, 0.1, 6)
-    rest = galvi.resume(galvi.integrate(problem, FOUR, 0.1, 4), 2)
-    assert len(used) == 3 and all(one is engine for one in used)
-    assert engine_for(problem, FOUR) is engine
-    assert np.array_equal(rest.q, run.q[4:])
 
 
 def test_both_engines_agree():

@@ -1,7 +1,6 @@
 """What is no force, forces that fail or raise, and balances that lack what they need."""
 
 import numpy as np
-import pytest
 
 import galvi
 from tests.galvi.forced_systems import FOUR, SPRING, START, compiled
@@ -18,15 +17,3 @@ def test_a_force_that_fails_on_the_way_leaves_nan_and_says_so():
 
 def failing(q, v, t):
     return v * (np.nan if t > 1.0 else 0.0)
-
-
-def test_what_a_force_raises_reaches_the_caller():
-    def broken(q, v):
-        if q[0] < 0.9:
-            raise ArithmeticError("no wind here")
-        return 0.0 * v
-
-    with pytest.raises(ArithmeticError, match="no wind here"):
-        galvi.integrate(
-            galvi.Problem(galvi.Canonical(1.0, SPRING, force=broken), *START), FOUR, 0.1, 9
-        )

@@ -92,15 +92,6 @@ def test_halls_rule_and_rigid_motions_run_in_lanes(problem, degree, chart):
     assert max(compared(problem, hall(degree + 1, chart), min(0.15, 0.05 * degree), 24)) < close
 
 
-@pytest.mark.parametrize("problem", [PENDULUM, SPINNING, swelling("SO3 x R1", 3)], ids=title)
-def test_a_resumed_run_is_the_long_one_to_the_last_bit(problem, tmp_path):
-    whole = galvi.integrate(problem, hall(5), 0.1, 40)
-    part = galvi.integrate(problem, hall(5), 0.1, 17)
-    rest = galvi.resume(part, 23)
-    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
-    np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
-
-
 def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     """The series for lanes end at 2 radians, and these steps turn by 2.1."""
     method = hall(14, galvi.Exponential())

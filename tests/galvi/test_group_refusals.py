@@ -7,36 +7,11 @@ import pytest
 import galvi
 from tests.galvi.group_bodies import (
     FOUR,
-    MOMENTS,
     SO3,
     bent,
     kinetic,
     start,
 )
-from tests.galvi.lagrangians import opaque
-
-
-@pytest.mark.parametrize("which", ["potential", "gradient", "function", "slopes"])
-def test_what_a_users_function_raises_reaches_the_caller(which):
-    calls = []
-
-    def raises(*qv):
-        calls.append(1)
-        if len(calls) > 400:
-            raise LookupError("left the table")
-        if which == "slopes":
-            return np.concatenate([qv[1], np.zeros(9)])
-        return {"gradient": 0.0 * qv[0], "function": 0.5 * np.sum(qv[-1] ** 2)}.get(which, 0.0)
-
-    called = opaque(raises)
-    systems = {
-        "potential": lambda: galvi.RigidBody(MOMENTS, called),
-        "gradient": lambda: galvi.RigidBody(MOMENTS, bent, called, check=False),
-        "function": lambda: galvi.Lagrangian(called, SO3),
-        "slopes": lambda: galvi.Lagrangian(kinetic, SO3, called),
-    }
-    with pytest.raises(LookupError, match="left the table"):
-        galvi.integrate(start(systems[which]()), FOUR, 0.1, 1000)
 
 
 @pytest.mark.parametrize("plain", [True, False], ids=["python", "numba"])

@@ -24,6 +24,8 @@ from tests.galvi.group_motions import (
     swung,
 )
 
+KEPLER = galvi.problems.kepler(0.6)
+
 
 @pytest.mark.parametrize("problem", ALL, ids=title)
 @pytest.mark.parametrize(
@@ -88,7 +90,7 @@ def test_counts_are_the_same_in_every_run():
 
 @given(steps=st.integers(1, 20), save_every=st.integers(1, 25))
 def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
-    for problem, method in ((PENDULUM, collocation(3)), (FREE, hall(3))):
+    for problem, method in ((PENDULUM, collocation(3)), (FREE, hall(3)), (KEPLER, collocation(4))):
         full = galvi.integrate(problem, method, 0.1, steps)
         thin = galvi.integrate(problem, method, 0.1, steps, save_every=save_every)
         kept = sorted({*range(0, steps, save_every), steps})
