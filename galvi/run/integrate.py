@@ -25,6 +25,7 @@ from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import check_memory
 from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.systems.traces import Traces, traces
 from galvi.trajectory import Trajectory
@@ -401,7 +402,9 @@ def _check_functions(problem: Problem) -> None:
     with np.errstate(all="ignore"):
         if isinstance(system, WithFunctions):
             system.check_functions(problem.q0, problem.v0, problem.t0)
-        if not hasattr(system, "group"):
+        if isinstance(system, NBody):
+            _check_force(system.acceleration(problem.q0, problem.t0, problem.v0))
+        elif not hasattr(system, "group"):
             _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
     _CHECKED.add(problem)
 
