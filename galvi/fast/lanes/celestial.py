@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba.core import cgutils
 
-from galvi.fast.lanes.clocks.rows import in_lanes
+from galvi.fast.lanes.stages import in_lanes
 from galvi.fast.lanes.vectors import LANES
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.forces.celestial import (
