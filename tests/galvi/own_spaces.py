@@ -83,3 +83,21 @@ class Sines:
     def derivative(self, t):
         turn = 2 * np.pi * t
         return 2 * np.pi * np.stack([0 * t, np.cos(turn), -np.sin(turn)], axis=-1)
+
+
+@dataclass(frozen=True)
+class Monomials:
+    """A user's space in plain floats."""
+
+    degree: int
+    exact: bool = False
+
+    @property
+    def dimension(self):
+        return self.degree + 1
+
+    def basis(self, t):
+        return np.stack([t**i for i in range(self.dimension)], axis=-1)
+
+    def derivative(self, t):
+        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)

@@ -49,12 +49,6 @@ def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, meth
     assert np.array_equal(loaded.velocity(1.234), whole.velocity(1.234))
 
 
-def test_a_saved_lagrangian_asks_for_its_problem(tmp_path):
-    galvi.save(galvi.integrate(COUPLED, collocation(3), 0.1, 3), tmp_path / "run.npz")
-    with pytest.raises(ValueError, match=r"needs its problem, because .* use galvi.load\(path, pr"):
-        galvi.load(tmp_path / "run.npz")
-
-
 @pytest.mark.parametrize("problem", ALL, ids=title)
 def test_backwards_undoes_forwards_for_degree_one_in_the_exponential_chart(problem):
     """exp(-x) exp((1 - tau) x) = exp(-tau x): the same curve from its other end."""

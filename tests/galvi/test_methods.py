@@ -1,7 +1,6 @@
 """Methods: their tables, identities, names, orders, and the pairs that are refused."""
 
 import time
-from dataclasses import dataclass
 
 import mpmath
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 
 import galvi
 from galvi.tableau import assemble, tabulate
+from tests.galvi.own_spaces import Monomials
 
 PAIRS = [
     (degree, rule(points))
@@ -75,24 +75,6 @@ def test_known_methods_are_recognised_by_their_numbers(degree, rule, name):
 )
 def test_the_order_is_that_of_the_space_or_of_the_rule_whichever_is_less(degree, rule, order):
     assert galvi.Galerkin(galvi.Polynomials(degree), rule).order == order
-
-
-@dataclass(frozen=True)
-class Monomials:
-    """A user's space in plain floats."""
-
-    degree: int
-    exact: bool = False
-
-    @property
-    def dimension(self):
-        return self.degree + 1
-
-    def basis(self, t):
-        return np.stack([t**i for i in range(self.dimension)], axis=-1)
-
-    def derivative(self, t):
-        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)
 
 
 def test_a_users_space_of_the_same_functions_makes_the_same_method():

@@ -95,8 +95,8 @@ def test_a_misreading_is_caught_by_the_accelerations(
 ) -> None:
     sound = contents.contents_of
 
-    def wrong(sim: Any) -> contents.Contents:
-        found = sound(sim)
+    def wrong(sim: Any, extras: bool) -> contents.Contents:
+        found = sound(sim, extras)
         if fault == "a mass":
             return found._replace(masses=found.masses * [1.0, 1.0 + 1e-6, 1.0])
         return found._replace(q=found.q[[0, 2, 1]])

@@ -1,7 +1,6 @@
 """What theory says of pairs of a space and a rule: constants in closed form, names, refusals."""
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ import pytest
 import galvi
 from galvi.analysis.theory import Z0
 from galvi.spaces.fourier import Fourier
+from tests.galvi.own_spaces import Monomials
 from tests.galvi.theory_pairs import KEPLER, OSCILLATOR, P, method
 
 
@@ -49,22 +49,6 @@ def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
     said = galvi.theory(P(degree), galvi.lobatto(degree))
     assert abs(said.seminorm_ratio - np.sqrt(2 + 1 / (degree - 1))) < 1e-13
     assert said.well_posed and said.consistent
-
-
-@dataclass(frozen=True)
-class Monomials:
-    degree: int
-    exact: bool = False
-
-    @property
-    def dimension(self):
-        return self.degree + 1
-
-    def basis(self, t):
-        return np.stack([t**i for i in range(self.dimension)], axis=-1)
-
-    def derivative(self, t):
-        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)
 
 
 def test_the_constants_are_those_of_the_space_and_not_of_its_basis():

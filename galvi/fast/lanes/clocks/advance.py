@@ -38,7 +38,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.fast.lanes import stages as lanes
+from galvi.fast.lanes.clocks import rows as lanes
 from galvi.fast.lanes.law import curve_of
 from galvi.fast.lanes.nbody import FIXED_NUMBERS, copy_rows
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
