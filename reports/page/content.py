@@ -27,6 +27,7 @@ from reports.results.comparison import Comparison
 from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.summary import many, summary
+from reports.tables.chances import chances
 from reports.tables.comparison_tables import (
     ComparisonTables,
     fastest_cells,
@@ -282,7 +283,7 @@ def _comparisons(
                     best=fastest_cells(tables.ratios, name),
                 ),
                 advice=of_mujoco(tables.fastest, name),
-                notes=tuple(filter(None, (mujoco_overhead(runs),))),
+                notes=tuple(filter(None, (mujoco_overhead(runs), *chances(runs)))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"

@@ -13,18 +13,21 @@ from benchmarks.applications.mutation.study import equivalents
 from benchmarks.applications.mutation.trial import KILLED
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import counted, statements
+from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
+from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths
 from reports.tables.comparison_tables import (
     ALL,
     GALVI,
     NOBODY,
+    NOISE,
     fastest_per_error,
     heading,
     is_ours,
 )
-from reports.tables.number_format import plain, seconds, with_uncertainty
+from reports.tables.number_format import known, plain, seconds, with_uncertainty
 
 SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
 RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
@@ -46,7 +49,7 @@ HEADLINES = (
 )
 CODES = (
     "REBOUND IAS15",
-    "REBOUND WHFast, best",
+    "REBOUND WHFast",
     "REBOUND WHFast512",
     "REBOUND SABA",
     "heyoka",
@@ -56,13 +59,13 @@ SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 BODY_CODES = (
     "MuJoCo RK4",
-    "RK4 on quaternions, compiled",
-    "DOP853 on quaternions, compiled",
+    "RK4 on quaternions",
+    "DOP853 on quaternions",
     "heyoka",
     "SciPy DOP853",
 )
 BODY_SYSTEMS = {"free rigid body": "free body", "3D pendulum, m g = 9.81": "3D pendulum"}
-BODY_ERRORS = (7e-6, 1e-8, 1e-10, 1e-12)
+BODY_ERRORS = (1e-2, 1e-4, 1e-6, 1e-10)
 
 
 def results(claims: pd.DataFrame) -> str:
@@ -103,22 +106,40 @@ def _times(
     titles = [f"{systems[system]}, {error:.0e}" for system, error in columns]
     lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
     for code in codes:
-        cells = [_ratio(ratios, code, system, error) for system, error in columns]
+        cells = [_ratio(_at(ratios, system, error), code) for system, error in columns]
         lines.append(f"| {code} | {' | '.join(cells)} |")
+    noise = [_noise(_at(ratios, system, error)) for system, error in columns]
+    lines.append(f"| {NOISE} | {' | '.join(noise)} |")
     return "\n".join(lines)
 
 
-def _ratio(ratios: pd.DataFrame, code: str, system: str, error: float) -> str:
-    """The least ratio of a code, as text; '-' when it took no part."""
-    found = ratios[
-        (ratios["problem"] == system)
-        & ratios["contender"].str.startswith(code)
-        & np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
-    ]["ratio"]
+def _at(ratios: pd.DataFrame, system: str, error: float) -> pd.DataFrame:
+    near = np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
+    return ratios[(ratios["problem"] == system) & near]
+
+
+def _ratio(here: pd.DataFrame, code: str) -> str:
+    """The least ratio of a code with its interval, as text; '-' when it took no part."""
+    found = here[here["contender"].map(code_of).eq(code)]
     if found.empty:
         return "-"
-    numbers = pd.to_numeric(found, errors="coerce").dropna()
-    return "not reached" if numbers.empty else f"{float(f'{numbers.min():.2g}'):g}"
+    numbers = pd.to_numeric(found["ratio"], errors="coerce").dropna()
+    if numbers.empty:
+        return "not reached"
+    row = found.loc[numbers.idxmin()]
+    text = _two(numbers.min())
+    bounds = [_two(row[name]) for name in ("low", "high") if known(row[name])]
+    tie = "tie, " if row["outcome"] == TIE else ""
+    return f"{tie}{text} ({' to '.join(bounds)})" if bounds else text
+
+
+def _noise(here: pd.DataFrame) -> str:
+    low, high = here["noise_low"].min(), here["noise_high"].max()
+    return f"{low:.2f} to {high:.2f}" if known(float(low)) else "-"
+
+
+def _two(number: float) -> str:
+    return f"{float(f'{number:.2g}'):g}"
 
 
 ASKED = (1e-4, 1e-6, 1e-8)
