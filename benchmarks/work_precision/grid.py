@@ -25,7 +25,8 @@ GAP = 0.5  # decades of error between neighbours
 CLOSEST = 0.03  # logarithm of the ratio of steps below which none are put between
 COARSER, TIGHTEST = math.sqrt(2.0), 1e-14  # at the ends: ratio of steps, and least tolerance
 KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says how fine it is
-TURNS, MOST, PATIENCE = 5, 20, 1.5  # of adding; settings added to a code, and seconds of their runs
+TURNS, MOST = 5, 20  # of adding, and settings added to a code
+PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
 
 Frame = Callable[[], pd.DataFrame]
 Add = Callable[[str, Setting], None]
@@ -69,7 +70,7 @@ def wanted(
         key, value = fine(one)
         others = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
         further = [v for v in others if (v < value if finer else v > value)]
-        if not key:
+        if not key or runs["seconds"][index] > BRIEF:
             return
         if further:
             near = max(further) if finer else min(further)

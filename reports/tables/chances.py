@@ -7,6 +7,9 @@ import pandas as pd
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.grid import gaps, unequal
+from benchmarks.work_precision.participants import readable_setting
+from benchmarks.work_precision.peers import PEERS
+from reports.tables.comparison_tables import matched, readable_ratios, smallest
 from reports.tables.number_format import readable
 
 OVERHEAD = 0.02  # share of a timed call, above which it is said
@@ -27,3 +30,25 @@ def overheads(runs: pd.DataFrame) -> str:
     shares = runs["overhead"].groupby(runs["contender"].map(code_of), sort=False).max()
     above = [f"{code} {readable(100 * s, 2)} %" for code, s in shares.items() if s > OVERHEAD]
     return f"A call of one step takes, of the timed call: {', '.join(above)}." if above else ""
+
+
+def elsewhere(runs: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """The readable table of another machine's rows on one problem."""
+    counted = dependable(runs[runs["problem"] == problem])
+    return readable_ratios(matched(counted), smallest(counted), problem)
+
+
+def built() -> pd.DataFrame:
+    """A line for each code: its options, closed and open, how it was compiled, and the source."""
+    return pd.DataFrame(
+        [
+            {
+                "code": code,
+                "closed": readable_setting(peer.closed),
+                "open": "; ".join(peer.open),
+                "compiled": peer.built,
+                "documented": peer.source,
+            }
+            for code, peer in PEERS.items()
+        ]
+    )

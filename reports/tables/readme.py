@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,10 @@ from benchmarks.claims.statements import counted, statements
 from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.asked import code_of
+from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths
+from reports.results.machines import Machine, machines
 from reports.tables.comparison_tables import (
     ALL,
     GALVI,
@@ -26,6 +29,7 @@ from reports.tables.comparison_tables import (
     fastest_per_error,
     heading,
     is_ours,
+    matched,
 )
 from reports.tables.number_format import known, plain, seconds, with_uncertainty
 
@@ -142,6 +146,17 @@ def _two(number: float) -> str:
     return f"{float(f'{number:.2g}'):g}"
 
 
+def by_machine(before: str, table: Callable[[pd.DataFrame], str], found: Sequence[Machine]) -> str:
+    """A block for each kind of processor, by its widest vectors: a line on the machine, and the
+    table; those of kinds without rows stay as they were, with their date and commit."""
+    blocks = {kind: f"{line}\n\n{rest.strip()}" for line, kind, rest in BLOCK.findall(before)}
+    for one in reversed(found):  # the report's own machine last: it counts for its kind
+        counted = dependable(one.runs)
+        blocks[one.kind] = f"On {one.title}:\n\n{table(matched(counted))}"
+    return "\n\n".join(blocks[kind] for kind in sorted(blocks))
+
+
+BLOCK = re.compile(r"(?m)^(On .* \([^()]*?, ([^,()]*)\), .*:)$\s*((?:^\|.*$\n?)*)")
 ASKED = (1e-4, 1e-6, 1e-8)
 PROBLEMS = (
     "outer solar system",
@@ -261,11 +276,13 @@ def with_statements(page: str) -> str:
 def renew(root: Path, out: Path) -> None:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
     and update their pictures."""
-    ratios = pd.read_csv(out / "tables" / "ratios.csv")
     claims = pd.read_csv(out / "claims.csv")
     runs = pd.read_csv(out / "work_precision.csv")
     tables = {
-        "README.md": {SPEED: speed(ratios), BODIES: bodies(ratios)},
+        "README.md": {
+            name: by_machine(table_of((root / "README.md").read_text(), name), table, machines(out))
+            for name, table in ((SPEED, speed), (BODIES, bodies))
+        },
         "docs/trust.md": {RESULTS: results(claims), EVIDENCE: evidence(root, out)},
         "docs/which.md": {CHOICES: choices(runs)},
     }
