@@ -56,7 +56,7 @@ PEERS: Mapping[str, Options] = {
         saba.DEFAULT,
         {
             f"type {name}": {**saba.BEST, "type": name}
-            for name in ("10_6_4", "8_6_4", "10_4", "4", "CL_4", "H_10_6_4")
+            for name in ("10_6_4", "8_6_4", "10_4", "CL_4")
         },
         WHEEL,
         REBOUND,

@@ -354,9 +354,9 @@ def application(load: Load, command: str) -> typer.Typer:
     def renew_readme(out: Path = FOLDER) -> int:
         from reports.tables.readme import renew
 
-        if not (out / "index.html").is_file():
-            raise typer.BadParameter(f"{out} holds no report yet; run build first.")
-        renew(Path(), out)
+        if not (written := renew(Path(), out)):
+            raise typer.BadParameter(f"{out} holds no rows of them yet; run build first.")
+        print(f"Renewed: {', '.join(written)}.")
         return 0
 
     return app

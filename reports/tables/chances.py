@@ -47,7 +47,7 @@ def built() -> pd.DataFrame:
                 "closed": readable_setting(peer.closed),
                 "open": "; ".join(peer.open),
                 "compiled": peer.built,
-                "documented": peer.source,
+                "documented": peer.source.removeprefix("https://"),
             }
             for code, peer in PEERS.items()
         ]

@@ -273,23 +273,29 @@ def with_statements(page: str) -> str:
     return _with(page, STATEMENTS, textwrap.fill(counted(statements()), WIDTH))
 
 
-def renew(root: Path, out: Path) -> None:
+def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
-    and update their pictures."""
-    claims = pd.read_csv(out / "claims.csv")
-    runs = pd.read_csv(out / "work_precision.csv")
-    tables = {
-        "README.md": {
-            name: by_machine(table_of((root / "README.md").read_text(), name), table, machines(out))
-            for name, table in ((SPEED, speed), (BODIES, bodies))
-        },
-        "docs/trust.md": {RESULTS: results(claims), EVIDENCE: evidence(root, out)},
-        "docs/which.md": {CHOICES: choices(runs)},
-    }
-    for name, found in tables.items():
+    and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
+    that were written."""
+    found = machines(out)
+    problems = {name for one in found[:1] for name in one.runs["problem"]}
+    readme = (root / "README.md").read_text()
+    tables: dict[str, dict[str, str]] = {"README.md": {}, "docs/trust.md": {}, "docs/which.md": {}}
+    for name, table, systems in ((SPEED, speed, SYSTEMS), (BODIES, bodies, BODY_SYSTEMS)):
+        if problems >= systems.keys():
+            tables["README.md"][name] = by_machine(table_of(readme, name), table, found)
+    if problems >= set(PROBLEMS):
+        tables["docs/which.md"][CHOICES] = choices(found[0].runs)
+    if (out / "claims.csv").is_file():
+        claims = pd.read_csv(out / "claims.csv")
+        tables["docs/trust.md"] |= {RESULTS: results(claims), EVIDENCE: evidence(root, out)}
+    for name, texts in tables.items():
         page = (root / name).read_text()
-        for table, text in found.items():
+        for table, text in texts.items():
             page = _with(page, table, text)
         write(root / name, with_statements(page) if STATEMENTS in page else page)
     for picture, figure in PICTURES.items():
-        write(root / picture, (out / "figures" / f"{figure}.png").read_bytes())
+        drawn = out / "figures" / f"{figure}.png"
+        if drawn.is_file():
+            write(root / picture, drawn.read_bytes())
+    return [name for texts in tables.values() for name in texts]

@@ -98,7 +98,7 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         return (h / 1000.0) ** order
 
     def frame() -> pd.DataFrame:
-        return rows(settings, error, lambda _, h: 1.0 / h)
+        return rows(settings, error, lambda _, h: 1e-9 / h)
 
     (said,) = unequal(frame())
     assert said.startswith("peer has no setting in 8.0 decades")

@@ -112,10 +112,10 @@ def planets(
             ),
             Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 3, 5, 7, 10, 20)),
+            Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
             Participant("REBOUND SABA, default", saba.SABA, steps(5, 20, **saba.DEFAULT)),
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
-            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10, 1e-12))),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10))),
             *(
                 Participant(label, contender, steps(*k, **more))
                 for label, contender, k, more in others
