@@ -1,0 +1,60 @@
+"""Problems, clocks and methods of the tests of clocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import galvi
+from references.stored.encounters import burrau
+
+GAUSS, LOBATTO, MORE = "gauss", "lobatto", "more points"
+
+
+def method(s: int, clock: Any, kind: str = GAUSS) -> galvi.Galerkin:
+    rules = {GAUSS: galvi.gauss(s), LOBATTO: galvi.lobatto(s + 1), MORE: galvi.gauss(s + 1)}
+    return galvi.Galerkin(galvi.Polynomials(s), rules[kind], clock=clock)
+
+
+def upright(q: Any) -> Any:
+    return 1.0 / (1.5 + np.cos(q[0]) * 0.5)
+
+
+def facing(R: Any) -> Any:
+    return 1.0 / (1.5 + 0.5 * R[2, 2])
+
+
+def three_bodies() -> galvi.Problem:
+    """A star, a planet and a moon-like companion, in three dimensions."""
+    q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [-2.0, 0.3, 0.0]]
+    v = [[0.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.1, -0.6, 0.05]]
+    return galvi.Problem(galvi.NBody([1.0, 0.02, 0.05]), q, v)
+
+
+CASES = {
+    "Kepler, Sundman": (galvi.problems.kepler(0.5), galvi.Sundman(), 6.0, 0.4),
+    "Kepler, eccentric anomaly": (galvi.problems.kepler(0.5), galvi.Sundman(1.0), 6.0, 0.4),
+    "elastic pendulum": (galvi.problems.elastic_pendulum(), galvi.Clock(upright), 2.0, 0.2),
+    "3D pendulum": (galvi.problems.pendulum_3d(), galvi.Clock(facing), 2.0, 0.2),
+    "three bodies": (three_bodies(), galvi.DynamicalTime(), 3.0, 0.4),
+}
+
+
+def pulsing(q: Any, t: Any) -> Any:
+    return -(1.0 + 0.1 * np.sin(t)) / np.sqrt(q @ q)
+
+
+def damped(t: float, y: Any) -> Any:
+    return np.concatenate([y[2:], -y[:2] / np.linalg.norm(y[:2]) ** 3 - 0.05 * y[2:]])
+
+
+def driven(t: float, y: Any) -> Any:
+    pull = (1.0 + 0.1 * np.sin(t)) / np.linalg.norm(y[:2]) ** 3
+    return np.concatenate([y[2:], -pull * y[:2]])
+
+
+DAMPED = galvi.Canonical(1.0, galvi.CentralForce(1.0), force=lambda q, v: -0.05 * v)
+DRIVEN = galvi.Canonical(1.0, pulsing, explicit_time=True)
+KEPLER, BURRAU = galvi.problems.kepler(0.5), burrau()
+DYNAMICAL, CIRCLES = galvi.DynamicalTime(), galvi.Sundman()
