@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import polar
+from scipy.linalg import expm, polar
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,16 @@ def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
     assert np.allclose(as_matrix(group, one), np.eye(len(as_matrix(group, a))), atol=1e-14)
     assert np.allclose(group.multiply(one, b), b, atol=1e-13)
     group.check("ab", ab)
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=title)
+def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices(group):
+    d = group.dimension
+    q, xi = element(group, np.linspace(0.2, 1.1, d)), np.linspace(-2.0, 3.0, d)
+    moved = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)._moved(q, xi)
+    for s in (-0.125, 0.0, 0.1):
+        exact = as_matrix(group, q) @ expm(s * hat(group, xi))
+        assert np.allclose(as_matrix(group, moved(s)), exact, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=title)
