@@ -33,6 +33,7 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = str(CACHE / "jupyter")
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+nb_execution_in_temp = True  # what cells write is not left beside the pages
 nb_merge_streams = True
 os.environ["IPYTHONDIR"] = str(CACHE / "ipython")  # no settings of whoever builds
 

@@ -21,6 +21,7 @@ from galvi.diagnostics.invariants import (
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
 from galvi.events.event import Event
+from galvi.events.run import with_events as _with_events
 from galvi.events.search import Found, find_events
 from galvi.groups.group import nearest_rotation
 from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
@@ -40,14 +41,25 @@ from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, n
 from galvi.run.clocked.run import curves_from
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
+from galvi.run.integrate import WITH_EVENTS as _WITH_EVENTS
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
+from galvi.run.saving.files import FOUND as _FOUND
 from galvi.run.saving.files import load, save
 from galvi.run.states import states_at
 from galvi.spaces.fourier import Fourier, PolynomialFourier
 from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
 from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.celestial import (
+    Drag,
+    Force,
+    Oblateness,
+    PowerLaw,
+    Radiation,
+    Relativity,
+    Tides,
+)
 from galvi.systems.forces.drag import QuadraticDrag, RotorDrag, SchillerNaumann
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -70,12 +82,12 @@ FAST = environ.get("GALVI_FAST", "1") != "0"
 if environ.get("GALVI_FAST", "1") not in ("0", "1"):
     raise ValueError(f"GALVI_FAST must be 0 or 1; received {environ['GALVI_FAST']!r}.")
 IN_FAST = (
-    "Ensemble", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame", "StatesAt",
-    "integrate_ensemble",
+    "Ensemble", "Events", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame",
+    "StatesAt", "integrate_ensemble",
 )  # fmt: skip
 if FAST:
     from galvi.ensembles.integrate_ensemble import integrate_ensemble
-    from galvi.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
+    from galvi.ensembles.keep import Events, Extrema, FinalStates, Histogram, StatesAt
     from galvi.ensembles.result import Ensemble
     from galvi.fast import register
     from galvi.fast.frames.harmonic_frame import HarmonicFrame
@@ -85,6 +97,8 @@ if FAST:
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
+_WITH_EVENTS[:] = [_with_events]
+_FOUND[:] = [Found]
 RedoneCurves.redo_of = staticmethod(curves_of_steps)
 RedoneClockCurves.redo_of = staticmethod(curves_from)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
@@ -105,12 +119,15 @@ __all__ = [
     "Clock",
     "ComponentPolynomials",
     "CosinePotential",
+    "Drag",
     "DynamicalTime",
     "Ensemble",
     "Event",
+    "Events",
     "Exponential",
     "Extrema",
     "FinalStates",
+    "Force",
     "Found",
     "Fourier",
     "FreeBody",
@@ -127,6 +144,7 @@ __all__ = [
     "MomentumBalance",
     "Multibody",
     "NBody",
+    "Oblateness",
     "OrbitalElements",
     "PendulumWeight",
     "PiecewiseHermite",
@@ -134,10 +152,13 @@ __all__ = [
     "PlanarChain",
     "PolynomialFourier",
     "Polynomials",
+    "PowerLaw",
     "Problem",
     "Product",
     "QuadraticDrag",
+    "Radiation",
     "Recommendation",
+    "Relativity",
     "RigidBody",
     "Rn",
     "RotorDrag",
@@ -147,6 +168,7 @@ __all__ = [
     "StatesAt",
     "Sundman",
     "Theory",
+    "Tides",
     "Trajectory",
     "UniformField",
     "UniformGravity",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 COMPLETED = "Completed."
 JUDGED = ("success", "status", "failed_step", "checkpoint")
 ONE_AT_A_TIME = threading.RLock()
+
+
+class Restarts(NamedTuple):
+    """States (n, ...) to which actions changed a run, at times (n,)."""
+
+    t: Array
+    q: Array
+    v: Array
 
 
 class Later:
@@ -87,6 +95,11 @@ class Trajectory:
                   velocity; else None. See ``v``
     tau           (saved,) of a run in a clock, k h after k steps; else None. There ``step`` is in
                   units of tau, and the arrays end with the last state computed
+    events        the `galvi.Found` of the events that `galvi.integrate` was given; None without
+    asked         those events, which `galvi.resume` goes on with
+    restarts      the states to which actions changed the run; None without
+    origin        the problem from a step's end after the last action, which `galvi.resume`
+                  continues; None: ``problem``
     """
 
     problem: Problem
@@ -106,6 +119,10 @@ class Trajectory:
     again: RedoneCurves | RedoneClockCurves | None = None
     engine: str = ""
     tau: Array | None = None
+    events: Any = None
+    asked: tuple[Any, ...] = ()
+    restarts: Restarts | None = None
+    origin: Problem | None = None
 
     # These stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
@@ -187,8 +204,8 @@ class Trajectory:
         curves = self.curves if self.curves is not None else self.again
         if curves is None:
             raise ValueError(
-                "this run has no curves to evaluate, since it is that of a reference; only runs of "
-                "galvi.integrate have."
+                "this run has no curves to evaluate: they are those of galvi.integrate, not of a "
+                "reference, and with actions only those that it keeps, with curves=True."
             )
         return curves
 

@@ -25,7 +25,7 @@ from galvi import (
     UniformField,
 )
 from galvi.arrays import Array
-from references.forces import formulas
+from references.forces import celestial, formulas
 from references.forces.force import (
     Force,
     agrees,
@@ -51,8 +51,9 @@ DRAG: Mapping[type, Callable[..., Any]] = {
 
 
 def is_forced(problem: Problem) -> bool:
-    """Whether an external force acts, by the system's field ``force`` where it has one."""
-    return getattr(problem.system, "force", None) is not None
+    """Whether an external force acts, by the system's field ``force`` or ``forces``."""
+    system: Any = problem.system
+    return getattr(system, "force", None) is not None or bool(getattr(system, "forces", ()))
 
 
 def is_thrown(problem: Problem) -> bool:
@@ -128,6 +129,8 @@ def potential_force(problem: Problem) -> Force:
 def external_force(problem: Problem) -> Force:
     """The force f(q, v, t) of a system on a vector space that has one."""
     system: Any = problem.system
+    if isinstance(system, NBody):
+        return by_function(lambda q, v, t: celestial.accelerations(system, q, v, t), "qvt", 1.0)
     if type(system.force) is RotorDrag and type(system.force.drag_law) in DRAG:
         law = system.force.drag_law
         return by_formula(DRAG[type(law)], system.force.factor, *law.numbers)

@@ -17,6 +17,7 @@ from reports.results.suite import Suite
 from reports.studies.costs import BROWNOUT_CLOUD, PROCESSORS, START_UP
 from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
+from reports.studies.events import FLYBYS, TRANSITS
 from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
@@ -43,6 +44,8 @@ SECTIONS = (  # in the order of the page
     STIFF_SPRINGS,
     SURVIVAL,
     DRAWS,
+    FLYBYS,
+    TRANSITS,
     BROWNOUT_CLOUD,
     RECOMMENDATION,
     START_UP,

@@ -54,10 +54,11 @@ from benchmarks.claims.vector_spaces.v32_runge_kutta_methods import V32
 from benchmarks.claims.vector_spaces.v33_costs_and_step_lengths import V33
 from benchmarks.claims.vector_spaces.v34_lemmas_on_the_noether_map import V34
 from benchmarks.claims.vector_spaces.v35_clocks import V35
+from benchmarks.claims.vector_spaces.v36_events import V36
 
 CLAIMS: tuple[Claim, ...] = (
     *(V1, V2, V3, V4, V5, V6, V7, V8, V9, V10, V11, V12, V13, V14, V15, V16, V17, V18, V19, V20),
-    *(V21, V22, V23, V24, V25, V26, V27, V28, V29, V30, V31, V32, V33, V34, V35),
+    *(V21, V22, V23, V24, V25, V26, V27, V28, V29, V30, V31, V32, V33, V34, V35, V36),
     *(L1, L2, L3, L4, L5, L6, L7, L8, L9, L10, L11, L12, L13, L14, L15, L16, L17, L18),
 )
 

@@ -29,6 +29,10 @@ from galvi.systems.system import GroupSystem, VectorSystem
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
+OF_VELOCITY = (
+    "the derivative of a step is not known with forces of velocity on point masses, which are not "
+    "symplectic. Leave them out."
+)
 MASSLESS = (
     "symplecticity is a property of (q, p), and the p of massless bodies is always 0; received "
     "some. Give them a small mass."
@@ -82,6 +86,8 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
             raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")
         return IN_FRAME[0](problem, method, step)
     if group_system(problem, method) is not None:
+        if isinstance(problem.system, NBody):
+            raise ValueError(OF_VELOCITY)
         return group_step_derivative(problem, method, step)
     run = uninterrupted(integrate(problem, method, step, 1))
     h, table, d = float(step), method.table, problem.q0.size
@@ -184,8 +190,8 @@ def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
     W(mu) is the matrix of <d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>.
     """
     group = cast(GroupSystem, group_system(problem, method)).group
+    DF = step_derivative(problem, method, step)
     end = uninterrupted(integrate(problem, method, step, 1))
-    DF = group_step_derivative(problem, method, step)
     W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))
     scale = max(1.0, np.linalg.norm(DF, 2) ** 2)
     return float(np.max(np.abs(DF.T @ W1 @ DF - W0)) / scale)

@@ -70,7 +70,7 @@ def integrate_ensemble(
                 system, its potential, force or Lagrangian (every one of that name), or parameters
                 of a SymPy expression
     keep        what is kept of each run: `FinalStates` (the default), `StatesAt`, `Extrema`,
-                `Histogram`; a function (t, q, p) of all states of a run, compiled by
+                `Histogram`, `Events`; a function (t, q, p) of all states of a run, compiled by
                 ``numba.njit``; or a Python function of a `Trajectory`, with which members run one
                 by one, some hundred times slower
     executor    what has a method ``submit``, such as Dask's ``Client``; None: one thread for each

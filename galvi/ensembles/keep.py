@@ -15,6 +15,8 @@ from numba.core.registry import CPUDispatcher
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.events.event import several_events
+from galvi.events.search import find_events
 from galvi.input_checks import shown
 
 WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
@@ -287,6 +289,42 @@ class _Whole:
                     f"received {shown(value)}. Return one array."
                 )
         return (np.array(values, dtype=np.float64),)
+
+
+@dataclass(frozen=True)
+class Events:
+    """The first events of each member, found on its curves; members then run one by one.
+
+    events   one `galvi.Event` or several; none that ends or changes a run
+    at_most  how many are kept of each member
+
+    The result is (members, at_most, 5) with the columns time, place of the event in ``events``,
+    number of the step, value, and how many events the member had: more than ``at_most`` means that
+    the later ones were left out. Rows after the last event are NaN, but for the count, which is 0
+    where a member had none.
+    """
+
+    events: Any
+    at_most: int
+
+    def __post_init__(self) -> None:
+        several = several_events(self.events)
+        if any(one.terminal or one.action is not None for one in several):
+            raise ValueError(
+                "in an ensemble events are found alone; received one with terminal or action. Use "
+                "galvi.integrate_many(..., events=events)."
+            )
+        object.__setattr__(self, "events", several)
+        object.__setattr__(self, "at_most", input_checks.whole("at_most", self.at_most))
+
+    def __call__(self, run: Any) -> Array:
+        """(at_most, 5) of one run."""
+        found = find_events(run, self.events)
+        rows = np.full((self.at_most, 5), np.nan)
+        n = min(len(found), self.at_most)
+        rows[:n, :4] = np.stack([found.t, found.index, found.step, found.value], axis=1)[:n]
+        rows[:, 4] = len(found)
+        return rows
 
 
 def kept_of(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:

@@ -93,6 +93,8 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     if d > WIDEST:
         return None
     if isinstance(system, NBody):
+        if system.forces:
+            return None
         bodies = system.masses.size
         lines = built_in("point_masses", bodies, d // bodies)
         masses = np.repeat(system.masses, d // bodies)

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from galvi import input_checks
-from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-Values = Callable[[Array, Array, Array], Array]  # (q, v, t) of n states -> (n,)
+Value = Callable[[Any, Any, Any], Any]  # (q, v, t) of one state -> a number
+Change = Callable[[Any, Any, float], tuple[Any, Any]]  # (q, v, t) -> (q, v)
 
 
 @runtime_checkable
 class Quantity(Protocol):
-    """A function of states that galvi brings: of many at once, once it knows the problem."""
+    """A function of states that galvi brings, once it knows the problem."""
 
-    def of(self, problem: Problem) -> tuple[Values, Values | None, Values | None]:
+    def of(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
         """The function; what an event reports, None: the function itself; and what must be
-        positive at an event, None: nothing. ValueError for bodies or joints that are not there."""
+        positive at an event, None: nothing. Entries are summed one by one, so that they may be
+        those of many states. ValueError for bodies or joints that are not there."""
 
 
 @dataclass(frozen=True)
@@ -31,34 +32,50 @@ class Event:
     """A zero of function(q, v, t), a number, along a motion.
 
     function   of one configuration, one velocity and the time
-    direction  +1 where it rises through zero, -1 where it falls, 0 both
+    direction  +1 where it rises through zero, -1 where it falls, 0 both; as the run goes
+    terminal   whether `galvi.integrate` ends the run there
+    action     (q, v, t) -> (q, v) from which `galvi.integrate` goes on; None: nothing changes
     name       for tables
     """
 
     function: Callable[..., Any] | Quantity
     direction: int = 0
-    name: str = field(default="", kw_only=True)
+    terminal: bool = False
+    action: Change | None = None
+    name: str = ""
 
     def __post_init__(self) -> None:
         if not (callable(self.function) or isinstance(self.function, Quantity)):
             raise TypeError(
                 f"function must be a function of (q, v, t); received {shown(self.function)}."
             )
-        if self.direction not in (-1, 0, 1):
+        if type(self.direction) is not int or self.direction not in (-1, 0, 1):
             raise ValueError(f"direction must be -1, 0 or 1; received {shown(self.direction)}.")
+        if not (self.action is None or callable(self.action)):
+            raise TypeError(
+                f"action must be a function of (q, v, t); received {shown(self.action)}."
+            )
+        if input_checks.flag("terminal", self.terminal) and self.action is not None:
+            raise ValueError("an event ends the run or acts on it; received terminal and action.")
 
-    def values(self, problem: Problem) -> tuple[Values, Values, Values | None]:
-        """The function of many states, what is reported, and what must be positive."""
+    def functions(self, problem: Problem) -> tuple[Value, Value, Value | None]:
+        """The function of one state, what is reported, and what must be positive."""
         if isinstance(self.function, Quantity):
             found, reported, condition = self.function.of(problem)
             return found, reported or found, condition
-        function = self.function
+        return self.function, self.function, None
 
-        def each(q: Array, v: Array, t: Array) -> Array:
-            rows = zip(q, v, t.tolist(), strict=True)
-            return np.array([input_checks.returned("an event", function(*row)) for row in rows])
 
-        return each, each, None
+def several_events(events: Any) -> tuple[Event, ...]:
+    """One event or several; TypeError for something else."""
+    several = (events,) if isinstance(events, Event) else input_checks.several(events)
+    for one in several:
+        if not isinstance(one, Event):
+            raise TypeError(
+                f"events must be galvi.Event values, such as galvi.events.apsis(1, 0); received "
+                f"{shown(one)}."
+            )
+    return several
 
 
 def _body(problem: Problem, body: Any) -> int:
@@ -67,11 +84,19 @@ def _body(problem: Problem, body: Any) -> int:
     if not isinstance(system, NBody):
         raise ValueError(f"this event is of point masses; received {shown(problem)}.")
     names = list(problem.body_names())
-    if body in names:
+    if isinstance(body, int | str) and body in names:
         return names.index(body)
     if isinstance(body, int) and not isinstance(body, bool) and 0 <= body < len(names):
         return body
     raise ValueError(f"a body must be one of {names}, or its number; received {shown(body)}.")
+
+
+def _dot(one: Any, other: Any) -> Any:
+    """The sum of products of entries."""
+    total: Any = 0.0
+    for a, b in zip(one, other, strict=True):
+        total = total + a * b
+    return total
 
 
 @dataclass(frozen=True)
@@ -81,17 +106,17 @@ class Approach:
     one: Any
     other: Any
 
-    def of(self, problem: Problem) -> tuple[Values, Values, None]:
+    def of(self, problem: Problem) -> tuple[Value, Value, None]:
         """As `Quantity`."""
         i, j = _body(problem, self.one), _body(problem, self.other)
         if i == j:
             raise ValueError(f"an event needs two bodies; received {shown(self.one)} twice.")
 
-        def inward(q: Array, v: Array, t: Array) -> Array:
-            found: Array = np.sum((q[:, i] - q[:, j]) * (v[:, i] - v[:, j]), axis=1)
-            return found
+        def distance(q: Any, v: Any, t: Any) -> Any:
+            gap = q[i] - q[j]
+            return np.sqrt(_dot(gap, gap))
 
-        return inward, lambda q, v, t: np.linalg.norm(q[:, i] - q[:, j], axis=1), None
+        return lambda q, v, t: _dot(q[i] - q[j], v[i] - v[j]), distance, None
 
 
 @dataclass(frozen=True)
@@ -102,7 +127,7 @@ class Distance:
     other: Any
     distance: float
 
-    def of(self, problem: Problem) -> tuple[Values, Values, None]:
+    def of(self, problem: Problem) -> tuple[Value, Value, None]:
         """As `Quantity`."""
         _, apart, _ = Approach(self.one, self.other).of(problem)
         far = self.distance
@@ -117,24 +142,30 @@ class Transit:
     other: Any
     observer: tuple[float, ...]
 
-    def of(self, problem: Problem) -> tuple[Values, Values, Values]:
+    def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         """As `Quantity`."""
         i, j = _body(problem, self.one), _body(problem, self.other)
+        if i == j:
+            raise ValueError(f"an event needs two bodies; received {shown(self.one)} twice.")
         towards = np.array(self.observer) / np.linalg.norm(self.observer)
         if towards.size != problem.q0.shape[1]:
             raise ValueError(
                 f"observer must have {problem.q0.shape[1]} components; received {self.observer}."
             )
 
-        def sky(x: Array) -> Array:
-            gap = x[:, i] - x[:, j]
-            found: Array = gap - (gap @ towards)[:, None] * towards
-            return found
+        def sky(x: Any) -> Any:
+            gap = x[i] - x[j]
+            depth = _dot(gap, towards)
+            return [a - depth * b for a, b in zip(gap, towards, strict=True)]
+
+        def apart(q: Any, v: Any, t: Any) -> Any:
+            gap = sky(q)
+            return np.sqrt(_dot(gap, gap))
 
         return (
-            lambda q, v, t: np.sum(sky(q) * sky(v), axis=1),
-            lambda q, v, t: np.linalg.norm(sky(q), axis=1),
-            lambda q, v, t: (q[:, i] - q[:, j]) @ towards,
+            lambda q, v, t: _dot(sky(q), sky(v)),
+            apart,
+            lambda q, v, t: _dot(q[i] - q[j], towards),
         )
 
 
@@ -146,19 +177,22 @@ class Plane:
     offset: float
     body: Any
 
-    def of(self, problem: Problem) -> tuple[Values, None, None]:
+    def of(self, problem: Problem) -> tuple[Value, None, None]:
         """As `Quantity`."""
-        normal, many = np.array(self.normal), problem.q0.ndim == 2
+        many = isinstance(problem.system, NBody)
         if many and self.body is None:
             raise ValueError("of point masses a plane is crossed by one; give body.")
         row = _body(problem, self.body) if self.body is not None else None
-        if problem.q0.shape[-1:] != normal.shape:
+        if problem.q0.shape[-1:] != (len(self.normal),) or (not many and problem.q0.ndim != 1):
             raise ValueError(
-                f"normal must have {problem.q0.shape[-1]} components; received {self.normal}."
+                f"normal must have the components of a place, of {problem.q0.shape}; received "
+                f"{self.normal}."
             )
-        if row is None:
-            return lambda q, v, t: q @ normal - self.offset, None, None
-        return lambda q, v, t: q[:, row] @ normal - self.offset, None, None
+        return (
+            lambda q, v, t: _dot(q if row is None else q[row], self.normal) - self.offset,
+            None,
+            None,
+        )
 
 
 @dataclass(frozen=True)
@@ -168,7 +202,7 @@ class Angle:
     joint: Any
     value: float
 
-    def of(self, problem: Problem) -> tuple[Values, Values, Values]:
+    def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         """As `Quantity`."""
         if problem.q0.ndim != 1:
             raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
@@ -178,7 +212,7 @@ class Angle:
                 f"joint must be a number below {problem.q0.size}; received {shown(self.joint)}."
             )
         return (
-            lambda q, v, t: np.sin(q[:, k] - self.value),
-            lambda q, v, t: q[:, k],
-            lambda q, v, t: np.cos(q[:, k] - self.value),
+            lambda q, v, t: np.sin(q[k] - self.value),
+            lambda q, v, t: q[k],
+            lambda q, v, t: np.cos(q[k] - self.value),
         )

@@ -58,6 +58,8 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
         return None
+    if system.forces:
+        return None
     if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
         return None
     return _motion(problem, method, energy)

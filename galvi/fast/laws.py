@@ -39,6 +39,7 @@ from galvi.systems.potentials.potentials import (
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.traces import Trace, traces
 from galvi.systems.trees.joint import JointDamping
+from galvi.systems.trees.joint_forces import JointForces
 from galvi.systems.trees.rigid_tree import RigidTree
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
@@ -170,6 +171,22 @@ def _(value: RigidTree) -> str:
     law would take long to compile."""
     if value.dimension > MOST:
         return ""
+    head = "from galvi.kernels.trees.tree import tree"
+    return f"{head}\n\nlaw = tree({value.dimension}, {_known(value)})\n"
+
+
+@lines_of.register
+def _(value: JointForces) -> str:
+    assert value.tree is not None
+    if value.tree.dimension > MOST:
+        return ""
+    literals = {**_known(value.tree), **value.structure}
+    head = "from galvi.kernels.trees.joint_forces import law as forces"
+    return f"{head}\n\nforce = forces({value.tree.dimension}, {literals})\n"
+
+
+def _known(value: RigidTree) -> dict[int, float]:
+    """The numbers that are part of a tree's law, by their place in its constants."""
     rows = {
         "masses": range(tree.MASS, tree.ARMATURE), "armature": (tree.ARMATURE,),
         "stiffness": (tree.STIFFNESS,),
@@ -188,9 +205,7 @@ def _(value: RigidTree) -> str:
     for k in range(1, tree.HEAD):
         if value.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
             known[k] = 0.0
-    literals = {k: float(x) for k, x in known.items()}
-    head = "from galvi.kernels.trees.tree import tree"
-    return f"{head}\n\nlaw = tree({value.dimension}, {literals})\n"
+    return {k: float(x) for k, x in known.items()}
 
 
 def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:

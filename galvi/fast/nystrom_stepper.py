@@ -38,7 +38,7 @@ def lane_stepper(run: Run, work: RunArrays) -> Call | None:
     system: Any = run.problem.system
     if isinstance(system, Canonical):
         packed = _canonical_stepper(run, work)
-    elif isinstance(system, NBody) and system.masses.size > 1:
+    elif isinstance(system, NBody) and system.masses.size > 1 and system.acting.conserve:
         packed = _point_mass_stepper(run, work)
     else:
         packed = None
@@ -69,7 +69,8 @@ def _point_mass_stepper(run: Run, work: RunArrays) -> Call:
     width = tables[1].shape[1]
     scratch, spare = aligned((6, d, width), (8, max(d, width)))
     system: Any = problem.system
-    given = (axes, *_masses(system), tableau, tables, plan)
+    acting = system.acting
+    given = (axes, *_masses(system), acting.terms, acting.poles, tableau, tables, plan)
     return lambda todo: int(kernel(*given, todo, progress, scratch, spare, kept))
 
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.interop.mujoco_forces import disabled, forces_of, rotation
 from galvi.interop.mujoco_limits import BeyondTrees, checked_names, motors, mujoco_limits
 from galvi.interop.mujoco_model import Own, check_reading, some_states, unknown, without
 from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
-from galvi.systems.finite_differences import hat
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.systems.trees.mujoco_states import POSITIONS
@@ -26,7 +26,9 @@ LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
 
-def from_mujoco(model: Any, ignore: Any = (), key: int | str | None = None) -> Problem:
+def from_mujoco(
+    model: Any, ignore: Any = (), key: int | str | None = None, *, ctrl: Any = None
+) -> Problem:
     """The motion of a MuJoCo model's joints, from its reference configuration at rest.
 
     model   a ``mujoco.MjModel`` or ``MjSpec``, the text of an MJCF or URDF model, or the path of
@@ -36,6 +38,12 @@ def from_mujoco(model: Any, ignore: Any = (), key: int | str | None = None) -> P
             plugins, sleep
     key     number or name of the keyframe at which to start, its mocap bodies included; None: the
             reference configuration
+    ctrl    (nu,) constant controls of the actuators; None: the keyframe's, or zeros
+
+    Motors and servos, tendons, compensated weights, and the drag of a medium are the ``force`` of
+    the system, with the damping of joints. Controls are clamped to their ranges, as MuJoCo does,
+    but those of ``ctrl`` must be within. Where a force reaches a limit of its actuator or joint, a
+    run ends, and its status says so.
 
     Springs, damping and gravity that the model disables are left out. Armature and damping of
     actuators on hinges and slides, times the square of their gear, are added to those of the
@@ -50,12 +58,13 @@ def from_mujoco(model: Any, ignore: Any = (), key: int | str | None = None) -> P
     line each; ValueError for one with settings that are not known, in which nothing moves, or that
     is not one; TypeError for another source, and ImportError without MuJoCo.
     """
-    return read(model, ignore, key)[0]
+    return read(model, ignore, key, ctrl=ctrl)[0]
 
 
 def read(
-    model: Any, ignore: Any = (), key: int | str | None = None, qpos: Any = None, qvel: Any = None
-) -> tuple[Problem, Own]:
+    model: Any, ignore: Any = (), key: int | str | None = None, qpos: Any = None, qvel: Any = None,
+    ctrl: Any = None,
+) -> tuple[Problem, Own]:  # fmt: skip
     """The problem, and the user's own model with what is ignored switched off.
 
     qpos  (nq,) and qvel (nv,): a start in MuJoCo's coordinates, in place of the keyframe's
@@ -86,11 +95,13 @@ def read(
     number = None if key is None else _keyframe(theirs, key)
     asked = (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))
     starts = [None if x is None else input_checks.array(one, x, (size,)) for one, x, size in asked]
-    own = Own(mine, differences, number, *starts)
+    controls = None if ctrl is None else _controls(mine, ctrl)
+    own = Own(mine, differences, number, starts[0], starts[1], controls)
     data = own.data()
     links = [_link(theirs, body, data) for body in range(1, theirs.nbody)]
-    gravity = np.zeros(3) if _disabled(theirs, "GRAVITY") else np.array(theirs.opt.gravity)
-    system = Multibody(links, gravity)
+    gravity = np.zeros(3) if disabled(theirs, "GRAVITY") else np.array(theirs.opt.gravity)
+    force = forces_of(mine, data.ctrl)
+    system = Multibody(links, gravity, force=force, timed_force=force is not None)
     q, v = system.from_mujoco(data.qpos, data.qvel)
     problem = Problem(
         system, q, v, name=name, parameters={
@@ -103,6 +114,21 @@ def read(
     )  # fmt: skip
     check_reading(own, problem, some_states(system, q, v))
     return problem, own
+
+
+def _controls(model: Any, ctrl: Any) -> Array:
+    """(nu,) within their ranges."""
+    if disabled(model, "ACTUATION"):
+        raise ValueError("ctrl is of actuators, which are ignored or disabled; leave it out.")
+    found = input_checks.array("ctrl", ctrl, (model.nu,))
+    for k in np.flatnonzero(model.actuator_ctrllimited) if not disabled(model, "CLAMPCTRL") else ():
+        least, most = model.actuator_ctrlrange[k].tolist()
+        if not least <= found[k] <= most:
+            raise ValueError(
+                f"ctrl[{k}] must be within its range, from {least:g} to {most:g}; received "
+                f"{found[k]:g}."
+            )
+    return found
 
 
 def _keyframe(model: Any, key: Any) -> int:
@@ -193,22 +219,9 @@ def _compiled(what: str, make: Callable[[], Any]) -> Any:
             LOGGER.warning("MuJoCo says of %s: %s", what, " ".join(message.split()))
 
 
-def _disabled(model: Any, flag: str) -> bool:
-    import mujoco
-
-    return bool(model.opt.disableflags & int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}")))
-
-
-def _rotation(quaternion: Any) -> Array:
-    """(3, 3); without SciPy's, whose import takes as long as reading a model."""
-    w, *along = np.asarray(quaternion, dtype=np.float64)
-    turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
-    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # of 0, as MuJoCo takes it
-
-
 def _link(model: Any, body: int, data: Any) -> Link:
     first, several = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-    parent, axes = int(model.body_parentid[body]), _rotation(model.body_iquat[body])
+    parent, axes = int(model.body_parentid[body]), rotation(model.body_iquat[body])
     place, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
     if mocap >= 0:  # a keyframe may have it elsewhere
         place, turn = data.mocap_pos[mocap], data.mocap_quat[mocap]
@@ -219,7 +232,7 @@ def _link(model: Any, body: int, data: Any) -> Link:
         inertia=axes * model.body_inertia[body] @ axes.T,
         parent=parent - 1 if parent else None,
         place=place,
-        attitude=_rotation(turn),
+        attitude=rotation(turn),
         name=model.body(body).name,
     )
 
@@ -231,12 +244,12 @@ def _joint(model: Any, k: int) -> Joint:
     number = ("hinge", "slide", "ball", "free").index(kind)
     rest = model.qpos_spring[at : at + POSITIONS[number]]
     dofs, geared = slice(first, first + DOFS[number]), motors(model, k)
-    stiffness = 0.0 if _disabled(model, "SPRING") else float(model.jnt_stiffness[k])
+    stiffness = 0.0 if disabled(model, "SPRING") else float(model.jnt_stiffness[k])
     armature, damping = model.dof_armature[dofs].copy(), model.dof_damping[dofs].copy()
     for motor, gear in geared:
         armature += gear**2 * model.actuator_armature[motor]
         damping += gear**2 * model.actuator_damping[motor]
-    if _disabled(model, "DAMPER"):
+    if disabled(model, "DAMPER"):
         damping[:] = 0.0
     return Joint(
         kind,
@@ -253,7 +266,7 @@ def _joint(model: Any, k: int) -> Joint:
 
 def _rest(place: Array) -> Array:
     """The matrix of a ball's or a free joint's rest."""
-    R = _rotation(place[-4:])
+    R = rotation(place[-4:])
     if place.size == 4:
         return R
     g = np.eye(4)

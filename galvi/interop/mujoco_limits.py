@@ -9,6 +9,14 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.input_checks import shown
+from galvi.interop.mujoco_forces import (
+    HINGE,
+    SLIDE,
+    Reasons,
+    disabled,
+    unknown_actuators,
+    unknown_tendons,
+)
 
 Found = str | None
 
@@ -20,12 +28,10 @@ class BeyondTrees(ValueError):
         self.names = tuple(more)
         lines = "\n".join(f"  {name}: {text}" for name, text in more.items())
         super().__init__(
-            f"the model must be trees of joints with inertia, springs, damping and gravity alone; "
-            f"received also\n{lines}\nLeave them out with ignore={self.names!r}."
+            f"the model must be trees of joints with inertia, gravity, springs, dampers, motors, "
+            f"servos, tendons and drag alone; received also\n{lines}\nLeave them out with "
+            f"ignore={self.names!r}."
         )
-
-
-SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 
 
 def mujoco_limits(model: Any) -> dict[str, str]:
@@ -54,20 +60,17 @@ def _plain(name: str) -> str:
     return letters.removesuffix("s")
 
 
-def _disabled(model: Any, *flags: str) -> bool:
-    import mujoco
-
-    kinds = mujoco.mjtDisableBit
-    return any(model.opt.disableflags & int(getattr(kinds, f"mjDSBL_{flag}")) for flag in flags)
-
-
 def _counted(number: Any, one: str, many: str = "") -> Found:
     """The number in words; None for 0."""
     return f"{number} {one if number == 1 else many or one + 's'}" if number else None
 
 
+def _each(which: Any, what: str) -> Found:
+    return f"{number} {what}" if (number := np.count_nonzero(which)) else None
+
+
 def _contacts(model: Any) -> Found:
-    if _disabled(model, "CONTACT", "CONSTRAINT"):
+    if disabled(model, "CONTACT", "CONSTRAINT"):
         return None
     return _counted(_pairs(model), "pair of geoms may meet", "pairs of geoms may meet")
 
@@ -79,7 +82,7 @@ def _pairs(model: Any) -> int:
     roots = model.body_weldid[bodies]
     above = model.body_weldid[model.body_parentid[roots]]
     types, kin = model.geom_contype[some], model.geom_conaffinity[some]
-    filtered = not _disabled(model, "FILTERPARENT")
+    filtered = not disabled(model, "FILTERPARENT")
     count = int(model.npair)
     for k in range(len(some)):
         rest = slice(k + 1, None)
@@ -96,9 +99,10 @@ def _pairs(model: Any) -> int:
 
 
 def _limits(model: Any) -> Found:
-    if _disabled(model, "LIMIT", "CONSTRAINT"):
+    if disabled(model, "LIMIT", "CONSTRAINT"):
         return None
-    return _counted(np.count_nonzero(model.jnt_limited), "limited joint")
+    number = np.count_nonzero(model.jnt_limited) + np.count_nonzero(model.tendon_limited)
+    return _counted(number, "limited joint" if not model.tendon_limited.any() else "limit")
 
 
 def motors(model: Any, joint: int) -> list[tuple[int, float]]:
@@ -113,23 +117,46 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
     return [(int(k), float(gears[model.actuator_outadr[k]])) for k in np.flatnonzero(on_joint)]
 
 
+def _in_words(reasons: Reasons) -> Found:
+    """Reasons with the names of a few objects each; None for none."""
+    few = (
+        (
+            why,
+            ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if names[NAMED:] else ""),
+        )
+        for why, names in reasons.items()
+    )
+    return "; ".join(f"some {why} ({names})" for why, names in few) or None
+
+
 def _actuators(model: Any) -> Found:
-    if not _disabled(model, "ACTUATION"):
-        return _counted(int(model.nactuator), "actuator")
+    reasons = unknown_actuators(model)
     own = (model.actuator_armature != 0.0) | (model.actuator_damping != 0.0)
     for joint in range(model.njnt):
         for k, _ in motors(model, joint):
             own[k] = False
-    of = "with an armature or damping, not on a hinge or slide"
-    return _counted(np.count_nonzero(own), f"actuator {of}", f"actuators {of}")
+    if own.any():
+        names = [model.actuator(int(k)).name or str(k) for k in np.flatnonzero(own)]
+        reasons["with an armature or damping, not on a hinge or slide"] = names
+    return _in_words(reasons)
 
 
 QUIET = (  # fields of tendons that exert nothing by themselves
     *("adr", "num", "type", "treeid", "treenum", "actuatorid", "plasticadr", "group", "matid"),
     *("width", "rgba", "user", "length0", "invweight0", "lengthspring", "springyield", "range"),
     *("margin", "actfrclimited", "actfrcrange", "solref_lim", "solimp_lim", "solref_fri"),
-    "solimp_fri",
+    *("solimp_fri", "limited", "frictionloss"),
 )
+
+
+UNDERSTOOD = (
+    "stiffness",
+    "stiffnesspoly",
+    "damping",
+    "dampingpoly",
+    "armature",
+)  # by mujoco_forces
+NAMED = 3  # objects in a message
 
 
 def tendon_forces(model: Any) -> list[str]:
@@ -138,52 +165,57 @@ def tendon_forces(model: Any) -> list[str]:
 
 
 def _tendons(model: Any) -> Found:
-    acting = np.zeros(model.ntendon, dtype=bool)
-    for name in tendon_forces(model):
-        values = getattr(model, name) != 0
-        acting |= np.any(values, axis=tuple(range(1, values.ndim)))
-    return _counted(np.count_nonzero(acting), "tendon")
+    reasons = unknown_tendons(model)
+    for name in sorted(set(tendon_forces(model)) - {f"tendon_{one}" for one in UNDERSTOOD}):
+        if np.any(getattr(model, name) != 0):
+            reasons.setdefault("with what galvi does not know", []).append(name)
+    return _in_words(reasons)
 
 
 def _equality(model: Any) -> Found:
-    if _disabled(model, "EQUALITY", "CONSTRAINT"):
+    if disabled(model, "EQUALITY", "CONSTRAINT"):
         return None
     return _counted(np.count_nonzero(model.eq_active0), "equality constraint")
 
 
 def _fluid(model: Any) -> Found:
-    density, viscosity = float(model.opt.density), float(model.opt.viscosity)
-    if density == 0.0 and viscosity == 0.0:
-        return None
-    return f"a medium of density {density:g} and viscosity {viscosity:g}"
+    if (model.opt.density or model.opt.viscosity) and np.any(model.geom_fluid[:, 0]):
+        return "a medium with ellipsoids in it"
+    return None
 
 
 def _friction(model: Any) -> Found:
-    if _disabled(model, "FRICTIONLOSS", "CONSTRAINT"):
+    if disabled(model, "FRICTIONLOSS", "CONSTRAINT"):
         return None
     number = np.count_nonzero(model.dof_frictionloss)
-    return _counted(number, "degree of freedom", "degrees of freedom")
+    tendons = np.count_nonzero(model.tendon_frictionloss)
+    found = (_counted(number, "degree of freedom", "degrees of freedom"),
+             _counted(tendons, "tendon"))  # fmt: skip
+    return " and ".join(one for one in found if one) or None
 
 
 def _gravcomp(model: Any) -> Found:
-    if _disabled(model, "GRAVITY"):
+    if disabled(model, "GRAVITY"):
         return None
-    return _counted(np.count_nonzero(model.body_gravcomp), "compensated weight")
+    limited = np.any((model.jnt_actgravcomp != 0) & (model.jnt_actfrclimited != 0))
+    return "weights held by joints with limits of force" if limited else None
 
 
 def _springs(model: Any) -> Found:
-    if _disabled(model, "SPRING"):
+    if disabled(model, "SPRING"):
         return None
-    own = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) | (model.jnt_plasticadr >= 0)
-    return _counted(np.count_nonzero(own), "joint")
+    own = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) & (model.jnt_type < SLIDE)
+    own |= (model.jnt_stiffness != 0.0) & (model.jnt_plasticadr >= 0)
+    return _each(own, "of a ball or free joint, or that yields")
 
 
 def _dampers(model: Any) -> Found:
-    if _disabled(model, "DAMPER"):
+    if disabled(model, "DAMPER"):
         return None
-    own = [*np.any(model.dof_dampingpoly != 0.0, axis=-1),
+    turning = model.jnt_type[model.dof_jntid] < SLIDE
+    own = [*(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
            *np.any(model.actuator_dampingpoly != 0.0, axis=-1)]  # fmt: skip
-    return _counted(np.count_nonzero(own), "damper")
+    return _each(own, "of a ball or free joint, or of an actuator")
 
 
 def _sleep(model: Any) -> Found:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.interop.mujoco_limits import motors, tendon_forces
 from galvi.problem import Problem
-from galvi.systems.forces.external_force import force_at
 from galvi.systems.multibody import Multibody
+from galvi.systems.trees.joint_forces import JointForces
 
 AGREED = 1e-8  # of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions
 FLOOR = 1e-4  # share of the largest force that counts as one
@@ -92,6 +92,7 @@ class Own:
     differences  what was left out: name -> how, in words
     key          number of the keyframe at which it starts; None: the reference configuration
     qpos, qvel   (nq,) and (nv,) of the start where they are given; else None
+    ctrl         (nu,) controls where they are given; else None
     """
 
     model: Any
@@ -99,6 +100,7 @@ class Own:
     key: int | None = None
     qpos: Any = None
     qvel: Any = None
+    ctrl: Any = None
 
     def data(self) -> Any:
         """A new `MjData` at the start, with mocap bodies where the keyframe has them."""
@@ -107,7 +109,7 @@ class Own:
         data = mujoco.MjData(self.model)
         if self.key is not None:
             mujoco.mj_resetDataKeyframe(self.model, data, self.key)
-        for name in ("qpos", "qvel"):
+        for name in ("qpos", "qvel", "ctrl"):
             if getattr(self, name) is not None:
                 getattr(data, name)[:] = getattr(self, name)
         return data
@@ -179,6 +181,11 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
     data, joints, model = own.data(), system.tree.joints, copy.copy(own.model)
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has others in qacc
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)  # which is of discrete alone
+    model.actuator_forcelimited[:] = False  # which galvi's forces are without here
+    model.jnt_actfrclimited[:] = False
+    force = system.force
+    if isinstance(force, JointForces):
+        force = replace(force, limited=False)
     turning = np.concatenate([TURNING[joint.type] for joint in joints])
     springs = np.concatenate([np.full(joint.dimension, joint.stiffness) for joint in joints])
     weight = float(np.linalg.norm(system.gravity)) * sum(x.mass for x in system.links) ** 0.5
@@ -186,9 +193,12 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
         data.qpos[:], data.qvel[:] = system.to_mujoco(q, v)
         mujoco.mj_forward(model, data)
         theirs, mass = np.array(data.qacc), system.tree.mass(q)
-        forces = system.tree.forces(q, v) + force_at(system, q, v, problem.t0)
+        forces = system.tree.forces(q, v)
+        acting = 0.0 if force is None else force(q, v, problem.t0)
+        forces = forces + acting
         sizes = np.abs(mass) @ np.abs(theirs) + np.abs(forces)
         sizes += np.abs(data.qfrc_spring) + np.abs(data.qfrc_damper)
+        sizes += np.abs(data.qfrc_actuator) + np.abs(data.qfrc_gravcomp) + np.abs(acting)
         # Where all this cancels: what weights, centrifugal forces and springs may be at most.
         roots = np.sqrt(np.maximum(np.diag(mass), TINY))
         most = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)

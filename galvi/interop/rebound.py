@@ -25,6 +25,7 @@ from galvi.interop.rebound_contents import (
     contents_of,
     copied,
 )
+from galvi.interop.rebound_forces import forces_of
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -35,16 +36,22 @@ AGREED = 1e-11  # of the pulls of all others; 4e-16 for a few bodies, 3e-15 for 
 LOGGER = logging.getLogger("galvi")
 
 
-def from_rebound(source: Any, snapshot: int = -1) -> Problem:
+def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Problem:
     """The problem that a simulation of REBOUND is at.
 
     source    a `rebound.Simulation`, or the path of a file of one, or of an archive
     snapshot  of an archive; -1 for the last one
+    extras    the `reboundx.Extras` of a simulation, whose forces gr, gr_full, gr_potential,
+              gravitational_harmonics, central_force, radiation_forces and tides_constant_time_lag
+              are read, each compared with REBOUNDx's accelerations; others are refused by name.
+              "gr" is read as `Relativity(c)`, which differs from it by shares of the planets'
+              masses, it and gr_full by terms of c^-4
 
     Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
     become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
     has the names, the integrator, its step dt and its options and, where they are set, the radii,
-    exit_max_distance and exit_min_distance; ``read_as`` says that a tree's gravity is read as that
+    exit_max_distance and exit_min_distance, and of an archive the usual time between its states,
+    output_every; ``read_as`` says that a tree's gravity is read as that
     of point masses, ``functions`` that a file's simulation had functions, which no file holds, and
     ``written_by`` that the file is of another version of REBOUND.
 
@@ -58,9 +65,13 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     """
     rebound = _engine()
     if isinstance(source, str | os.PathLike):
+        if extras is not None:
+            raise ValueError(
+                "extras belong to a simulation; received them with a file. Load the file first."
+            )
         found = _contents_of_file(os.fspath(source), snapshot)
     elif isinstance(source, rebound.Simulation):
-        found = contents_of(source)
+        found = contents_of(source, extras is not None)
     else:
         raise TypeError(
             f"source must be a rebound.Simulation or the path of a file of one; received "
@@ -76,6 +87,8 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     _check_finite(found)
     system = NBody(found.masses, found.G)
     _compare(system, found.q, found.a, found.parameters["bodies"])
+    if extras is not None:
+        system = NBody(found.masses, found.G, forces_of(source, extras, found))
     return Problem(
         system=system,
         q0=found.q,
@@ -149,6 +162,11 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
             f"a REBOUND simulation holds point masses; received a run of a "
             f"{type(run.problem.system).__name__} system."
         )
+    if run.problem.system.forces:
+        raise ValueError(
+            "a REBOUND simulation holds no forces of galvi's; received a run with forces. Give "
+            "them to REBOUNDx, or leave them out."
+        )
     at = input_checks.whole("at", at, -len(run.t), len(run.t) - 1)
     if not (np.all(np.isfinite(run.q[at])) and np.all(np.isfinite(run.v[at]))):
         raise ValueError(f"state {at} of this run was not computed: {run.status}")
@@ -167,7 +185,7 @@ def simulation_of(problem: Problem) -> Any:
     names = known.get("bodies", ())
     radii = known.get("radii", ())
     for k, mass in enumerate(system.masses.tolist()):
-        name = {"name": names[k]} if k < len(names) and names[k] != str(k) else {}
+        name = {"name": str(names[k])} if k < len(names) and str(names[k]) != str(k) else {}
         place = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
         speed = dict(zip(("vx", "vy", "vz"), v[k].tolist(), strict=True))
         sim.add(m=mass, **place, **speed, **name, r=radii[k] if k < len(radii) else 0.0)

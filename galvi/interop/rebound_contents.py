@@ -102,9 +102,10 @@ class Contents(NamedTuple):
     units: str = ""
 
 
-def contents_of(sim: Any) -> Contents:
-    """Those of a `rebound.Simulation`, which is left as it is."""
-    refused = tuple(_beyond_point_masses(sim))
+def contents_of(sim: Any, extras: bool = False) -> Contents:
+    """Those of a `rebound.Simulation`, which is left as it is; with REBOUNDx's extras, without the
+    functions by which these act."""
+    refused = tuple(_beyond_point_masses(sim, extras))
     if refused:
         return Contents(refused)
     if not sim.is_synchronized:
@@ -184,6 +185,9 @@ def read(path: str, snapshot: int) -> Contents | str:
             f"-1 is the last one."
         )
     found = contents_of(sim)
+    if count > 1:
+        times = np.diff([archive.t[k] for k in range(count)])
+        found.parameters["output_every"] = float(np.median(np.abs(times)))
     if older:
         found.parameters["written_by"] = (
             f"the file was written by REBOUND {_version_of(path)} and is read by "
@@ -219,11 +223,11 @@ def _another_version(path: str) -> str:
     )
 
 
-def _beyond_point_masses(sim: Any) -> Iterator[str]:
+def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
     import rebound
 
     for attribute, words in FUNCTIONS.items():
-        if bool(getattr(sim, attribute, None)):
+        if bool(getattr(sim, attribute, None)) and not extras:
             yield words
     for attribute, words in SETTINGS.items():
         if str(getattr(sim, attribute)) != "none":

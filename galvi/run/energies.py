@@ -47,7 +47,7 @@ class States(NamedTuple):
 def conserves_energy(system: Any) -> bool:
     """Whether a system conserves its energy: it has no external force, and no explicit time."""
     if isinstance(system, NBody):
-        return True
+        return system.acting.conserve
     if not isinstance(system, WithFunctions):
         return False
     return system.force is None and not system.explicit_time

@@ -21,7 +21,7 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.integrate import checked, checked_in_clock
+from galvi.run.integrate import WITH_EVENTS, checked, checked_in_clock, no_events
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
@@ -37,6 +37,7 @@ def integrate_many(
     steps: int | None = None,
     *,
     duration: float | None = None,
+    events: Any = (),
     save_every: int = 1,
     curves: bool | None = None,
     solver: str = "auto",
@@ -79,12 +80,18 @@ def integrate_many(
                 "solver": solver, "tolerance": tolerance,
             }  # fmt: skip
             if isinstance(method, Galerkin) and method.clock is not None:
-                each.append(checked_in_clock(problem, method, step, steps, **settings))
+                made = checked_in_clock(problem, method, step, steps, **settings)
+                watched = not no_events(events)
+                each.append(WITH_EVENTS[0](*made.args, events) if watched else made)
                 compiled = compiled and isinstance(problem.system, NBody)
                 continue
             engine, run = checked(problem, method, step, steps, **settings)
             runs.append(run)
-            each.append(partial(run_steps, engine, run))
+            if no_events(events):
+                each.append(partial(run_steps, engine, run))
+            else:
+                given_steps = problem, method, run.step, run.start, run.steps, None
+                each.append(WITH_EVENTS[0](*given_steps, events))
             compiled = compiled and engine.is_compiled(problem, method)
     if runs:
         check_memory(runs)

@@ -12,7 +12,7 @@ from galvi.charts import CHARTS
 from galvi.charts.chart import Exponential
 from galvi.charts.maps import coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import GroupChart
+from galvi.curves.curves import GroupChart, IdentityChart, LocalChart
 from galvi.groups.group import Group
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.lie import product
@@ -25,7 +25,7 @@ from galvi.run.group_steppers import solves_by_iteration, stepper, stepper_after
 from galvi.run.group_system import group_system
 from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.systems.system import GroupSystem
+from galvi.systems.system import GroupSystem, WithLimits
 from galvi.systems.traces import Traces, traces
 
 SUBSTEPS = (4, 16, 64)
@@ -46,7 +46,7 @@ def _start(problem: Problem, stages: int) -> Start:
 @lru_cache(maxsize=32)
 def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
     """As ``_start``, which depends on the system's traces."""
-    p0, g = problem.p0, problem.q0.ravel()
+    p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
     turns = bool(np.any(layout[:, product.ROTATIONS]))
     state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if turns else p0.size))
@@ -55,7 +55,7 @@ def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
         nu = np.empty(p0.size)
         product.in_space(layout, g.copy(), p0.copy(), nu)
         state[1, 2 * p0.size : 3 * p0.size] = nu
-    return fixed(state, *_guess(problem.v0, stages))
+    return fixed(state, *_guess(problem.v0.ravel(), stages))
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
@@ -116,6 +116,10 @@ def _farthest_of(group: Group, path: Array) -> float:
 
 def _failure(run: Run, code: int, work: RunArrays) -> str:
     problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
+    if isinstance(problem.system, WithLimits):
+        q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
+        if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):
+            return f"{beyond}. The motion is right up to there; choose other controls."
     turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
@@ -154,6 +158,12 @@ def _is_compiled(problem: Problem, method: Galerkin) -> bool:
     return _system(problem, method).lagrangian_kernel().compiled
 
 
+def _chart(problem: Problem, method: Galerkin) -> LocalChart:
+    if problem.q0.shape == problem.v0.shape and problem.q0.ndim == 2:
+        return IdentityChart(problem.q0.shape)  # point masses
+    return GroupChart(_system(problem, method).group, method.group_chart)
+
+
 ON_GROUP = Engine(
     start=lambda problem, method: _start(problem, method.stages),
     velocity_row=1,
@@ -163,9 +173,7 @@ ON_GROUP = Engine(
     stepper_from_guess=stepper_after_failure,
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
-    momenta=lambda problem, momenta: momenta,
-    curves=curves_in(
-        lambda problem, method: GroupChart(_system(problem, method).group, method.group_chart)
-    ),
+    momenta=lambda problem, momenta: momenta.reshape(-1, *problem.v0.shape),
+    curves=curves_in(_chart),
     failure=_failure,
 )

@@ -9,6 +9,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn, checked_degrees
+from galvi.systems.nbody import NBody
+from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.system import GroupSystem
 
 
@@ -25,4 +27,6 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
         return cast(GroupSystem, system)
     if isinstance(system, Canonical) and (system.force is not None or degrees is not None):
         return CanonicalOnRn(system, Rn(problem.q0.size))
+    if isinstance(system, NBody) and system.acting.of_velocity:
+        return NBodyOnRn(system, problem.q0.shape[1])
     return None

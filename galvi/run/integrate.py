@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import cast
+from typing import Any, cast
 from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
@@ -25,6 +25,7 @@ from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import check_memory
 from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.systems.traces import Traces, traces
 from galvi.trajectory import Trajectory
@@ -33,6 +34,9 @@ LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of 
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[WithFunctions] = WeakSet()
+# (problem, method, step, start, steps, time, events, first) -> a run with events, of `progress` and
+# `interrupted`: registered by galvi/__init__, as it searches runs and stands above.
+WITH_EVENTS: list[Callable[..., Callable[..., Trajectory]]] = []
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -43,6 +47,7 @@ def integrate(
     steps: int | None = None,
     *,
     duration: float | None = None,
+    events: Any = (),
     save_every: int = 1,
     curves: bool | None = None,
     solver: str = "auto",
@@ -56,6 +61,8 @@ def integrate(
     steps       number of steps; or
     duration    length of time, positive and a whole number of steps. With a clock of any length,
                 reached by a last step that is shortened, and ``steps`` is the most there may be
+    events      `galvi.Event` values, one or several, which are found in ``run.events``, may end the
+                run or change its state
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
@@ -77,13 +84,23 @@ def integrate(
             problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
             solver=solver, tolerance=tolerance,
         )  # fmt: skip
+        if not no_events(events):
+            return WITH_EVENTS[0](*run_it.args, events)(progress=progress)
         return run_it(progress=progress)
     engine, run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([run])
+    if not no_events(events):
+        given = problem, method, run.step, run.start, run.steps, None, events
+        return WITH_EVENTS[0](*given)(progress=progress)
     return run_steps(engine, run, progress=progress)
+
+
+def no_events(events: Any) -> bool:
+    """Whether none are given."""
+    return isinstance(events, tuple | list) and not events
 
 
 def check_types(problem: object, method: object, call: str) -> None:
@@ -166,7 +183,7 @@ def checked_in_clock(
     problem: Problem, method: Galerkin, step: float, steps: int | None = None, *,
     duration: float | None = None, save_every: int = 1, curves: bool | None = None,
     solver: str = "auto", tolerance: float | None = None,
-) -> Callable[..., Trajectory]:  # fmt: skip
+) -> partial[Trajectory]:  # fmt: skip
     """The run of `integrate` with a clock, its arguments checked."""
     h, solver, tol, save_every, curves = _settings(
         problem, method, step, solver, tolerance, save_every, curves
@@ -205,6 +222,7 @@ def resume(
     *,
     duration: float | None = None,
     until: float | None = None,
+    events: Any = None,
     save_every: int | None = None,
     curves: bool | None = None,
     progress: bool | None = None,
@@ -213,13 +231,16 @@ def resume(
 
     until               the time at which to end, a whole number of steps from the problem's start;
                         instead of steps or duration
+    events              as for `galvi.integrate`; None: those of ``run``, () for none
     save_every, curves  as for `galvi.integrate`; None: as in ``run``
     others              as for `galvi.integrate`
 
     The result starts where ``run`` ended, also when Ctrl-C ended it, and its states are
-    bit-identical to the same part of one long run. Its energy is judged with that of all steps
-    before it, so that a run continued after it was ruined is ruined from its first step on. Raises
-    ValueError for a run that stopped, for a run of a reference, and for bad input.
+    bit-identical to the same part of one long run, also where an event ended ``run`` within a step:
+    it goes on from the grid. After an action its ``problem`` is that which the action left. Its
+    energy is judged with that of all steps before it, so that a run continued after it was ruined
+    is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
+    reference, and for bad input.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
@@ -227,7 +248,13 @@ def resume(
         )
     if not run.success and not run.interrupted and not np.all(np.isfinite(run.q[-1])):
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
-    problem, method, start = run.problem, run.method, run.checkpoint
+    problem, method, start = run.origin or run.problem, run.method, run.checkpoint
+    asked = run.asked if events is None else events
+    if events is None and run.events is not None and not run.asked:
+        raise ValueError(
+            "a run from a file has no functions of events. Give its events again, or events=() to "
+            "go on without."
+        )
     if save_every is not None:
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
@@ -235,7 +262,7 @@ def resume(
     if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     if method.clock is not None:
-        return _resumed_in_clock(run, start, steps, duration, until, progress)
+        return _resumed_in_clock(run, problem, start, steps, duration, until, asked, progress)
     if until is None:
         total = number_of_steps(run.step, steps, duration)
     elif steps is None and duration is None:
@@ -246,12 +273,16 @@ def resume(
     if start.solver == "fixed_point":
         _check_iteration(engine, problem, method)
     check_memory([more])
+    if not no_events(asked):
+        return WITH_EVENTS[0](problem, method, run.step, start, total, None, asked, run)(
+            progress=progress
+        )
     return run_steps(engine, more, progress=progress)
 
 
 def _resumed_in_clock(
-    run: Trajectory, start: Checkpoint, steps: int | None, duration: float | None,
-    until: float | None, progress: bool | None,
+    run: Trajectory, problem: Problem, start: Checkpoint, steps: int | None,
+    duration: float | None, until: float | None, asked: Any, progress: bool | None,
 ) -> Trajectory:  # fmt: skip
     """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
     assert run.step is not None
@@ -270,7 +301,11 @@ def _resumed_in_clock(
             raise ValueError(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
-    return run_in_clock(run.problem, run.method, h, start, most, time, first=run, progress=progress)
+    if not no_events(asked):
+        return WITH_EVENTS[0](problem, run.method, h, start, most, time, asked, run)(
+            progress=progress
+        )
+    return run_in_clock(problem, run.method, h, start, most, time, first=run, progress=progress)
 
 
 def _check_iteration(engine: Engine, problem: Problem, method: Galerkin) -> None:
@@ -367,7 +402,9 @@ def _check_functions(problem: Problem) -> None:
     with np.errstate(all="ignore"):
         if isinstance(system, WithFunctions):
             system.check_functions(problem.q0, problem.v0, problem.t0)
-        if not hasattr(system, "group"):
+        if isinstance(system, NBody):
+            _check_force(system.acceleration(problem.q0, problem.t0, problem.v0))
+        elif not hasattr(system, "group"):
             _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
     _CHECKED.add(problem)
 

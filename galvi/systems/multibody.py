@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from functools import partial
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.charts.maps import place
 from galvi.groups.group import Group
 from galvi.input_checks import shown
-from galvi.systems.forces.external_force import force_at
-from galvi.systems.lagrangian import Function, Lagrangian
+from galvi.systems.forces.external_force import check_force, force_at
+from galvi.systems.lagrangian import CHART, Function, Lagrangian
 from galvi.systems.trees import mujoco_states
 from galvi.systems.trees.joint import JointDamping, Link
+from galvi.systems.trees.joint_forces import JointForces, Pull, with_damping, without_damping
 from galvi.systems.trees.rigid_tree import RigidTree
 
 OF_JOINTS = ("damping", "stiffness", "armature")
+TRIED = 9  # states of a step at which limits of actuators are looked at
 VARIED = ("gravity", "masses", *OF_JOINTS)
 
 
@@ -27,44 +31,61 @@ class Multibody(Lagrangian):
 
     links    `Link` values, each after its parent; any number of them on the world
     gravity  (3,) acceleration
+    force    of the user's, besides damping: (q, v), or (q, v, t) with ``timed_force``, -> (d,)
+             torques and forces along the velocities. The field has the damping too:
+             ``given_force`` has not
 
     Configurations q are elements of ``group``, the product of the joints' groups in their order:
     angles and lengths, rotation matrices, and of a free joint R^3 x SO(3). Velocities (d,) are
     rates of angles and lengths, angular velocities in the link's frame, and of a free joint that of
-    its origin in space, then w: those of MuJoCo. Damping is the ``force``. Raises ValueError for
-    trees in which nothing moves, or for links out of order.
+    its origin in space, then w: those of MuJoCo. The energy is without the work of forces. Raises
+    ValueError for trees in which nothing moves, or for links out of order.
     """
+
+    stored_with: ClassVar[Any] = (JointDamping, JointForces, Pull)
 
     function: Function = field(init=False, repr=False, compare=False)
     group: Group = field(init=False, repr=False, compare=False)
     slopes: Function | None = field(default=None, init=False, repr=False, compare=False)
-    force: Function | None = field(default=None, init=False, repr=False, compare=False)
     explicit_time: bool = field(default=False, init=False, repr=False, compare=False)
-    timed_force: bool = field(default=False, init=False, repr=False, compare=False)
     check: bool = field(default=True, init=False, repr=False, compare=False)
     links: Any = ()
     gravity: Any = (0.0, 0.0, -9.81)
+    force: Any = field(default=None, kw_only=True)
+    timed_force: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         links = input_checks.several(self.links)
         if not all(isinstance(link, Link) for link in links):
             raise TypeError(f"links must be galvi.Link values; received {shown(self.links)}.")
         tree = RigidTree(links, self.gravity)
-        damping = [np.full(joint.dimension, joint.damping) for joint in tree.joints]
         object.__setattr__(self, "links", links)
         object.__setattr__(self, "gravity", tree.gravity)
         object.__setattr__(self, "function", tree)
         object.__setattr__(self, "group", tree.group)
-        if np.any(np.concatenate(damping)):
-            object.__setattr__(self, "force", JointDamping(np.concatenate(damping)))
-            object.__setattr__(self, "timed_force", True)
+        check_force(self)
+        self._damp(tree, varied=False)
         super().__post_init__()
 
     def __repr__(self) -> str:
         return f"Multibody(links={len(self.links)}, velocities={self.group.dimension})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Multibody, (self.links, self.gravity)
+        force, timed = self.given_force
+        return partial(Multibody, force=force, timed_force=timed), (self.links, self.gravity)
+
+    @property
+    def given_force(self) -> tuple[Any, bool]:
+        """The force without the damping of joints, and whether it takes the time; (None, False)
+        for none."""
+        return without_damping(self.force, self.timed_force)
+
+    def _damp(self, tree: RigidTree, varied: bool) -> None:
+        """The given force with the damping of the joints, for ``force`` and ``timed_force``."""
+        damping = np.concatenate([np.full(joint.dimension, joint.damping) for joint in tree.joints])
+        force, timed = with_damping(*self.given_force, tree, damping, varied)
+        object.__setattr__(self, "force", force)
+        object.__setattr__(self, "timed_force", timed)
 
     @property
     def tree(self) -> RigidTree:
@@ -93,16 +114,11 @@ class Multibody(Lagrangian):
             ]  # fmt: skip
             mass = float(given["masses"][k]) if "masses" in given else link.mass
             links.append(replace(link, joints=own, mass=mass))
-        made = Multibody(links, given.get("gravity", self.gravity))
+        force, timed = self.given_force
+        made = Multibody(links, given.get("gravity", self.gravity), force=force, timed_force=timed)
         varied = tuple(name for name in VARIED if name in {*self.tree.varied, *given})
         object.__setattr__(made, "function", replace(made.tree, varied=varied))
-        damped = isinstance(self.force, JointDamping) and self.force.varied
-        if "damping" in given or damped:
-            whole = np.concatenate([
-                np.full(joint.dimension, joint.damping) for joint in made.tree.joints
-            ])  # fmt: skip
-            object.__setattr__(made, "force", JointDamping(whole, varied=True))
-            object.__setattr__(made, "timed_force", True)
+        made._damp(made.tree, "damping" in given or getattr(self.force, "varied", False))
         return made
 
     def shape_of(self, name: str) -> tuple[int, ...]:
@@ -112,8 +128,29 @@ class Multibody(Lagrangian):
         sizes = {"gravity": 3, "masses": len(self.links)}
         return (sizes.get(name, len(self.tree.joints)),)
 
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """As that of a Lagrangian; ValueError also where an actuator starts beyond a limit."""
+        if beyond := self.beyond_limits(q, v, 0.0):
+            raise ValueError(f"{beyond} at the start. Start elsewhere, or choose other controls.")
+        super().check_functions(q, v, t)
+
+    def beyond_limits(self, q: Array, v: Array, step: float) -> str:
+        """Which actuator is beyond its limits at a state or, about, in a step from there; ""."""
+        force, _ = self.given_force
+        if not isinstance(force, JointForces) or not force.has_limits:
+            return ""
+        free = force.on(self.tree, force.damping, force.varied, limited=False)
+        pull = self.tree.forces(q, v) + free(q, v, 0.0)
+        rate = np.linalg.solve(self.tree.mass(q), pull)
+        for far in step * np.linspace(0.0, 1.0, TRIED if step else 1):
+            there = place(CHART, self.group, q, far * (v + 0.5 * far * rate))
+            if found := force.beyond(there, v + far * rate):
+                return found
+        return ""
+
     def acceleration(self, q: Any, v: Any, t: float = 0.0) -> Array:
-        """v' at one state, (d,), by Newton's and Euler's equations apart from L."""
+        """v' at one state, (d,), by Newton's and Euler's equations apart from L; NaN beyond the
+        limits of actuators."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         total = self.tree.forces(q, v) + force_at(self, q, v, t)
         return np.asarray(np.linalg.solve(self.tree.mass(q), total), dtype=np.float64)

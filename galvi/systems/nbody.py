@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.kernels.forces import force_kinds, nbody
+from galvi.kernels.forces import celestial, force_kinds, nbody
 from galvi.kernels.forces.pair_potential import compiled_pair_potential
+from galvi.systems.finite_differences import differenced_hessian
+from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
 
 COUPLED = 4
@@ -18,20 +21,24 @@ COUPLED = 4
 
 @dataclass(frozen=True, eq=False)
 class NBody:
-    """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|.
+    """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|, and other forces.
 
     masses  (bodies,), finite, at least one positive and none negative. Massless bodies, in any
             order, are attracted and attract nothing; each costs one pair for every body with a
             mass
     G       gravitational constant in the units of the problem, finite and positive
+    forces  what acts besides: `Relativity`, `Oblateness`, `PowerLaw`, `Radiation`, `Drag`, `Tides`
+            and `Force` values, any number of them. With one of velocity every body needs a mass
 
     Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v. That of a
     massless body is 0 at any velocity, which is kept as `galvi.Trajectory.v`.
-    Raises ValueError for masses or shapes that do not fit and for coincident bodies.
+    Raises ValueError for masses, forces or shapes that do not fit and for coincident bodies,
+    TypeError for what is no force.
     """
 
     masses: Array
     G: float = 1.0
+    forces: Any = ()
 
     def __post_init__(self) -> None:
         masses = input_checks.array("masses", self.masses, remedy="Give one for each body.")
@@ -45,6 +52,12 @@ class NBody:
             )
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "G", input_checks.positive("G", self.G))
+        object.__setattr__(self, "forces", self.acting.forces)
+
+    @cached_property
+    def acting(self) -> Acting:
+        """The forces, as kernels take them."""
+        return Acting(self.forces, self.masses, self.G)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """The shape of a configuration: velocities and momenta are like q."""
@@ -68,6 +81,7 @@ class NBody:
                     f"bodies must start at different places; received bodies {i} and "
                     f"{i + 1 + int(same[0])} at the same point. Move one of them or merge the two."
                 )
+        self.acting.check_state(q, v)
 
     def momentum(self, v: Array) -> Array:
         """p = m v."""
@@ -89,21 +103,31 @@ class NBody:
         return heavy * (heavy - 1) // 2 + heavy * (n - heavy)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
-        """-sum over pairs G m_i m_j / |q_i - q_j|, for q of shape (..., bodies, dimension)."""
+        """-sum over pairs G m_i m_j / |q_i - q_j|, and what the forces of position have, for q of
+        shape (..., bodies, dimension)."""
         places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
         found = np.empty(len(places))
         compiled_pair_potential()(places, self.masses, self.G, found)
-        return found.reshape(q.shape[:-2])
+        total = found.reshape(q.shape[:-2])
+        acting = self.acting
+        return total + celestial.pulls(acting.terms, acting.poles, q)[1] if acting.forces else total
 
-    def acceleration(self, q: Array, t: float) -> Array:
-        """Gravitational accelerations, (bodies, dimension)."""
-        out = np.empty((q.size, 1))
-        constants = self._constants(q.shape[1])
-        nbody.accelerations(np.ascontiguousarray(q).reshape(-1, 1), np.array([t]), constants, out)
+    def acceleration(self, q: Array, t: float, v: Array | None = None) -> Array:
+        """Accelerations (bodies, dimension), at rest unless v (bodies, dimension) is given."""
+        acting, total = self.acting, self.fall(q)
+        return total if acting.conserve else total + acting.rest(q, 0.0 * q if v is None else v, t)
+
+    def fall(self, q: Array) -> Array:
+        """The accelerations of all that has an energy, (bodies, dimension)."""
+        acting, out, size = self.acting, np.empty((q.size, 1)), q.shape[1]
+        places = np.ascontiguousarray(q).reshape(-1, 1)
+        kernel = celestial.accelerations if len(acting.terms) else nbody.accelerations
+        kernel(places, np.zeros(1), acting.constants(size), out)
         return out.reshape(q.shape)
 
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
-        """Derivative of all accelerations by all positions, (d, d) with d = bodies * dimension."""
+        """Derivative of all accelerations by all positions, (d, d) with d = bodies * dimension; at
+        rest, and by differences of what `Force` functions and forces of velocity give."""
         bodies, dimension = q.shape
         gap = q[None, :, :] - q[:, None, :]
         square = np.sum(gap**2, axis=-1) + np.eye(bodies)
@@ -113,20 +137,32 @@ class NBody:
         coupling = -pull[..., None, None] * (outer - np.eye(dimension))
         own = np.arange(bodies)
         coupling[own, own] = -np.sum(coupling, axis=1)
-        return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
+        slope = np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
+        acting = self.acting
+        if acting.forces:
+            slope += celestial.pulls_slope(acting.terms, acting.poles, q)
+        if not acting.conserve:
+            slope += differenced_hessian(
+                lambda x: acting.rest(x.reshape(q.shape), 0.0 * q, t).ravel()
+            )(q.ravel())
+        return slope
 
     def force_kernel(self, dimension: int) -> ForceKernel:
         """Accelerations for the kernels; Newton's blocks are whole for up to ``COUPLED`` bodies,
         else one for each body."""
-        coupled = self.masses.size <= COUPLED
+        coupled, acting = self.masses.size <= COUPLED, self.acting
+        width = self.masses.size * dimension if coupled else dimension
+        if acting.functions:
+            return ForceKernel(
+                acting.accelerations(dimension), None, force_kinds.TIMED_GRADIENT,
+                np.zeros((0, 0)), width, acting.constants(dimension), acting.compiled,
+            )  # fmt: skip
+        slope: Any = nbody.all_jacobians if coupled else nbody.own_jacobians
         return ForceKernel(
-            nbody.accelerations,
-            nbody.all_jacobians if coupled else nbody.own_jacobians,
+            celestial.accelerations if len(acting.terms) else nbody.accelerations,
+            None if len(acting.terms) else slope,
             force_kinds.BUILT_IN,
-            constants=self._constants(dimension),
+            constants=acting.constants(dimension),
             inverse_mass=np.zeros((0, 0)),
-            width=self.masses.size * dimension if coupled else dimension,
+            width=width,
         )
-
-    def _constants(self, dimension: int) -> Array:
-        return np.concatenate([[float(dimension)], self.G * self.masses])

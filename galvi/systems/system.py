@@ -150,3 +150,11 @@ class GroupSystem(System, Protocol):
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of the Lagrangian, and the external force, for the kernels."""
+
+
+@runtime_checkable
+class WithLimits(Protocol):
+    """A system with forces that end where they reach a limit."""
+
+    def beyond_limits(self, q: Array, v: Array, step: float) -> str:
+        """Which one is beyond its limits at a state or, about, in a step from there; ""."""

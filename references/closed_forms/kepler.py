@@ -178,7 +178,7 @@ def _orbit(problem: Problem) -> Orbit | None:
                 return None
             gm = Decimal(system.potential.mu) / Decimal(float(system.mass))
             return orbit(gm, [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
-        if isinstance(system, NBody) and system.masses.size == 2:
+        if isinstance(system, NBody) and system.masses.size == 2 and not system.forces:
             gm = Decimal(system.G) * sum(map(Decimal, system.masses.tolist()))
             apart = [[Decimal(b) - Decimal(a) for a, b in zip(*x.tolist(), strict=True)]
                      for x in (q0, v0)]  # fmt: skip

@@ -164,7 +164,7 @@ class HeyokaTaylor:
 def _law(problem: Problem) -> tuple[Any, ...]:
     """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
-    if isinstance(system, NBody):
+    if isinstance(system, NBody) and not system.forces:
         return ("bodies", system.G, 1.0, *system.masses.tolist())
     if not isinstance(system, Canonical) or not isinstance(system.potential, CentralForce):
         return ()

@@ -43,6 +43,7 @@ class JplEphemeris:
         n, known = system.masses.size, table.system
         return (
             isinstance(known, NBody)
+            and not system.forces
             and system.G == known.G
             and np.array_equal(system.masses, known.masses[:n])
             and np.array_equal(problem.q0, table.q0[:n])

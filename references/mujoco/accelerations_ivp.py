@@ -34,7 +34,7 @@ class MujocoAccelerations:
 
     def supports(self, problem: Problem) -> bool:
         """Trees, their damping included."""
-        return is_tree(problem)
+        return is_tree(problem) or mujoco_engine.is_of_user(self.made, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""

@@ -28,9 +28,12 @@ SCALAR = ("hinge", "slide")
 
 
 def is_tree(problem: Problem) -> bool:
-    """Trees whose springs MJCF can say: a ball joint's at rest where the link is at its place."""
+    """Trees without other forces than damping, and whose springs MJCF can say: a ball joint's at
+    rest where the link is at its place."""
     system = problem.system
-    return isinstance(system, Multibody) and not any(
+    if not isinstance(system, Multibody) or system.given_force[0] is not None:
+        return False
+    return not any(
         joint.type == "ball" and joint.stiffness and np.any(joint.rest != np.eye(3))
         for link in system.links
         for joint in link.joints

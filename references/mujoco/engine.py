@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Problem, Trajectory
+from galvi import Multibody, Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.velocities import velocity_at
 from references.mujoco.body import mujoco_body, to_mujoco
@@ -71,6 +71,11 @@ def at_start(problem: Problem) -> tuple[Any, Any, Any]:
 
 
 Made = Callable[[Problem], tuple[Any, Any, Any]]  # such as `at_start`
+
+
+def is_of_user(made: Made, problem: Problem) -> bool:
+    """Whether a user's own model is run, which has all the forces of the tree read from it."""
+    return made is not at_start and isinstance(problem.system, Multibody)
 
 
 @contextmanager

@@ -56,7 +56,7 @@ class MujocoSteps:
 
     def supports(self, problem: Problem) -> bool:
         """A rigid body, free or in uniform gravity; chains of pendulums; trees."""
-        return supports(problem)
+        return supports(problem) or mujoco_engine.is_of_user(self.made, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`. Raises ValueError for a body that MuJoCo does not take."""

@@ -182,7 +182,8 @@ class PinocchioAccelerations:
 
     def supports(self, problem: Problem) -> bool:
         """Trees, their springs and damping included."""
-        return isinstance(problem.system, Multibody)
+        system = problem.system
+        return isinstance(system, Multibody) and system.given_force[0] is None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""

@@ -54,7 +54,7 @@ def supports(problem: Problem) -> bool:
             and system.mass.ndim == 0
             and problem.q0.size in (2, 3)
         )
-    return isinstance(system, NBody)
+    return isinstance(system, NBody) and not system.forces
 
 
 @dataclass(frozen=True, eq=False)

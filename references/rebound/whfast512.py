@@ -32,7 +32,7 @@ def missing() -> str:
 def fits(problem: Problem) -> bool:
     """2 to 9 bodies, none massless, one of them heavier than all others together."""
     system = problem.system
-    if not isinstance(system, NBody) or not 2 <= system.masses.size <= BODIES:
+    if not isinstance(system, NBody) or system.forces or not 2 <= system.masses.size <= BODIES:
         return False
     if system.has_massless:
         return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -78,11 +79,15 @@ def kozai_triple() -> Problem:
     )
 
 
-def binary_meets_star() -> Problem:
-    """A third star flies through a circular binary of equal stars."""
-    q = [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [-1.1, 12.0, 0.2]]
-    speed = math.sqrt(2.0) / 2.0
-    v = [[0.0, -speed, 0.0], [0.0, speed, 0.0], [0.05, -0.8, 0.0]]
+def binary_meets_star(phase: float = 0.0, aside: float = -1.1, above: float = 0.2) -> Problem:
+    """A third star flies through a circular binary of equal stars.
+
+    phase         of the binary at the start
+    aside, above  of its centre, from where the third star starts
+    """
+    c, s, speed = math.cos(phase), math.sin(phase), math.sqrt(2.0) / 2.0
+    one, turn = np.array([0.5 * c, 0.5 * s, 0.0]), speed * np.array([-s, c, 0.0])
+    q, v = [-one, one, [aside, 12.0, above]], [-turn, turn, [0.05, -0.8, 0.0]]
     return _balanced([1.0, 1.0, 1.0], q, v, "a binary meets a star", "G = 1", (0, 1, 2))
 
 
@@ -114,6 +119,19 @@ def sitnikov() -> Problem:
     )  # fmt: skip
 
 
+def third_body(mass: float) -> Problem:
+    """A body that sets the clock: on an orbit about one of two stars, close to it."""
+    q = [[0.0, 0.0, 0.0], [9.0, 4.0, 1.0], [0.2, 0.0, 0.05]]
+    v = [[0.0, 0.0, 0.0], [-0.15, 0.3, 0.1], [0.0, 2.9, 0.3]]
+    return Problem(
+        NBody([1.0, 0.5, mass]), q, v, name=f"third body of mass {mass:g}", units="G = 1",
+        parameters={"bodies": ("star", "other star", "third body")},
+    )  # fmt: skip
+
+
+THIRD_BODIES = {f"third_body_{mass:g}": mass for mass in (1e-3, 1e-6, 1e-9, 1e-12, 0.0)}
+
+
 ENCOUNTERS: Mapping[str, tuple[Callable[[], Problem], float]] = {  # file: problem, horizon
     "burrau": (burrau, 63.0),
     "hd_80606": (hd_80606, 100.0 * 2.0 * math.pi),
@@ -121,4 +139,5 @@ ENCOUNTERS: Mapping[str, tuple[Callable[[], Problem], float]] = {  # file: probl
     "binary_meets_star": (binary_meets_star, 60.0),
     "sixteen_stars": (sixteen_stars, 6.0 * math.sqrt(2.0)),
     "sitnikov": (sitnikov, 200.0),
+    **{name: (partial(third_body, mass), 20.0) for name, mass in THIRD_BODIES.items()},
 }

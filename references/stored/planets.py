@@ -91,6 +91,7 @@ class Stored:
         system = problem.system
         return (
             isinstance(system, NBody)
+            and not system.forces
             and system.G == self.G
             and np.array_equal(system.masses, self.masses)
             and np.array_equal(problem.q0, self.q[0])

@@ -161,6 +161,13 @@ def _encounters(found: Judgement) -> list[str]:
             f"{readable(nearest['hill_radii'])} mutual Hill radii"
             f"{'' if fixed.any() else unresolved}. {ENCOUNTERS}"
         )
+    if count and "outputs" in found.encounters:
+        every = readable(found.problem.parameters["output_every"])
+        missed = int((found.encounters["outputs"] == 0).sum())
+        result.append(
+            f"Your output every {every}{found.kind.unit(found.problem, 'time')} misses {missed} of "
+            f"{count} encounters: no state of it falls into them. galvi.find_events sees each."
+        )
     return result
 
 

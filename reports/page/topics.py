@@ -53,7 +53,8 @@ TOPICS = (
     Topic(
         "structure", "Symplectic, well posed, equivariant",
         "When there is a method, when it is symplectic, and when its equations have one solution.",
-        ("V12", "V13", "V16", "V19", "V20", "V30", "V32", "V35", "L10", "L11", "L12", "L16", "L18"),
+        ("V12", "V13", "V16", "V19", "V20", "V30", "V32", "V35", "V36", "L10", "L11", "L12", "L16",
+         "L18"),
     ),
     Topic(
         "curve", "The curve between the steps, and the discrete action",

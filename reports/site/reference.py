@@ -103,6 +103,21 @@ def examples() -> dict[str, str]:
     return {name: text.strip() + "\n" for name, text in zip(names, parts[1::2], strict=True)}
 
 
+TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
+CELL = re.compile(r"^```\{code-cell\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@cache
+def tutorials() -> dict[str, tuple[str, ...]]:
+    """Public name -> the tutorials whose code has it."""
+    found: dict[str, tuple[str, ...]] = {}
+    for page in sorted(TUTORIALS.glob("*.md")):
+        code = "".join(CELL.findall(page.read_text(encoding="utf-8")))
+        for name in sorted(set(re.findall(r"\bgalvi\.(problems\.\w+|\w+)", code))):
+            found[name] = (*found.get(name, ()), page.stem)
+    return found
+
+
 PROBLEMS = tuple(f"problems.{name}" for name in galvi.problems.__all__)
 
 
@@ -159,6 +174,8 @@ GROUPS = (
             ("Potentials", ("CentralForce", "LinearSpring", "SpringChain", "UniformField",
                             "UniformGravity", "CosinePotential", "PendulumWeight")),
             ("Drag", ("RotorDrag", "QuadraticDrag", "SchillerNaumann")),
+            ("On point masses", ("Relativity", "Oblateness", "PowerLaw", "Radiation", "Drag",
+                                 "Tides", "Force")),
         ),
     ),
     Group(
@@ -180,7 +197,7 @@ GROUPS = (
         "Many members of one system: see [ensembles](../../ensembles.md).",
         (
             ("Run", ("integrate_ensemble", "Ensemble")),
-            ("What is kept", ("FinalStates", "StatesAt", "Extrema", "Histogram")),
+            ("What is kept", ("FinalStates", "StatesAt", "Extrema", "Histogram", "Events")),
         ),
     ),
     Group(
@@ -280,7 +297,7 @@ def _directive(name: str) -> str:
 
 
 def docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Sphinx's `autodoc-process-docstring`: as reStructuredText, with the example at its end."""
+    """Sphinx's `autodoc-process-docstring`: as reStructuredText, with example and tutorials."""
     short = name.removeprefix("galvi.")
     if lines and lines[0].startswith("alias of"):
         text = list(lines)
@@ -289,6 +306,9 @@ def docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: lis
     if short in examples():
         shown = (f"    {line}".rstrip() for line in examples()[short].splitlines())
         text += ["", ".. code-block:: pycon", "", *shown, ""]
+    if short in tutorials():
+        pages = ", ".join(f":doc:`/tutorials/{page}`" for page in tutorials()[short])
+        text += ["", f"In tutorials: {pages}.", ""]
     lines[:] = text
 
 

@@ -114,6 +114,7 @@ SURVIVAL = Section(
 
 
 DRAWS_COLUMNS = {
+    "problem": "problem",
     "contender": "contender",
     "settings": "setting",
     "median": "median error",
@@ -127,7 +128,7 @@ DRAWS_COLUMNS = {
 
 DRAWS = Section(
     name="draws",
-    title="Burrau's problem, a hundred times",
+    title="Encounters from a hundred starts",
     text=draws.EXPLANATION,
     measure=draws.draws_table,
     table=partial(readable_table, headings=DRAWS_COLUMNS),

@@ -15,7 +15,7 @@ import galvi
 
 ROOT = Path(__file__).parents[2]
 # Raised by what makes galvi larger, with its reason in the commit.
-MOST_FILES, MOST_LINES, MOST_OF_GALVI = 109, 14_100, 36_400
+MOST_FILES, MOST_LINES, MOST_OF_GALVI = 116, 15_600, 40_000
 MOST_CALLS, MOST_FILES_CALLED = 55, 17
 RUN = """
 import sys
@@ -126,7 +126,7 @@ def test_without_fast_its_names_are_refused_in_words() -> None:
     said = told(code, "0").splitlines()
     assert said[-1] == "Lagrangian.from_sympy needs galvi.fast, without GALVI_FAST=0."
     assert "galvi.KeplerFrame needs galvi.fast, which GALVI_FAST=0 leaves out." in said
-    assert len(said) == 9
+    assert len(said) == 10
 
 
 def test_integrate_reaches_a_kernel_soon() -> None:

@@ -114,7 +114,22 @@ def test_encounters_are_found_and_timed():
         "are not: one that",
     ):
         assert word in said
+    assert "misses" not in said and "outputs" not in found
     assert "encounter" not in " ".join(sentences(judge(planet(), duration=YEAR, quick=True)))
+
+
+def test_encounters_between_two_outputs_of_an_archive_are_counted():
+    """The planets of the test above are near each other for 0.02 of a year at 0.25 and 0.75."""
+    q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0]], dtype=float)
+    v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.005**-0.5, 0]], dtype=float)
+    masses = galvi.NBody([1.0, 1e-6, 1e-6])
+    for every, outputs in ((0.25 * YEAR, [1, 1]), (0.4 * YEAR, [0, 0]), (0.75 * YEAR, [0, 1])):
+        known = {"integrator": "ias15", "output_every": every}
+        truth = IAS15.run(Problem(masses, q, v, parameters=known), YEAR, {"samples": 400})
+        found = bodies.encounters(truth).sort_values("time")
+        assert found["outputs"].tolist() == outputs
+    said = " ".join(sentences(judge(truth.problem, duration=YEAR, quick=True)))
+    assert "misses 1 of 2 encounters: no state of it falls into them" in said
 
 
 def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():

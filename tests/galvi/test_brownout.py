@@ -140,40 +140,6 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
     assert w[0] > 10.0 and w[-1] < -1.0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ({"diameter": 0.0}, "diameter must be positive; received 0.0. Give it in metres"),
-        ({"diameter": 100.0}, r"from 1e-06 to 0.01 m; received 100.0. .* 100 micrometres are"),
-        ({"diameter": 1e-7}, "from 1e-06 to 0.01 m; received 1e-07"),
-        ({"diameter": float("nan")}, "diameter must be a finite real number"),
-        ({"position": (1.0, 2.0)}, r"position must have shape \(3,\); received shape \(2,\)"),
-        ({"position": (1.0, 2.0, -0.1)}, "above the ground, z >= 0; received z = -0.1. Raise it"),
-        ({"velocity": (0.0, 0.0, float("inf"))}, "velocity must hold finite numbers only"),
-        ({"drag_coefficient": -0.4}, "drag_coefficient must be positive; received -0.4"),
-    ],
-)
-def test_bad_input_gets_one_clear_sentence(arguments, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        brownout(**arguments)
-
-
-@pytest.mark.parametrize(
-    ("force", "sentence"),
-    [
-        (lambda q, v: v[:2], r"force must return an array of shape \(3,\); received shape \(2,\)"),
-        (lambda q, v: v * np.nan, "the force must be finite at the start; received"),
-        (njit(lambda q, v: v[:2].copy()), r"force must return an array of shape \(3,\)"),
-    ],
-    ids=["wrong shape", "NaN", "wrong shape, jitted"],
-)
-def test_a_force_that_is_none_is_refused_before_any_work(force, sentence):
-    problem = brownout()
-    wrong = replace(problem, system=replace(problem.system, force=force, timed_force=False))
-    with pytest.raises(ValueError, match=sentence):
-        galvi.integrate(wrong, FOUR, 0.1, 2)
-
-
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_force_that_turns_nan_on_the_way_ends_the_run(compiled):
     def force(q, v, t):
@@ -211,13 +177,3 @@ def test_the_force_of_the_kernel_and_that_of_python_are_one():
         galvi.integrate(replace(known, system=s), FOUR, 0.05, 6) for s in (known.system, system)
     ]
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=1e-13, atol=1e-13)  # 2e-16
-
-
-def test_a_known_force_says_that_it_takes_the_time():
-    with pytest.raises(ValueError, match="Set timed_force"):
-        galvi.Canonical(1.0, galvi.UniformField((0, 0, -1)), force=galvi.RotorDrag(1.0))
-
-
-def test_a_drag_law_that_is_none_is_refused():
-    with pytest.raises(TypeError, match=r"drag_law must be galvi.QuadraticDrag.* received 3"):
-        galvi.RotorDrag(1.0, 3)

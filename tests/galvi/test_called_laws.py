@@ -65,13 +65,6 @@ def test_a_run_is_that_of_the_general_kernel_and_its_status_says_what_was_called
     np.testing.assert_allclose(run.p, general.p, rtol=0.0, atol=2e-14)
 
 
-def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
-    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
-    whole = galvi.integrate(BODY, method, 0.05, 9)
-    rest = galvi.resume(galvi.integrate(BODY, method, 0.05, 4), 5)
-    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
-
-
 @njit
 def fenced(q, v):
     if q[0] > 1.0:

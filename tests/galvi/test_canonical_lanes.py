@@ -206,19 +206,6 @@ def test_a_motion_from_the_origin_is_right(potential: Any, v0: float) -> None:
     assert agree(both(problem, EIGHT, 0.1, 20))
 
 
-@pytest.mark.parametrize("cut", [1, 7, 16, 33])
-def test_a_saved_run_continues_to_the_last_bit(cut: int, tmp_path: Any) -> None:
-    problem = galvi.problems.fermi_pasta_ulam_tsingou(6, beta=0.3)
-    whole = galvi.integrate(problem, EIGHT, 0.2, 50)
-    galvi.save(galvi.integrate(problem, EIGHT, 0.2, cut), tmp_path / "part")
-    rest = galvi.resume(galvi.load(tmp_path / "part"), 50 - cut)
-    for one, other in ((rest.q, whole.q), (rest.p, whole.p)):
-        np.testing.assert_array_equal(one, other[cut:])
-    np.testing.assert_array_equal(
-        rest.checkpoint.solver_state[3:], whole.checkpoint.solver_state[3:]
-    )
-
-
 def energy_growth(name: str, steps: int, members: int) -> Growth:
     """Growth of the relative energy error, evaluated with 40 digits, of the state with its low
     part."""

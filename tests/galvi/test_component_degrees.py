@@ -71,30 +71,6 @@ def test_slow_components_need_fewer_functions_for_the_same_accuracy():
     assert off[1] > 1000.0 * off[2]
 
 
-@pytest.mark.parametrize(
-    ("degrees", "words"),
-    [
-        ((4, 4, 4), "a degree for each of the 2 components; received 3 degrees"),
-        ((4,), "a degree for each of the 2 components; received 1 degrees"),
-    ],
-)
-def test_degrees_that_do_not_match_are_refused(degrees, words):
-    with pytest.raises(ValueError, match=words):
-        galvi.integrate(HENON, mixed(*degrees), 0.1, 1)
-
-
-@pytest.mark.parametrize("degrees", [(), 4, (4, 0), (4, 1.5), "44", (4, None)])
-def test_what_are_no_degrees_is_refused(degrees):
-    with pytest.raises(ValueError, match="degrees"):
-        galvi.ComponentPolynomials(degrees)
-
-
-def test_bodies_share_one_space():
-    outer = galvi.problems.outer_solar_system()
-    with pytest.raises(ValueError, match="for Canonical and Lagrangian systems"):
-        galvi.integrate(outer, mixed(*(3,) * outer.v0.size), 100.0, 1)
-
-
 def test_a_run_is_saved_and_resumed(tmp_path):
     problem = galvi.problems.kepler(0.3)
     whole = galvi.integrate(problem, mixed(5, 4), 0.25, 10)

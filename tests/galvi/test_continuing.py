@@ -3,13 +3,27 @@
 import signal
 import threading
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
+from tests.galvi.ensemble_cases import CASES
+from tests.galvi.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
 
+slope_of_body = numba.njit(bent_slope)
+
+
+@numba.njit
+def branching(R):
+    """Which is called from the iteration in lanes, since it cannot be traced."""
+    return slope_of_body(R) if R[0, 0] < 9.0 else R
+
+
+CALLED = galvi.Problem(galvi.RigidBody(MOMENTS, bent, branching), R0, SPIN)
+LAWS = CASES | {"called": (CALLED, 0.05)}
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
@@ -75,6 +89,16 @@ def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path
     assert np.array_equal(galvi.resume(part, 15).q, whole.q[25:])
     assert np.array_equal(part(step * 7.3), whole(step * 7.3))
     assert np.array_equal(galvi.energy(part), galvi.energy(whole)[:26])
+
+
+@pytest.mark.parametrize("points", [4, 5])
+@pytest.mark.parametrize("name", LAWS)
+def test_a_resumed_run_of_every_law_is_the_long_one_to_the_bit(name, points):
+    problem, step = LAWS[name]
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(points))
+    whole = galvi.integrate(problem, method, step, 24)
+    rest = galvi.resume(galvi.integrate(problem, method, step, 9), 15)
+    assert np.array_equal(rest.q, whole.q[9:]) and np.array_equal(rest.p, whole.p[9:])
 
 
 def test_a_saved_run_of_functions_asks_for_its_problem(tmp_path):

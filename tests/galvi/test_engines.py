@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from galvi.curves.curves import GroupChart, IdentityChart
 from galvi.run import integrate as integrating
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
-from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.plan import Run
 from galvi.run.run_arrays import RunArrays
@@ -30,35 +27,6 @@ def lagrangian(q, v):
 
 
 ON_RN = galvi.Problem(galvi.Lagrangian(opaque(lagrangian), galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
-
-
-def test_one_module_chooses_between_them():
-    """Where neither is imported by name, nothing can branch on which it is."""
-    folder = Path(galvi.__file__).parent
-    users = [
-        str(path.relative_to(folder))
-        for path in folder.rglob("*.py")
-        if re.search(r"import .*\b(NYSTROM|ON_GROUP)\b", path.read_text())
-    ]
-    assert users == ["run/engine_choice.py"]
-
-
-@pytest.mark.parametrize(("problem", "engine"), [(KEPLER, NYSTROM), (ON_RN, ON_GROUP)])
-def test_a_vector_space_and_the_same_lagrangian_on_rn_go_through_the_same_steps(
-    problem, engine, monkeypatch
-):
-    used = []
-
-    def watched(engine, *arguments, **settings):
-        used.append(engine)
-        return run_steps(engine, *arguments, **settings)
-
-    monkeypatch.setattr(integrating, "run_steps", watched)
-    run = galvi.integrate(problem, FOUR, 0.1, 6)
-    rest = galvi.resume(galvi.integrate(problem, FOUR, 0.1, 4), 2)
-    assert len(used) == 3 and all(one is engine for one in used)
-    assert engine_for(problem, FOUR) is engine
-    assert np.array_equal(rest.q, run.q[4:])
 
 
 def test_both_engines_agree():
@@ -96,12 +64,6 @@ def test_a_resumed_run_keeps_what_the_run_kept(problem, tmp_path):
     assert galvi.resume(curved, 9, save_every=3, curves=False).curves is None
     bare = galvi.integrate(problem, FOUR, 0.02, 12, curves=False)
     assert len(galvi.resume(bare, 9).t) == 10 and galvi.resume(bare, 9).curves is None
-
-
-def test_a_resumed_run_that_does_not_fit_in_memory_is_refused():
-    run = galvi.integrate(KEPLER, FOUR, 0.02, 3)
-    with pytest.raises(ValueError, match="1000000000000 steps would keep"):
-        galvi.resume(run, 10**12)
 
 
 def test_a_step_that_fails_is_tried_from_smaller_steps_by_both_engines(monkeypatch):

@@ -134,3 +134,17 @@ def test_many_forced_runs_equal_single_ones():
     starts = [problem.with_initial_state(problem.q0 * (1 + k / 10), problem.v0) for k in range(3)]
     for run, start in zip(galvi.integrate_many(starts, FOUR, 0.25, 8), starts, strict=True):
         assert np.array_equal(run.q, galvi.integrate(start, FOUR, 0.25, 8).q)
+
+
+def test_a_force_that_fails_on_the_way_leaves_nan_and_says_so():
+    system = galvi.Canonical(
+        1.0,
+        SPRING,
+        force=compiled(lambda q, v, t: v * (np.nan if t > 1.0 else 0.0)),
+        timed_force=True,
+    )
+    run = galvi.integrate(galvi.Problem(system, *START), FOUR, 0.25, 8)
+    assert not run.success
+    assert run.failed_step == 5
+    assert np.all(np.isnan(run.q[5:])) and np.all(np.isfinite(run.q[:5]))
+    assert "infinite or NaN" in run.status

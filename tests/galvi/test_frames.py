@@ -295,39 +295,6 @@ def test_theory_says_what_holds_in_a_frame(case: str) -> None:
     assert not galvi.theory(galvi.Polynomials(3), galvi.gauss(3)).frame
 
 
-def test_other_spaces_rules_solvers_and_arguments_are_refused() -> None:
-    frame, chain = galvi.HarmonicFrame(), CHAIN
-    for space, rule in (
-        (galvi.Polynomials(4), galvi.gauss(5)),
-        (galvi.Polynomials(4), galvi.lobatto(5)),
-        (galvi.PolynomialFourier(1, 2), galvi.gauss(16)),
-    ):
-        with pytest.raises(ValueError, match=r"a frame needs galvi\.Polynomials\(s\)"):
-            galvi.Galerkin(space, rule, chart=frame)
-    with pytest.raises(ValueError, match="in a moving frame the solver must be one of auto"):
-        galvi.integrate(chain, method(frame, 4), 0.1, 1, solver="newton")
-    with pytest.raises(ValueError, match="passes must be"):
-        galvi.KeplerFrame(passes=0)
-    with pytest.raises(ValueError, match="stiffness must be a symmetric matrix"):
-        galvi.HarmonicFrame(stiffness=[[1.0, 2.0], [0.0, 1.0]])
-    with pytest.raises(ValueError, match=r"must be \(4, 4\)"):
-        galvi.integrate(chain, method(galvi.HarmonicFrame([[1.0]]), 4), 0.1, 1)
-    with pytest.raises(ValueError, match="needs a Canonical system without an external force"):
-        galvi.integrate(THREE, method(frame, 4), 0.1, 1)
-    with pytest.raises(ValueError, match="at least two bodies; received a Canonical system"):
-        galvi.integrate(chain, method(galvi.KeplerFrame(), 4), 0.1, 1)
-    alone = galvi.Problem(galvi.NBody([1.0]), [[1.0, 0.0]], [[0.0, 1.0]])
-    with pytest.raises(ValueError, match="at least two bodies; received one body"):
-        galvi.integrate(alone, method(galvi.KeplerFrame(), 4), 0.1, 1)
-    free = galvi.problems.free_rigid_body()
-    with pytest.raises(ValueError, match="needs an NBody system"):
-        galvi.integrate(free, method(galvi.KeplerFrame(), 4), 0.1, 1)
-    spring = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(2.0)), [1.0, 0.0], [0.0, 1.0])
-    run = galvi.integrate(spring, method(frame, 4), 0.1, 2)
-    with pytest.raises(ValueError, match="moving frame"):
-        galvi.momentum_balance(run)
-
-
 @pytest.mark.parametrize("row", [0, 1])
 def test_a_wrong_weight_or_node_is_seen_by_the_order(
     row: int, monkeypatch: pytest.MonkeyPatch

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import polar
+from scipy.linalg import expm, polar
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,16 @@ def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
     assert np.allclose(as_matrix(group, one), np.eye(len(as_matrix(group, a))), atol=1e-14)
     assert np.allclose(group.multiply(one, b), b, atol=1e-13)
     group.check("ab", ab)
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=title)
+def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices(group):
+    d = group.dimension
+    q, xi = element(group, np.linspace(0.2, 1.1, d)), np.linspace(-2.0, 3.0, d)
+    moved = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)._moved(q, xi)
+    for s in (-0.125, 0.0, 0.1):
+        exact = as_matrix(group, q) @ expm(s * hat(group, xi))
+        assert np.allclose(as_matrix(group, moved(s)), exact, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=title)
@@ -115,23 +125,6 @@ def test_an_element_off_by_rounding_is_accepted(group):
     group.check("g", g + 1e-10 * (np.abs(g) > 1e-3) * (np.abs(g) < 0.999))
 
 
-@pytest.mark.parametrize(
-    ("make", "error"),
-    [
-        (lambda: galvi.Product(()), ValueError),
-        (lambda: galvi.Product(5), ValueError),
-        (lambda: galvi.Product((galvi.SO3(), 3)), ValueError),
-        (lambda: galvi.Product((galvi.SO3,)), ValueError),
-        (lambda: galvi.Product(galvi.SO3()), ValueError),
-        (lambda: galvi.Rn(0), ValueError),
-        (lambda: galvi.Rn(1.5), ValueError),
-    ],
-)
-def test_groups_that_are_none_are_refused(make, error):
-    with pytest.raises(error, match=r"factors must be groups such as|n must be a whole number"):
-        make()
-
-
 @given(angle=st.floats(0.0, 3.1), seed=st.integers(0, 100), size=st.floats(0.0, 0.3))
 def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
     rng = np.random.default_rng(seed)
@@ -159,19 +152,6 @@ def test_no_rotation_is_nearer_to_a_reflection():
     best = min(minimize(distance, x, tol=1e-12).fun for x in starts)
     assert np.linalg.norm(near - matrix) == pytest.approx(best, abs=1e-7)
     assert np.linalg.norm(polar(matrix)[0] - matrix) < best - 0.1
-
-
-@pytest.mark.parametrize(
-    ("matrix", "sentence"),
-    [
-        (np.ones((2, 3)), r"matrix must be square; received an array of shape \(2, 3\)"),
-        (np.ones(3), r"received an array of shape \(3,\)\."),
-        (np.full((3, 3), np.nan), r"finite numbers only; received a non-finite entry at \[0, 0\]"),
-    ],
-)
-def test_what_has_no_nearest_rotation_is_refused(matrix, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        galvi.nearest_rotation(matrix)
 
 
 def test_a_wrong_bracket_is_caught():

@@ -48,15 +48,3 @@ def test_it_moves_as_its_own_equations_say(loads):
     assert np.allclose(run.q[-1], other.y[:2, -1], rtol=0, atol=1e-9)
     energy = galvi.energy(run)
     assert (abs(energy[-1] / energy[0] - 1.0) > 1e-3) == loads
-
-
-def test_what_does_not_go_with_it_is_refused():
-    method = swinging_mass(False)
-    with pytest.raises(ValueError, match="brings its coordinates and forces"):
-        galvi.Lagrangian.from_sympy(method, method.q, parameters=GIVEN)
-    x, y = me.dynamicsymbols("x y")
-    held = me.LagrangesMethod(x.diff() ** 2 + y.diff() ** 2, [x, y], hol_coneqs=[x - y])
-    with pytest.raises(ValueError, match="with constraints cannot be used; received 1"):
-        galvi.Lagrangian.from_sympy(held)
-    with pytest.raises(TypeError, match="q must hold the coordinates"):
-        galvi.Lagrangian.from_sympy(x.diff() ** 2)

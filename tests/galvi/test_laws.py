@@ -92,15 +92,6 @@ def test_a_step_too_long_for_the_iteration_is_left_to_newtons_method() -> None:
     assert general.status == "Completed."
 
 
-def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
-    given = problem("elastic pendulum")
-    whole = galvi.integrate(given, METHOD, 0.05, 60)
-    part = galvi.integrate(given, METHOD, 0.05, 25)
-    rest = galvi.resume(part, 35)
-    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
-    np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
-
-
 @pytest.mark.parametrize("links", [1, 2, 3, 5])
 def test_the_law_of_a_chain_has_the_derivatives_of_its_lagrangian(links: int) -> None:
     random = np.random.default_rng(links)

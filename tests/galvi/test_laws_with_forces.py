@@ -74,14 +74,6 @@ def test_a_force_that_is_wrong_is_caught(monkeypatch: pytest.MonkeyPatch) -> Non
             assert differences(start, METHODS[0], 0.005, 100) < 1e-13
 
 
-def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
-    start = galvi.problems.brownout(100e-6)
-    whole = galvi.integrate(start, METHODS[1], 0.02, 60)
-    rest = galvi.resume(galvi.integrate(start, METHODS[1], 0.02, 25), 35)
-    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
-    np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
-
-
 def test_a_grain_too_stiff_for_the_iteration_is_left_to_newtons_method() -> None:
     start = galvi.problems.brownout(3e-6)
     run = galvi.integrate(start, METHODS[0], 0.05, 60)

@@ -92,14 +92,6 @@ def test_more_points_cost_few_more_passes(points: int) -> None:
     assert passes[1]["iterations"] < 1.1 * passes[0]["iterations"]  # 1.02, 1.01, 0.98
 
 
-def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
-    start, method = problem("elastic pendulum"), METHODS[0]
-    whole = galvi.integrate(start, method, 0.05, 60)
-    rest = galvi.resume(galvi.integrate(start, method, 0.05, 25), 35)
-    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
-    np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
-
-
 def complement(table: Tableau) -> np.ndarray:
     s = table.c.size
     return law_stepper.law_tables(table, 0.1, 8)[4][:s, :s].T

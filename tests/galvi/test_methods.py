@@ -1,16 +1,14 @@
 """Methods: their tables, identities, names, orders, and the pairs that are refused."""
 
 import time
-from dataclasses import dataclass
 
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import galvi
 from galvi.tableau import assemble, tabulate
+from tests.galvi.own_spaces import Monomials
 
 PAIRS = [
     (degree, rule(points))
@@ -79,51 +77,6 @@ def test_the_order_is_that_of_the_space_or_of_the_rule_whichever_is_less(degree,
     assert galvi.Galerkin(galvi.Polynomials(degree), rule).order == order
 
 
-@given(degree=st.integers(2, 12))
-def test_a_rule_that_cannot_see_the_space_makes_an_ill_posed_pair(degree):
-    with pytest.raises(ValueError, match="is ill-posed: a free particle has no unique motion"):
-        galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree - 1))
-
-
-@dataclass(frozen=True)
-class Sines:
-    """{1, sin(2 pi t), cos(2 pi t)}: well posed, but without linear functions (claim V19)."""
-
-    dimension: int = 3
-    degree: int = 0
-    exact: bool = False
-
-    def basis(self, t):
-        return np.stack([np.ones_like(t), np.sin(2 * np.pi * t), np.cos(2 * np.pi * t)], axis=-1)
-
-    def derivative(self, t):
-        turn = 2 * np.pi * t
-        return 2 * np.pi * np.stack([0 * t, np.cos(turn), -np.sin(turn)], axis=-1)
-
-
-def test_a_space_without_linear_functions_makes_an_inconsistent_pair():
-    with pytest.raises(ValueError, match="is inconsistent: a free particle does not move in a str"):
-        galvi.Galerkin(Sines(), galvi.gauss(6))
-
-
-@dataclass(frozen=True)
-class Monomials:
-    """A user's space in plain floats."""
-
-    degree: int
-    exact: bool = False
-
-    @property
-    def dimension(self):
-        return self.degree + 1
-
-    def basis(self, t):
-        return np.stack([t**i for i in range(self.dimension)], axis=-1)
-
-    def derivative(self, t):
-        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)
-
-
 def test_a_users_space_of_the_same_functions_makes_the_same_method():
     mine = galvi.Galerkin(Monomials(4), galvi.gauss(4))
     ours = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -132,23 +85,6 @@ def test_a_users_space_of_the_same_functions_makes_the_same_method():
     runs = [galvi.integrate(problem, method, 0.2, 20) for method in (mine, ours)]
     assert np.allclose(runs[0].q, runs[1].q, atol=1e-12)
     assert np.allclose(runs[0](0.31), runs[1](0.31), atol=1e-12)
-
-
-def test_a_space_whose_first_function_is_not_one_is_refused():
-    @dataclass(frozen=True)
-    class Backwards(Monomials):
-        def basis(self, t):
-            return super().basis(t)[:, ::-1]
-
-    with pytest.raises(ValueError, match="first basis function of a space must be the constant 1"):
-        galvi.Galerkin(Backwards(2), galvi.gauss(3))
-
-
-def test_arguments_of_the_wrong_kind_are_named():
-    with pytest.raises(TypeError, match=r"space must be a space such as galvi.Polynomials"):
-        galvi.Galerkin(5, galvi.gauss(3))
-    with pytest.raises(TypeError, match=r"rule must be a rule such as galvi.gauss"):
-        galvi.Galerkin(galvi.Polynomials(3), 3)
 
 
 def test_a_method_a_rule_and_a_problem_are_shown_in_one_short_line():

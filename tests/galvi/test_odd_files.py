@@ -72,8 +72,3 @@ def test_masked_entries_are_refused():
     with pytest.raises(ValueError, match=r"^q0 must have no masked entries; received 1 of them"):
         galvi.Problem(system, masked, [0.0, 1.0])
     assert galvi.Problem(system, np.ma.array([1.0, 0.0]), [0.0, 1.0]).q0.tolist() == [1.0, 0.0]
-
-
-def test_a_number_that_is_an_array_is_refused_by_its_shape():
-    with pytest.raises(ValueError, match=r"mu must be .*; received an array of shape \(1,\)\."):
-        galvi.CentralForce(np.ones(1))

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba.core.compiler import Flags
 from numba.core.errors import TypingError
 from numba.core.targetconfig import ConfigStack
 
@@ -86,16 +85,3 @@ def test_an_error_in_a_part_is_named_with_what_called_it() -> None:
 
     with pytest.raises(TypingError, match="Unknown attribute 'nothing'"):
         outer(1.0)
-
-
-def test_options_are_told_apart_by_what_is_set() -> None:
-    one, other = parts.PartFlags(), parts.PartFlags()
-    assert one == other and hash(one) == hash(other)
-    one.nrt = True
-    assert one != other and one != "options"
-    other.nrt = True
-    assert one == other and hash(one) == hash(other)
-    assert {one: 1}[other] == 1
-    other.nrt = False
-    assert one != other
-    assert parts.PartFlags() != Flags() and Flags() != parts.PartFlags()

@@ -59,20 +59,6 @@ def test_hermite_cubics_have_all_values_and_slopes_at_the_joints():
     assert np.linalg.matrix_rank(given) == space.dimension == 10
 
 
-@pytest.mark.parametrize(
-    ("rule", "sentence"),
-    [
-        (galvi.gauss(8), "is inconsistent"),
-        (galvi.composite(galvi.lobatto(3), 3), "is inconsistent"),
-        (galvi.composite(galvi.gauss(1), 3), "is ill-posed"),
-    ],
-    ids=["across the joints", "on the joints", "too few points"],
-)
-def test_a_rule_that_does_not_keep_the_pieces_apart_is_refused_with_the_remedy(rule, sentence):
-    with pytest.raises(ValueError, match=rf"{sentence}.*galvi.composite\(rule, 3\)"):
-        galvi.Galerkin(galvi.PiecewisePolynomials(2, 3), rule)
-
-
 @pytest.mark.parametrize("pieces", [0, -1, 65, 2.5, float("nan"), None])
 def test_a_number_of_pieces_outside_1_to_64_is_refused(pieces):
     for space in (galvi.PiecewiseHermite, lambda n: galvi.PiecewisePolynomials(2, n)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import logging
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -94,8 +95,8 @@ def test_a_misreading_is_caught_by_the_accelerations(
 ) -> None:
     sound = contents.contents_of
 
-    def wrong(sim: Any) -> contents.Contents:
-        found = sound(sim)
+    def wrong(sim: Any, extras: bool) -> contents.Contents:
+        found = sound(sim, extras)
         if fault == "a mass":
             return found._replace(masses=found.masses * [1.0, 1.0 + 1e-6, 1.0])
         return found._replace(q=found.q[[0, 2, 1]])
@@ -188,3 +189,13 @@ def test_a_tree_is_read_as_point_masses_and_says_so() -> None:
     sim.gravity = "tree"
     problem, own = reader.read(sim)
     assert problem.parameters["read_as"] == contents.TREE and own.gravity == "tree"
+
+
+def test_the_usual_time_between_the_states_of_an_archive_is_read(tmp_path: Path) -> None:
+    sim, file = planets(), tmp_path / "archive.bin"
+    for k in range(5):
+        sim.integrate(0.7 * k)
+        sim.save_to_file(str(file))
+    assert galvi.from_rebound(file).parameters["output_every"] == pytest.approx(0.7)
+    planets().save_to_file(str(tmp_path / "one.bin"))
+    assert "output_every" not in galvi.from_rebound(tmp_path / "one.bin").parameters

@@ -181,31 +181,6 @@ def test_it_says_what_it_recommends_in_words():
     assert text.startswith("Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for ")
 
 
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"error": 0.0}, "error must be positive; received 0.0. Give it in the problem's unit"),
-        ({"error": float("nan")}, "error must be a finite real number; received nan"),
-        ({"duration": -1.0}, "duration must be positive; received -1.0"),
-        ({"by": "luck"}, "by must be one of time, evaluations; received 'luck'"),
-        ({"degrees": ()}, "degrees must be a tuple or list of whole numbers"),
-        ({"degrees": {6, 8}}, "degrees must be a tuple or list of whole numbers, as"),
-        ({"degrees": np.array([6, 8])}, "degrees must be a tuple or list of whole numbers, as"),
-        ({"degrees": (4, 61)}, "each of degrees must be a whole number from 1 to 60; received 61"),
-        ({"budget": 0}, "budget must be positive"),
-        ({"measured": -2.0}, "measured must be positive"),
-    ],
-)
-def test_bad_input_gets_one_clear_sentence(changes, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        galvi.recommend(**({"problem": ORBIT, "error": 1e-6, "duration": 10.0} | changes))
-
-
-def test_something_that_is_no_problem_is_named():
-    with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received 'kepler'"):
-        galvi.recommend("kepler", 1e-6, 10.0)
-
-
 @pytest.mark.parametrize("after", [0, 1, 2, 5, 12])
 def test_ctrl_c_in_any_of_its_runs_ends_it(monkeypatch, after):
     done = []

@@ -1,16 +1,14 @@
 """What theory says of pairs of a space and a rule: constants in closed form, names, refusals."""
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import galvi
 from galvi.analysis.theory import Z0
-from galvi.rules.rule import composite
 from galvi.spaces.fourier import Fourier
-from galvi.spaces.piecewise import PiecewisePolynomials
+from tests.galvi.own_spaces import Monomials
 from tests.galvi.theory_pairs import KEPLER, OSCILLATOR, P, method
 
 
@@ -53,22 +51,6 @@ def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
     assert said.well_posed and said.consistent
 
 
-@dataclass(frozen=True)
-class Monomials:
-    degree: int
-    exact: bool = False
-
-    @property
-    def dimension(self):
-        return self.degree + 1
-
-    def basis(self, t):
-        return np.stack([t**i for i in range(self.dimension)], axis=-1)
-
-    def derivative(self, t):
-        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)
-
-
 def test_the_constants_are_those_of_the_space_and_not_of_its_basis():
     mine, ours = (galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4)))
     for name in ("friedrichs", "smallest_ratio", "largest_ratio", "seminorm_ratio"):
@@ -98,17 +80,6 @@ def test_an_inconsistent_pair_is_well_posed_with_its_defect():
     assert said.order == 0 and said.names == ()
 
 
-def test_refusals_name_the_remedy_for_the_space():
-    with pytest.raises(ValueError, match=r"contains linear functions, e.g. galvi.PolynomialFourie"):
-        galvi.Galerkin(Fourier(2), galvi.gauss(16))
-    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 2\), with a rule"):
-        galvi.Galerkin(PiecewisePolynomials(1, 2), galvi.gauss(3))
-    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 4\), with enou"):
-        galvi.Galerkin(PiecewisePolynomials(1, 4), galvi.gauss(3))
-    remedy = galvi.Galerkin(PiecewisePolynomials(1, 4), composite(galvi.gauss(1), 4))
-    assert remedy.order == 2
-
-
 def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau():
     said = galvi.theory(galvi.ComponentPolynomials((4, 1)), galvi.lobatto(4), KEPLER, 0.1)
     parts = [galvi.theory(P(degree), galvi.lobatto(4)) for degree in (4, 1)]
@@ -118,15 +89,6 @@ def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau
     for name in ("spectral_radius", "fixed_point_step", "spectral_contraction", "converges"):
         assert getattr(said, name) is None and "tableau" in said.reasons[name]
     assert said.exists is not None
-
-
-def test_degrees_that_a_problem_does_not_have_are_refused_as_by_integrate():
-    unlike = galvi.ComponentPolynomials((8, 4, 3))
-    with pytest.raises(ValueError, match="a degree for each of the 2 components; received 3"):
-        galvi.theory(unlike, galvi.gauss(8), KEPLER)
-    pair = galvi.Problem(galvi.NBody([1.0]), [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
-    with pytest.raises(ValueError, match="for Canonical and Lagrangian systems"):
-        galvi.theory(unlike, galvi.gauss(8), pair)
 
 
 def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
@@ -175,34 +137,3 @@ def test_the_words_of_a_theory():
         "order 4 at step ends, 3 on the curve, limited by the rule for the force\n"
         "C_N 1.0005, lambda_N 1.0000, Lambda_N 1.5811"
     )
-
-
-class Unmet:
-    """A space without most of what one must have."""
-
-    def basis(self, t):
-        return np.ones((len(t), 1))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "sentence"),
-    [
-        ((5,), TypeError, r"theory is of a method such as galvi.Galerkin\(.* received 5\."),
-        ((galvi.Galerkin,), TypeError, "theory is of a method such as"),
-        ((galvi.Polynomials,), TypeError, "theory is of a method such as"),
-        ((Unmet(), galvi.gauss(3)), TypeError, "a space must have dimension, degree, exact"),
-        ((P(3),), TypeError, r"needs a rule such as galvi.gauss\(8\); received None"),
-        ((P(3), 4), TypeError, r"needs a rule such as galvi.gauss\(8\); received 4"),
-        ((method(), galvi.gauss(3)), TypeError, "a method has its own rule"),
-        ((P(3), galvi.gauss(3), 7), TypeError, r"problem must be a galvi.Problem .* received 7"),
-        ((P(3), galvi.gauss(3), None, 0.1), ValueError, "step means nothing without a problem"),
-        ((P(3), galvi.gauss(3), None, None, 1.0), ValueError, "lipschitz means nothing without"),
-        ((P(3), galvi.gauss(3), KEPLER, 0.0), ValueError, "step must not be zero; received 0.0"),
-        ((P(3), galvi.gauss(3), KEPLER, np.nan), ValueError, "step must be a finite real number"),
-        ((P(3), galvi.gauss(3), KEPLER, 0.1, 0.0), ValueError, "lipschitz must be positive"),
-        ((P(3), galvi.gauss(3), KEPLER, 0.1, np.inf), ValueError, "lipschitz must be a finite"),
-    ],
-)
-def test_bad_input_is_one_sentence(arguments, error, sentence):
-    with pytest.raises(error, match=sentence):
-        galvi.theory(*arguments)

@@ -95,6 +95,8 @@ def test_a_stiffness_that_is_0_at_the_start_is_found_along_the_motion():
     problem = galvi.Problem(quartic(), [0.0], [1.0])
     for step in (1.0, 10.0, 1000.0):
         assert 0.97 * 3.0 * np.sqrt(2.0) < method().theory(problem, step).lipschitz < 4.28  # 4.234
+    exactly_1, nearly = (method().theory(problem, step).lipschitz for step in (0.1, 0.1000001))
+    assert exactly_1 == pytest.approx(nearly, rel=1e-3) and nearly > 1.0  # ten steps' duration
     said = method().theory(problem)
     assert said.lipschitz is None and "Give a step, or lipschitz" in said.reasons["lipschitz"]
     assert method().theory(problem, lipschitz=4.25).exists is None

@@ -145,18 +145,6 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch: pytest.Mo
         trace()
 
 
-def test_what_a_function_raises_in_a_run_on_a_group_reaches_the_caller() -> None:
-    def V(R: Any) -> Any:
-        if R[0, 0] < 0.9:
-            raise RuntimeError("turned too far")
-        return -R[2, 2]
-
-    problem = galvi.Problem(galvi.RigidBody(MOMENTS, V), np.eye(3), SPIN)
-    assert "branches" in problem.system.untraced  # type: ignore[attr-defined]
-    with pytest.raises(RuntimeError, match="turned too far"):
-        galvi.integrate(problem, METHOD, 0.1, 50)
-
-
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
     body = galvi.RigidBody(MOMENTS, lambda R: -numbers["k"] * R[2, 2])

@@ -202,17 +202,6 @@ def test_a_function_that_cannot_be_traced_is_called_and_this_is_said_once(
     assert sum("could be traced" in message for message in said) == 1
 
 
-def test_what_a_function_raises_during_a_run_reaches_the_caller() -> None:
-    def L(q: Any, v: Any) -> Any:
-        if q[0] > 0.42:
-            raise RuntimeError("too far")
-        return 0.5 * v @ v
-
-    problem = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.4], [0.5])
-    with pytest.raises(RuntimeError, match="too far"):
-        galvi.integrate(problem, COARSE, 0.05, 5)
-
-
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v - 0.5 * numbers["k"] * q @ q, galvi.Rn(1))

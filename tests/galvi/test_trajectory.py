@@ -106,12 +106,6 @@ def test_energy_does_not_drift_on_a_nonlinear_problem():
     assert last < 10 * first + 1e-13
 
 
-def test_momentum_of_a_chain_is_refused():
-    chain = galvi.integrate(galvi.problems.fermi_pasta_ulam_tsingou(5), EIGHT, 0.1, 2)
-    with pytest.raises(ValueError, match="needs bodies in the plane or in space"):
-        galvi.momentum_map(chain)
-
-
 METHODS = [
     galvi.Galerkin(galvi.Polynomials(degree), rule)
     for degree, rule in [

@@ -68,13 +68,6 @@ def test_the_gauss_points_that_the_docstring_names_are_enough_and_fewer_are_not(
         galvi.Galerkin(space, galvi.gauss(points - 1))
 
 
-@pytest.mark.parametrize("frequency", [0.3, 3.0, 2 * np.pi, 20.0])
-@pytest.mark.parametrize("points", [2, 5, 12, 30])
-def test_cosines_and_sines_alone_make_an_inconsistent_pair(frequency, points):
-    with pytest.raises(ValueError, match=r"is inconsistent.* Use a space that contains linear fun"):
-        galvi.Galerkin(galvi.Fourier(1, frequency), galvi.gauss(points))
-
-
 @dataclass(frozen=True)
 class Spring:
     """V = omega^2 q^2 / 2 - g q: waves on top of a constant."""
@@ -119,29 +112,6 @@ def test_a_body_that_spins_keeps_its_momentum_and_agrees_with_polynomials():
     momentum = galvi.momentum_map(runs[0])
     assert np.max(np.abs(momentum - momentum[0])) < 1e-13
     assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-12  # 2e-14; Polynomials(4) are 2e-8 away
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "fast", None])
-@pytest.mark.parametrize(
-    "space", [lambda w: galvi.Fourier(2, w), lambda w: galvi.PolynomialFourier(2, 2, w)]
-)
-def test_a_frequency_that_is_none_is_refused(space, value):
-    with pytest.raises(ValueError, match=r"frequency must be .*; received .* radians a step"):
-        space(value)
-
-
-@pytest.mark.parametrize("value", [0, -1, 1.5, 65, float("nan"), None])
-@pytest.mark.parametrize("space", [galvi.Fourier, lambda n: galvi.PolynomialFourier(2, n)])
-def test_a_number_of_harmonics_that_is_none_is_refused(space, value):
-    with pytest.raises(ValueError, match="harmonics must be a whole number from 1 to 64; received"):
-        space(value)
-
-
-def test_waves_too_fast_or_no_different_from_polynomials_are_refused():
-    with pytest.raises(ValueError, match="must be at most 512 radians a step; received 10 times"):
-        galvi.Fourier(10, 60.0)
-    with pytest.raises(ValueError, match="must differ from polynomials and from each other"):
-        galvi.PolynomialFourier(4, 8, 1e-3)
 
 
 def test_the_highest_frequency_and_many_harmonics_are_still_orthonormal():

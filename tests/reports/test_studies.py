@@ -128,7 +128,15 @@ def test_a_run_that_raises_leaves_the_others(suite_with, tmp_path, capsys):
     assert (tmp_path / "studies" / "two").exists()
 
 
-NUMBERS = ("measured", "error", "share", "seconds_per_orbit", "energy_error", *QUANTITIES)
+NUMBERS = (
+    "measured",
+    "error",
+    "share",
+    "seconds_per_orbit",
+    "energy_error",
+    "largest_relative",
+    *QUANTITIES,
+)
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)

@@ -284,7 +284,9 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
 
     time, distance  of the nearest point, from the relative velocity at the nearest state
     hill_radii      that distance over the mutual Hill radius
+    outputs         states of the user's archive that fall into it, where output goes on as there
     """
+    every = truth.problem.parameters.get("output_every")
     system = cast(NBody, truth.problem.system)
     masses, centre = system.masses, int(np.argmax(system.masses))
     labels, rows = names(truth.problem), []
@@ -307,7 +309,20 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             k = first + int(np.argmin(near[first:last]))
-            rows.append((truth.t[k] + after[k], f"{labels[i]} and {labels[j]}",
-                         near[k] * hill[k], near[k]))  # fmt: skip
-    found = pd.DataFrame(rows, columns=["time", "bodies", "distance", "hill_radii"])
+            time = truth.t[k] + after[k]
+            row = [time, f"{labels[i]} and {labels[j]}", near[k] * hill[k], near[k]]
+            if every:
+                half = np.sqrt((NEAR**2 - near[k] ** 2) / moving[k]) * hill[k]
+                ends = (*truth.t[[first, last - 1]], time - half, time + half)
+                row.append(_outputs(np.array(ends) - truth.t[0], every, float(truth.t[-1])))
+            rows.append(row)
+    columns = ["time", "bodies", "distance", "hill_radii", *(["outputs"] if every else [])]
+    found = pd.DataFrame(rows, columns=columns)
     return found.sort_values("hill_radii", kind="stable").reset_index(drop=True)
+
+
+def _outputs(ends: Array, every: float, last: float) -> int:
+    """How many whole multiples of a time, the start with them, lie between the outermost of some
+    times since the start, in a run that ends at ``last``."""
+    parts = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / every
+    return int(np.floor(parts[1]) - np.ceil(parts[0])) + 1

@@ -1,1 +1,1 @@
-"""Claims about vector spaces: V1 to V35."""
+"""Claims about vector spaces: V1 to V36."""

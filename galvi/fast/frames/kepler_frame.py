@@ -99,6 +99,12 @@ class KeplerFrame:
                 f"a KeplerFrame needs an NBody system of at least two bodies; received {what}. Use "
                 f"another chart."
             )
+        if system.forces:
+            return (
+                f"a KeplerFrame holds gravity alone; received an NBody system with "
+                f"{', '.join(sorted({type(force).__name__ for force in system.forces}))}. Use "
+                f"another chart."
+            )
         if self.hierarchy is not None:
             wrong = nested_in(problem, self.hierarchy)[1]
             if wrong:

@@ -47,8 +47,9 @@ WRITTEN_OUT = 6  # columns of the response; a loop over them is slower by a twen
 
 
 def found_at(law, chart, state):
-    """The momenta, the mass and the velocity at a state without special properties."""
-    near = np.linspace(0.3, 0.7 + 0.1 * state, chart.entries + chart.dimension + 1) ** 0.5
+    """The momenta, the mass and the velocity at a state without special properties, which shares no
+    number with those of other ``state``."""
+    near = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
     g, v = list(near[: chart.entries]), list(near[chart.entries : -1])
     _, mu, mass = law(g, v, near[-1], Generic())
     return mu, [list(map(np.float64, row)) for row in mass], v

@@ -8,6 +8,7 @@ multiple of LANES.
 d = bodies * dimension rows, one for each coordinate
 masses        (bodies,)               G m
 heavy, light  whole numbers           the bodies with a mass, and the massless ones
+pulls, poles                          terms of galvi.kernels.forces.celestial
 ahead         (2 (l + 1) s, P)        h^2 A^T and its low part; then for r = 1 .. l both of these
                                       after extrapolation to the next step with r Legendre terms
 series        (s, P)                  Legendre coefficients from stages, transposed
@@ -177,7 +178,8 @@ def moved(x, low, far, more, rest):
 
 
 @jit_inline
-def advance(axes, masses, heavy, light, tableau, tables, plan, todo, progress, work, spare, kept):
+def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
+            spare, kept):  # fmt: skip
     """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
     tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
     ahead, series, growth, sums, c = tables
@@ -202,8 +204,8 @@ def advance(axes, masses, heavy, light, tableau, tables, plan, todo, progress, w
             axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
         )
         code = iterate(
-            axes, masses, heavy, light, star, fastest_planet, ahead, s, state, base, low, sizes,
-            tolerance, counts, Q, new, scratch, history, nearest,
+            axes, masses, heavy, light, pulls, poles, star, fastest_planet, ahead, s, state, base,
+            low, sizes, tolerance, counts, Q, new, scratch, history, nearest,
         )  # fmt: skip
         if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
             code = NOT_FINITE
@@ -240,7 +242,7 @@ def compiled_advance(dimension):
     """``advance`` compiled or cached for bodies in the plane or in space."""
     whole = types.int64
     signature = whole(
-        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, TABLEAU,
-        GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
+        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,
+        whole, TABLEAU, GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
     )  # fmt: skip
     return compiled_for(advance, signature, jit_inline)

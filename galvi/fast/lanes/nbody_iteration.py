@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+from galvi.fast.lanes.celestial import add_terms
 from galvi.fast.lanes.gravity import (
     LANES,
     attract,
@@ -104,8 +105,8 @@ def iterate_pair(
 
 
 @jit_inline
-def iterate(axes, masses, heavy, light, star, fastest_planet, moves, s, state, base, low, sizes,
-            tolerance, counts, Q, a, background, history, nearest):  # fmt: skip
+def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, moves, s, state, base,
+            low, sizes, tolerance, counts, Q, a, background, history, nearest):  # fmt: skip
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
     ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
@@ -118,6 +119,7 @@ def iterate(axes, masses, heavy, light, star, fastest_planet, moves, s, state, b
             pull_and_measure(axes, masses, heavy, light, Q, a, nearest)
         else:
             pull_all(axes, masses, heavy, light, Q, a)
+        add_terms(axes, pulls, poles, s, Q, a)
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
             pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)

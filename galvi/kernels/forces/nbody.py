@@ -2,7 +2,8 @@
 
 a_i = sum over j != i of Gm_j (q_j - q_i) / |q_j - q_i|^3
 
-constants  [dimension, Gm_1, ..., Gm_N], Gm = 0 for bodies that do not pull
+constants  [dimension, Gm_1, ..., Gm_N], Gm = 0 for bodies that do not pull; what follows is not
+           read here
 Q          (N * dimension, s), body by body
 """
 
@@ -17,7 +18,7 @@ from galvi.kernels.compile.jit import jit
 def accelerations(Q, t, constants, out):
     """Accelerations of all bodies at all stages, (N * dimension, s)."""
     dimension = int(constants[0])
-    bodies = constants.size - 1
+    bodies = Q.shape[0] // dimension
     stages = Q.shape[1]
     pull = np.empty(stages)
     out[:, :] = 0.0
@@ -69,7 +70,7 @@ def own_jacobians(Q, t, constants, out):
     all but the heaviest body.
     """
     dimension = int(constants[0])
-    bodies = constants.size - 1
+    bodies = Q.shape[0] // dimension
     out[:, :, :] = 0.0
     slope = np.empty((dimension, dimension))
     for k in range(Q.shape[1]):
@@ -89,7 +90,7 @@ def all_jacobians(Q, t, constants, out):
     For few bodies of similar mass, where the coupling that own_jacobians omits is not small.
     """
     dimension = int(constants[0])
-    bodies = constants.size - 1
+    bodies = Q.shape[0] // dimension
     out[:, :, :] = 0.0
     slope = np.empty((dimension, dimension))
     for k in range(Q.shape[1]):

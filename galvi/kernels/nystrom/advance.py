@@ -87,7 +87,8 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
             return NOT_FINITE
         if progress.passage.size > 0:  # constants as in galvi.kernels.forces.nbody
             note_passages(
-                force.constants[1:], int(force.constants[0]), Q, tableau.c, before[0], state[0], h,
+                force.constants[1 : 1 + state.shape[1] // int(force.constants[0])],
+                int(force.constants[0]), Q, tableau.c, before[0], state[0], h,
                 tableau.velocity_coefficients.size, np.inf, plan.first + step + 1,
                 progress.passage,
             )  # fmt: skip

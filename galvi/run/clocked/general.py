@@ -13,6 +13,14 @@ from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import AnyClock, Rate
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.groups.matrix_groups import Rn
+from galvi.kernels.forces.celestial import (
+    NUMBERS,
+    OTHER,
+    SOURCE,
+    WEIGHT,
+    pole_pull,
+    power_pull,
+)
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -55,7 +63,7 @@ def _(system: Canonical, problem: Problem) -> Lagrangian:
 
 @lagrangian_of.register
 def _(system: NBody, problem: Problem) -> Lagrangian:
-    size = problem.q0.shape[1]
+    size, acting = problem.q0.shape[1], system.acting
     masses = np.repeat(system.masses, size)
     n = system.masses.size
     pairs = [(i, j, float(system.G * system.masses[i] * system.masses[j]))
@@ -69,13 +77,24 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
                 gap = q[i * size + k] - q[j * size + k]
                 square = square + gap * gap
             found = found + mass / np.sqrt(square)
+        for k, row in enumerate(acting.terms):
+            first, second = (int(row[column]) * size for column in (SOURCE, OTHER))
+            way: Any = [q[second + x] - q[first + x] for x in range(size)]
+            law: Any = pole_pull if k < acting.poles else power_pull
+            found = found - row[WEIGHT] * law([*way, 0.0][:3], row[NUMBERS:].tolist())[3]
         return found
 
     def slopes(q: Any, v: Any) -> Array:
-        pull = system.acceleration(q.reshape(-1, size), 0.0).ravel()
+        pull = system.fall(q.reshape(-1, size)).ravel()
         return masses * np.concatenate([v, pull]).reshape(2, -1)
 
-    return Lagrangian(L, Rn(problem.q0.size), lambda q, v: slopes(q, v).ravel(), check=False)
+    def force(q: Any, v: Any, t: float) -> Array:
+        return masses * acting.rest(q.reshape(-1, size), v.reshape(-1, size), t).ravel()
+
+    return Lagrangian(
+        L, Rn(problem.q0.size), lambda q, v: slopes(q, v).ravel(),
+        None if acting.conserve else force, timed_force=not acting.conserve, check=False,
+    )  # fmt: skip
 
 
 def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:

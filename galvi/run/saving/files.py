@@ -26,12 +26,13 @@ from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
+from galvi.curves.joined import JoinedCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
-from galvi.trajectory import Trajectory
+from galvi.trajectory import Restarts, Trajectory
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
@@ -51,6 +52,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 VERSION = 3
+FOUND: list[Any] = []  # `galvi.Found`, which stands above: registered by galvi/__init__
+OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # absent in files of older versions
 UNREADABLE = (
@@ -62,6 +65,8 @@ UNREADABLE = (
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
+
+    Of a run that actions changed the curves are not written.
 
     Raises ValueError for a run of a reference, and for one whose space, chart or clock is not
     galvi's own.
@@ -104,7 +109,16 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         }  # fmt: skip
         for name in (*KNOWN, "clock"):
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
-    if run.curves is not None:
+    if run.events is not None:
+        found = run.events
+        facts["events"] = [list(found.name), found.unresolved, found.status]
+        arrays |= {f"events_{name}": getattr(found, name) for name in OF_EVENTS}
+    if run.restarts is not None:
+        arrays |= {f"restarts_{name}": getattr(run.restarts, name) for name in "tqv"}
+    if run.origin is not None:
+        facts["origin"] = run.origin.t0
+        arrays |= {"origin_q": run.origin.q0, "origin_v": run.origin.v0}
+    if run.curves is not None and not isinstance(run.curves, JoinedCurves):
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
     if isinstance(run.curves, ClockCurves):
         arrays |= {"times": run.curves.times, "rates": run.curves.rates}
@@ -226,20 +240,34 @@ def _restored(
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
         facts["keep_curves"], *(read_only(arrays.get(name, np.zeros(0))) for name in WATCHED),
     )  # fmt: skip
+    about = facts.get("events")
+    arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS} if about else {}
+    origin = None
+    if "origin" in facts:
+        origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
     return Trajectory(
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
         read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
         facts.get("engine", ""), read_only(arrays["tau"]) if "tau" in arrays else None,
+        FOUND[0](name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
+        if about
+        else None,
+        restarts=Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
+        if "restarts_t" in arrays
+        else None,
+        origin=origin,
     )  # fmt: skip
 
 
 def storable_values() -> dict[str, Any]:
     """The classes whose values can be stored, by name: galvi's public frozen dataclasses, and those
-    of its charts and groups."""
+    of its charts and groups, and of what these are ``stored_with``."""
     public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
     registered = {type(value).__name__: type(value) for value in (*CHARTS, *GROUPS)}
+    for kind in public.values():
+        registered |= {part.__name__: part for part in getattr(kind, "stored_with", ())}
     return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
@@ -290,6 +318,8 @@ def _is_whole(written: Any) -> bool:
 
 def _agree(one: Any, other: Any) -> bool:
     """Whether two written values are equal, ignoring parts that cannot be written."""
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_agree, one, other))
     if not isinstance(one, dict) or not isinstance(other, dict):
         return bool(one == other)
     if "unknown" in (one["kind"], other["kind"]):

@@ -89,14 +89,24 @@ class RigidTree:
             )
         return factors[0] if len(factors) == 1 else Product(tuple(factors))
 
-    @cached_property
+    @property
     def numbers(self) -> Array:
         """The constants of galvi.kernels.trees.tree."""
+        return self._written[0]
+
+    @property
+    def frames(self) -> list[tuple[int, Array, Array]]:
+        """Of each link the frame of galvi.kernels.trees.tree that it is fixed to, and its place
+        (3,) and attitude (3, 3) there."""
+        return self._written[1]
+
+    @cached_property
+    def _written(self) -> tuple[Array, list[tuple[int, Array, Array]]]:
         rows, carried = (
             np.zeros((len(self.joints), tree.JOINT)),
             np.zeros((len(self.joints) + 1, 10)),
         )
-        frames: list[tuple[int, Array, Array]] = []  # of the links: frame, displacement, rotation
+        frames: list[tuple[int, Array, Array]] = []
         node, dof, entry = 0, 0, 0
         for link in self.links:
             on, r, C = (0, np.zeros(3), np.eye(3)) if link.parent is None else frames[link.parent]
@@ -121,7 +131,8 @@ class RigidTree:
             carried[on] += _inertia(link, r, C)
         rows[:, tree.MASS : tree.MASS + 10] = carried[1:]
         fixed = carried[0, 1:4]
-        return read_only(np.concatenate([[len(rows)], self.gravity, fixed, rows.ravel()]))
+        numbers = np.concatenate([[len(rows)], self.gravity, fixed, rows.ravel()])
+        return read_only(numbers), frames
 
     @cached_property
     def dimension(self) -> int:

@@ -1,0 +1,187 @@
+"""One entry of many states at once, as a number that a function of one state computes with.
+
+A function of one configuration is called with arrays of such entries, so that its arithmetic is
+that of many states. An entry has their values, or the least and the greatest that it has on each of
+many steps, of which arithmetic makes bounds of the function there (interval arithmetic, up to
+rounding). What needs the value of one state, as a branch does, raises TypeError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+
+
+class Entry:
+    """Values of many states, where ``low`` is ``high``, else bounds of them."""
+
+    low: Any
+    high: Any
+
+    def __init__(self, low: Any, high: Any) -> None:
+        self.low, self.high = low, high
+
+    @property
+    def exact(self) -> bool:
+        """Whether it has values, not bounds."""
+        return self.low is self.high
+
+    def __add__(self, other: Any) -> Entry:
+        one = _entry(other)
+        if self.exact and one.exact:
+            return _exactly(self.low + one.low)
+        return Entry(self.low + one.low, self.high + one.high)
+
+    def __neg__(self) -> Entry:
+        return _exactly(-self.low) if self.exact else Entry(-self.high, -self.low)
+
+    def __mul__(self, other: Any) -> Entry:
+        if other is self:
+            return self**2
+        one = _entry(other)
+        if self.exact and one.exact:
+            return _exactly(self.low * one.low)
+        ends = [a * b for a in (self.low, self.high) for b in (one.low, one.high)]
+        return Entry(np.minimum.reduce(ends), np.maximum.reduce(ends))
+
+    def __truediv__(self, other: Any) -> Entry:
+        one = _entry(other)
+        if self.exact and one.exact:
+            return _exactly(self.low / one.low)
+        apart = (one.low > 0.0) | (one.high < 0.0)
+        low, high = (np.where(apart, 1.0 / x, y) for x, y in ((one.high, -np.inf),
+                                                             (one.low, np.inf)))  # fmt: skip
+        return self * Entry(low, high)
+
+    def __pow__(self, power: Any) -> Entry:
+        if isinstance(power, Entry):
+            raise TypeError("its power depends on the state")
+        if self.exact:
+            return _exactly(self.low**power)
+        if power < 0:
+            return _entry(1.0) / self**-power
+        size = abs(self) if power % 2 == 0 else self
+        if power % 1 == 0:
+            return Entry(size.low**power, size.high**power)
+        return Entry(np.maximum(self.low, 0.0) ** power, np.maximum(self.high, 0.0) ** power)
+
+    def __abs__(self) -> Entry:
+        if self.exact:
+            return _exactly(np.abs(self.low))
+        most = np.maximum(np.abs(self.low), np.abs(self.high))
+        return Entry(np.maximum(np.maximum(self.low, -self.high), 0.0), most)
+
+    def sqrt(self) -> Entry:
+        """The root; that of what may be negative from 0 on."""
+        return self**0.5
+
+    def sin(self) -> Entry:
+        """The sine, 1 or -1 where the argument passes such a place."""
+        if self.exact:
+            return _exactly(np.sin(self.low))
+        ends, (top, bottom) = (np.sin(self.low), np.sin(self.high)), (
+            np.floor((self.high - turn) / (2.0 * np.pi)) >= np.ceil((self.low - turn)
+                                                                    / (2.0 * np.pi))
+            for turn in (0.5 * np.pi, -0.5 * np.pi)
+        )  # fmt: skip
+        return Entry(np.where(bottom, -1.0, np.minimum(*ends)),
+                     np.where(top, 1.0, np.maximum(*ends)))  # fmt: skip
+
+    def cos(self) -> Entry:
+        """The cosine."""
+        return _exactly(np.cos(self.low)) if self.exact else (self + 0.5 * np.pi).sin()
+
+    def conjugate(self) -> Entry:
+        """Itself, of real numbers."""
+        return self
+
+    def arctan2(self, other: Any) -> Entry:
+        """The angle; bounds of it are not sought."""
+        one = _entry(other)
+        if self.exact and one.exact:
+            return _exactly(np.arctan2(self.low, one.low))
+        return _entry(np.pi) * Entry(-1.0 + 0.0 * self.low, 1.0 + 0.0 * self.low)
+
+    def hypot(self, other: Any) -> Entry:
+        """sqrt(x^2 + y^2)."""
+        return (self**2 + _entry(other) ** 2).sqrt()
+
+    def _none(self, *given: Any) -> Any:
+        raise TypeError("it needs a value, as a branch does")
+
+    def __sub__(self, other: Any) -> Entry:
+        return self + -_entry(other)
+
+    def __rsub__(self, other: Any) -> Entry:
+        return -self + other
+
+    def __rtruediv__(self, other: Any) -> Entry:
+        return _entry(other) / self
+
+    __radd__, __rmul__ = __add__, __mul__
+    __bool__ = __float__ = __int__ = __index__ = _none
+    __lt__ = __le__ = __gt__ = __ge__ = __rpow__ = __mod__ = __floordiv__ = _none
+    __eq__ = __ne__ = _none
+    __hash__ = object.__hash__
+
+
+class LaterEntry(Entry):
+    """An entry that is computed when a function uses it."""
+
+    def __init__(self, find: Callable[[], tuple[Array, Array]]) -> None:
+        self._find = find
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in ("low", "high"):
+            raise AttributeError(name)
+        self.low, self.high = self._find()
+        return vars(self)[name]
+
+
+def _exactly(values: Any) -> Entry:
+    return Entry(values, values)
+
+
+def _entry(value: Any) -> Entry:
+    if isinstance(value, Entry):
+        return value
+    number = np.asarray(value)
+    if number.ndim or number.dtype.kind not in "biuf":
+        raise TypeError(f"it computes with {type(value).__name__}")
+    return _exactly(float(number))
+
+
+def _monotone(function: Any) -> Callable[[Entry], Entry]:
+    def method(self: Entry) -> Entry:
+        low = function(self.low)
+        return _exactly(low) if self.exact else Entry(low, function(self.high))
+
+    return method
+
+
+for _function in (np.exp, np.log, np.arctan, np.sinh, np.tanh, np.arcsin, np.deg2rad, np.rad2deg):
+    setattr(Entry, _function.__name__, _monotone(_function))
+
+
+def entries(values: Array, shape: tuple[int, ...]) -> Any:
+    """(*shape) entries of values (r, ...), whose further axes are those of the states."""
+    found = np.empty(len(values), dtype=object)
+    found[:] = [_exactly(row) for row in values]
+    return found.reshape(shape)
+
+
+def computed(
+    function: Callable[..., Any], q: Any, v: Any, t: Any, shape: tuple[int, ...]
+) -> tuple[Array, Array]:
+    """What a function of one state makes of entries, of the states' shape: values, or bounds."""
+    with np.errstate(all="ignore"):
+        found = function(q, v, t)
+        if isinstance(found, np.ndarray) and found.ndim == 0:
+            found = found.item()
+        one = _entry(found)
+    low = np.broadcast_to(one.low, shape)
+    return low, low if one.exact else np.broadcast_to(one.high, shape)

@@ -1,0 +1,82 @@
+"""Roots of Chebyshev series, isolated by bounds of their derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from galvi.arrays import Array
+
+HALVINGS = 40
+PASSES, CLOSE = 60, 1e-14  # of Newton's method for a root of an interpolant, and its end
+
+
+def roots(coefficients: Array, starts: Array, ends: Array) -> list[tuple[int, float, int, float]]:
+    """Row, place in (-1, 1], direction and slope of each root of n series with a change of sign.
+
+    starts, ends  (n,) values where the series begin and end, or their signs
+    """
+    slopes = chebyshev.chebder(coefficients, axis=1)
+    bends = chebyshev.chebder(slopes, axis=1) if slopes.shape[1] > 1 else 0.0 * slopes
+    bounds = np.abs(slopes).sum(axis=1), np.abs(bends).sum(axis=1)
+    rows, left = np.arange(len(coefficients)), np.full(len(coefficients), -1.0)
+    found: list[tuple[int, float, int, float]] = []
+    half = 1.0
+
+    def sides(rows: Any, low: Array, high: Array) -> tuple[Array, Array]:
+        one, other = _at(coefficients[rows], low), _at(coefficients[rows], high)
+        return np.where(low == -1.0, starts[rows], one), np.where(high == 1.0, ends[rows], other)
+
+    for k in range(HALVINGS + 1):
+        if not rows.size:
+            break
+        middle = left + half
+        f, slope = _at(coefficients[rows], middle), _at(slopes[rows], middle)
+        maybe = np.abs(f) <= half * bounds[0][rows]
+        maybe |= (left == -1.0) & (f * starts[rows] <= 0.0)  # the end has another sign
+        maybe |= (left + 2.0 * half == 1.0) & (f * ends[rows] <= 0.0)
+        single = maybe & ((np.abs(slope) > half * bounds[1][rows]) | (k == HALVINGS))
+        one, low = rows[single], left[single]  # or too near each other to tell: one, or none
+        high = low + 2.0 * half
+        begin, end = sides(one, low, high)
+        crosses = (begin * end < 0.0) | ((end == 0.0) & (begin != 0.0))
+        one, low, high, begin, end = (x[crosses] for x in (one, low, high, begin, end))
+        places = _places(coefficients[one], slopes[one], low, high, begin)
+        places[end == 0.0] = high[end == 0.0]
+        found += zip(
+            one.tolist(), places.tolist(), np.sign(end - begin).astype(int).tolist(),
+            _at(slopes[one], places).tolist(), strict=True,
+        )  # fmt: skip
+        more = maybe & ~single
+        rows, left = rows[more], left[more]
+        half *= 0.5
+        rows, left = np.repeat(rows, 2), (left[:, None] + np.array([0.0, 2.0 * half])).ravel()
+    return found
+
+
+def _places(series: Array, slopes: Array, low: Array, high: Array, begin: Array) -> Array:
+    """The places in (low, high) at which n series change their sign from that of ``begin``, by
+    bracketed Newton iterations."""
+    x = 0.5 * (low + high)
+    for _ in range(PASSES):
+        if not x.size:
+            break
+        f, slope = _at(series, x), _at(slopes, x)
+        before = f * begin > 0.0
+        low, high = np.where(before, x, low), np.where(before, high, x)
+        with np.errstate(all="ignore"):
+            new = x - f / slope
+        new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
+        done = np.abs(new - x) <= CLOSE
+        x = new
+        if np.all(done):
+            break
+    return x
+
+
+def _at(coefficients: Any, x: Any) -> Array:
+    found: Array = np.einsum("kn,kn->k", chebyshev.chebvander(x, coefficients.shape[1] - 1),
+                             coefficients)  # fmt: skip
+    return found

@@ -1,0 +1,429 @@
+"""Runs with events: found as the run goes on, ended or changed by them.
+
+A run that events only watch is searched when it is done. One that they may end or change is done in
+blocks: the steps before such an event are kept; it ends there, or goes on from the state that the
+action returns, by one shortened step to the end of the step in which it happens, from which the
+grid goes on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from tqdm import tqdm
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.curves import RedoneCurves
+from galvi.curves.joined import JoinedCurves
+from galvi.events.block import CHUNK
+from galvi.events.event import Event, several_events
+from galvi.events.pieces import piece_of, pieces
+from galvi.events.search import MOST, START, Rows, Search
+from galvi.input_checks import shown
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.clocked.run import motion_of, run_in_clock
+from galvi.run.energies import conserves_energy, start_energies
+from galvi.run.engine_choice import engine_for
+from galvi.run.interruption import defer_interrupts
+from galvi.run.loop import APART, run_steps
+from galvi.run.plan import Run
+from galvi.systems.velocities import momentum_at
+from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
+
+CHATTERS = 1000  # actions in one step
+TOO_NEAR = 1e-6  # of a step, between two actions
+FIRST = 8  # steps of the first block
+
+
+class Task(NamedTuple):
+    """Steps to do: up to ``most``, and in a clock until ``time`` unless that is None."""
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    start: Checkpoint
+    most: int | None
+    time: float | None
+    first: Trajectory | None = None
+
+
+def with_events(
+    problem: Problem, method: Galerkin, step: float, start: Checkpoint, most: int | None,
+    time: float | None, events: Any, first: Trajectory | None = None,
+) -> Callable[..., Trajectory]:  # fmt: skip
+    """A run with events, these checked; ``first`` is the run that it continues."""
+    task = Task(problem, method, step, start, most, time, first)
+    several = several_events(events)
+    search = Search(problem, method, several)
+    acts = any(one.terminal or one.action is not None for one in several)
+    return partial(_acting if acts else _watched, task, search)
+
+
+def _watched(
+    task: Task, search: Search, *, progress: bool | None = None,
+    interrupted: Callable[[], bool] | None = None,
+) -> Trajectory:  # fmt: skip
+    problem, method, h, start, most, time, first = task
+    if method.clock is not None:
+        run = run_in_clock(problem, method, h, start, most, time, first=first, progress=progress,
+                           interrupted=interrupted)  # fmt: skip
+    else:
+        steps = Run(problem, method, h, cast(int, most), start)
+        run = run_steps(engine_for(problem, method), steps, progress=progress,
+                        interrupted=interrupted)  # fmt: skip
+    over = ""
+    for piece in pieces(run) if run.counts["steps"] else ():
+        search.on(piece)
+        if search.count > MOST:
+            over = f"More than {MOST} events: none are sought after t = {piece.times[-1]:.10g}."
+            break
+    return _told(run, search, over)
+
+
+def _told(run: Trajectory, search: Search, over: str = "") -> Trajectory:
+    """The run with its events; a status ``over`` makes it no success."""
+    own = vars(run)
+    own["events"], own["asked"] = search.found(), search.events
+    remarks = " ".join(filter(None, [over, search.status]))
+    if remarks:
+        find = own.pop("_find", None)
+        known = None if find else {name: own[name] for name in JUDGED}
+
+        def ending() -> dict[str, Any]:
+            end = dict(known or find())
+            if over and end["success"]:
+                end |= {"success": False, "failed_step": run.counts["steps"]}
+            return end | {"status": f"{end['status']} {remarks}"}
+
+        run._judge_later(ending)
+    return run
+
+
+class _State(NamedTuple):
+    """A row of the result."""
+
+    number: float
+    t: float
+    q: Array
+    p: Array
+    v: Array
+
+
+def _acting(
+    task: Task, search: Search, *, progress: bool | None = None,
+    interrupted: Callable[[], bool] | None = None,
+) -> Trajectory:  # fmt: skip
+    with np.errstate(all="ignore"), defer_interrupts() as pressed:
+        acting = _Acting(task, search, interrupted or pressed)
+        with tqdm(total=task.most, unit="step", disable=not progress) as bar:
+            while acting.goes_on():
+                before = acting.done
+                acting.block()
+                bar.update(acting.done - before)
+        return acting.trajectory()
+
+
+class _Acting:
+    """A run that events may end or change, while it is done.
+
+    own, start, before  the problem of its present part, the state from which it goes on, and the
+                        run whose end that is
+    rest                what is left of a step after an action, in the units of steps; None: nothing
+    rows                kept states, the first one included
+    parts               curves, and when each begins
+    """
+
+    def __init__(self, task: Task, search: Search, stopped: Callable[[], bool]) -> None:
+        self.task, self.search, self.stopped = task, search, stopped
+        self.own, self.start, self.before = task.problem, task.start, task.first
+        self.most = input_checks.LARGEST if task.most is None else task.most
+        self.clocked = task.method.clock is not None
+        self.done, self.chunk, self.within, self.whole = 0, FIRST, 0, 0.0
+        self.rest: float | None = None
+        self.origin: Problem | None = None
+        problem, first = task.problem, task.first
+        if first is None:
+            self.rows = [_State(0.0, problem.t0, problem.q0, problem.p0, problem.v0)]
+        else:
+            end = float(first.t[-1]), first.q[-1], first.p[-1], first.v[-1]
+            self.rows = [_State(0.0, *end)]
+        if self.clocked and not self.start.state.size:
+            self.start = self._fresh(problem)
+        self.base = self.start.first
+        self.after, self.known = self.rows[0].t, [self.start]
+        self.parts: list[tuple[float, Any]] = []
+        self.restarts: list[tuple[float, Array, Array]] = []
+        self.counts: dict[str, int] = {}
+        self.failed: int | None = None
+        self.status = self.engine = ""
+        self.ended, self.interrupted = "", False
+
+    def goes_on(self) -> bool:
+        """Whether there is more to do."""
+        self.interrupted = self.interrupted or self.stopped()
+        return self.done < self.most and not (self.ended or self.interrupted)
+
+    def block(self) -> None:
+        """Some steps, up to an event that ends or changes the run."""
+        n = min(self.chunk, self.most - self.done) if self.rest is None else 1
+        part = self._steps(n)
+        made = part.counts["steps"]
+        reached = self.clocked and self.task.time is not None and part.t[-1] == self.task.time
+        bound = self.clocked and made == n
+        if not (part.interrupted or reached or bound) and made < n and self.rest is None:
+            part = self._steps(self.most - self.done) if not self.clocked else part
+            made = part.counts["steps"]
+        found = Rows(*(np.zeros(0) for _ in range(6)))
+        if made or reached:
+            found = self.search.on(piece_of(part, self.done, self.after))
+            self.parts.append((float(part.t[0]), part.curves))
+        self.engine = self.engine or part.engine
+        for name, value in part.counts.items():
+            self.counts[name] = self.counts.get(name, 0) + value
+        stops = [k for k, i in enumerate(found.index) if self._event(i).terminal
+                 or self._event(i).action is not None]  # fmt: skip
+        if self.search.count > MOST:
+            self._fail(f"Stopped after {self.done + made} steps: more than {MOST} events.")
+        elif stops:
+            self._stop(part, found, stops[0])
+            return
+        self._take(part, made, reached, bound)
+
+    def _take(self, part: Trajectory, made: int, reached: bool, bound: bool) -> None:
+        """A block without an event that ends or changes the run."""
+        rows = len(part.t) - 1
+        self._judged(part, bound)
+        if self.rest is None:
+            self._keep(part, rows)
+            self.done, self.start, self.before = self.done + made, self._end(part), part
+            if self.start.first - self.known[-1].first >= max(APART, self.done // 512):
+                self.known.append(self.start)
+        elif made:  # at the end of the step
+            self._at_grid(part.t[-1], part.q[-1], part.p[-1], part.v[-1])
+        elif reached:
+            self.rows.append(_State(self.done + 0.5, *(x[-1] for x in (part.t, part.q, part.p,
+                                                                       part.v))))  # fmt: skip
+        if reached:
+            self.ended = COMPLETED
+        elif part.interrupted:
+            self.interrupted = True
+        elif not (made and np.all(np.isfinite(part.q[-1]))):
+            self.ended = part.status
+        self.after = -math.copysign(math.inf, self.task.step)
+        self.chunk = min(2 * self.chunk, CHUNK)
+
+    def _stop(self, part: Trajectory, found: Rows, k: int) -> None:
+        """An event that ends or changes the run, and others at its time."""
+        t, whole = float(found.t[k]), int(found.step[k]) - self.done - 1
+        same = START * abs(part.t[whole + 1] - part.t[whole])
+        last = int(np.count_nonzero((found.t - t) * np.sign(self.task.step) <= same))
+        self.search.rows[-1] = found.first(last)
+        self.parts[-1] = self.parts[-1][0], _cut(part.curves, whole + 1)
+        if self.rest is None and whole:
+            cut = self._steps(whole)
+            self._judged(cut, True)
+            self._keep(cut, whole)
+            self.done, self.start, self.before = self.done + whole, self._end(cut), cut
+            self.within = 0
+        q, v = found.q[k], found.v[k]
+        event = self._event(found.index[k])
+        if event.terminal:
+            p = momentum_at(self.own.system, q, v, t)
+            self.rows.append(_State(self.done + self._share(part, whole, t), t, q, p, v))
+            name = event.name or f"number {found.index[k]}"
+            self.ended = f"Ended by the event {name}, at t = {t:.10g}."
+            return
+        for index in found.index[k:last]:
+            if (one := self._event(index)).action is not None:
+                q, v = _changed(one, self.own, q, v, t)
+        near = bool(self.restarts) and abs(t - self.restarts[-1][0]) <= TOO_NEAR * abs(
+            float(part.t[whole + 1] - part.t[whole] if self.rest is None else self.whole)
+        )
+        if self.rest is None:
+            self.whole = float(part.t[whole + 1] - part.t[whole])
+        self.restarts.append((t, q, v))
+        self.within += 1
+        if self.within > CHATTERS or near:
+            self._fail(
+                f"Stopped at t = {t:.10g}: the event {event.name} chatters, with {self.within} "
+                f"actions in a step, or two too near to tell. Let it end the run, by terminal=True."
+            )
+        length = self.task.step if self.rest is None else self.rest
+        grid = float(part.t[whole + 1])
+        self.rest = length * (1.0 - self._share(part, whole, t)) if self.clocked else grid - t
+        self.own, self.after = self.own.moved(q, v, t), t
+        self.before, self.chunk = None, max(2, min(self.chunk, 2 * whole))
+        if abs(grid - t) <= 8.0 * math.ulp(max(abs(t), abs(grid))):
+            self._at_grid(grid, q, momentum_at(self.own.system, q, v, t), v)
+
+    def _at_grid(self, t: float, q: Array, p: Array, v: Array) -> None:
+        """At the end of a step that an action changed: the grid goes on from here."""
+        self.done, self.rest, self.within = self.done + 1, None, 0
+        self.own = self.origin = self.own.moved(q, v, float(t))
+        self.rows.append(_State(self.done, float(t), q, p, v))
+        self.start, self.before = self._fresh(self.own, self.base + self.done), None
+
+    def _steps(self, n: int) -> Trajectory:
+        """n steps, or the rest of one, with curves and all states."""
+        method, own = self.task.method, self.own
+        start = self.start if self.rest is None else self._fresh(own)
+        begin = replace(start, save_every=1, curves=True)
+        step = self.task.step if self.rest is None else self.rest
+        if self.clocked:
+            return run_in_clock(own, method, step, begin, n, self.task.time, first=self.before,
+                                interrupted=self.stopped)  # fmt: skip
+        steps = Run(own, method, step, n, begin)
+        return run_steps(engine_for(own, method), steps, interrupted=self.stopped)
+
+    def _fresh(self, problem: Problem, first: int = 0) -> Checkpoint:
+        """A state from which the problem begins; in a clock the number of its step is ``first``."""
+        old, method = self.task.start, self.task.method
+        if self.clocked:
+            state = motion_of(problem, method, old.solver, old.tolerance).at(
+                problem.q0, problem.v0, problem.t0
+            )
+            return replace(state, first=first, solver=old.solver, tolerance=old.tolerance)
+        begin = engine_for(problem, method).start(problem, method)
+        return Checkpoint(0, *begin, old.solver, old.tolerance)
+
+    def _share(self, part: Trajectory, whole: int, t: float) -> float:
+        """How much of its step is done at a time, in the clock's."""
+        curves = part.curves
+        if isinstance(curves, ClockCurves):
+            since = np.array([t - curves.times[whole]])
+            return float(curves._shares(np.array([whole]), since)[0])
+        return (t - float(part.t[whole])) / (part.step or 1.0)
+
+    def _keep(self, part: Trajectory, rows: int) -> None:
+        """States of a block after its first."""
+        v = part.v
+        for k in range(1, rows + 1):
+            number = self.done + k
+            if number % self.task.start.save_every == 0 or k == rows:
+                self.rows.append(_State(number, float(part.t[k]), part.q[k], part.p[k], v[k]))
+
+    def _end(self, part: Trajectory) -> Checkpoint:
+        return cast(Checkpoint, part.checkpoint)
+
+    def _event(self, index: int) -> Event:
+        return self.search.events[int(index)]
+
+    def _judged(self, part: Trajectory, bound: bool) -> None:
+        """Keep the first failure that the status of a block tells, or what it doubts."""
+        if (
+            part.status == COMPLETED
+            or part.interrupted
+            or (bound and "the bound of" in part.status)
+        ):
+            return
+        if not part.success and self.failed is None:
+            self.failed, self.status = self.done + (part.failed_step or 1), part.status
+        elif self.failed is None:
+            self.status = part.status
+
+    def _fail(self, status: str) -> None:
+        self.ended = self.status = status
+        self.failed = self.done + 1
+
+    def trajectory(self) -> Trajectory:
+        """What was done."""
+        task, problem, h = self.task, self.task.problem, self.task.step
+        every = task.start.save_every
+        rows = [one for k, one in enumerate(self.rows)
+                if one.number % every == 0 or k + 1 == len(self.rows)]  # fmt: skip
+        numbers, t, q, p, v = (np.array(x) for x in zip(*rows, strict=True))
+        last = float(t[np.isfinite(q.reshape(len(t), -1)).all(axis=1)][-1])
+        curves: Any = None
+        again: Any = None
+        if task.start.keeps_curves and self.parts and self.restarts:
+            times = np.array([*(begin for begin, _ in self.parts), last])
+            times[0] = t[0]
+            curves = JoinedCurves(read_only(times), tuple(part for _, part in self.parts))
+        elif task.start.keeps_curves and self.parts:
+            curves = _merged([part for _, part in self.parts])
+        elif not self.restarts and self.clocked:
+            again = RedoneClockCurves(problem, task.method, h, tuple(self.known), last)
+        elif not self.restarts:
+            ends = self.done + bool(self.ended and self.failed is None)
+            again = RedoneCurves(problem, task.method, h, ends, ends, tuple(self.known))
+        restarts = None
+        if self.restarts:
+            restarts = Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
+        status, failed = self.status or self.ended or COMPLETED, self.failed
+        if self.clocked and task.time is not None and not self.ended and not self.interrupted:
+            status = (
+                f"Stopped after {self.done} steps: the bound of {task.most} steps was reached "
+                f"before t = {task.time:.10g}. Give more steps, or a larger step."
+            )
+            failed = self.done + 1
+        elif self.interrupted and failed is None:
+            status = f"Interrupted after {self.done} steps; what was computed is kept."
+            failed = self.done + 1
+        elif self.ended and self.ended not in (COMPLETED, status):
+            status = f"{self.ended} {status}"
+        tau = None
+        if self.clocked:
+            begin = 0.0 if task.first is None else float(cast(Array, task.first.tau)[-1])
+            tau = (self.base + numbers) * h
+            tau[0] = begin
+        massless = getattr(problem.system, "has_massless", False)
+        old = task.start
+        end = replace(self.start, save_every=old.save_every, curves=old.curves)
+        run = Trajectory(
+            problem, read_only(t), read_only(q), read_only(p), failed is None, status, failed,
+            {**self.counts, "steps": self.done}, h, task.method, curves, end,
+            self.interrupted, read_only(v) if massless else None, again, self.engine,
+            None if tau is None else read_only(tau), restarts=restarts, origin=self.origin,
+        )  # fmt: skip
+        return _told(run, self.search)
+
+
+def _changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:
+    """The state to which an action leads; ValueError for one that cannot be a state."""
+    name = f"the action of the event {event.name}"
+    try:
+        found = cast(Any, event.action)(q.copy(), v.copy(), t)
+    except Exception as error:
+        error.add_note(f"This was {name}, at t = {t!r}.")
+        raise
+    if not isinstance(found, tuple | list) or len(found) != 2:
+        raise ValueError(f"{name} must return (q, v); received {shown(found)}.")
+    q = input_checks.array(f"q of {name}", found[0], problem.q0.shape)
+    v = input_checks.array(f"v of {name}", found[1], problem.v0.shape)
+    problem.system.check_state(q, v)
+    if conserves_energy(problem.system):
+        energy = start_energies(problem.moved(q, v, t)).total
+        if not math.isfinite(energy):
+            raise ValueError(f"{name} must lead to a finite energy; received {energy}.")
+    return q, v
+
+
+def _cut(curves: Any, n: int) -> Any:
+    """The curves of the first n steps."""
+    if n == len(curves.bases):
+        return curves
+    parts = {"bases": curves.bases[:n], "coefficients": curves.coefficients[:n]}
+    if isinstance(curves, ClockCurves):
+        parts |= {"times": curves.times[: n + 1], "rates": curves.rates[:n], "last": curves.step}
+    return replace(curves, **parts)
+
+
+def _merged(parts: list[Any]) -> Any:
+    """Curves one after another as one."""
+    names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
+    whole: dict[str, Any] = {
+        name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names
+    }
+    if isinstance(parts[0], ClockCurves):
+        times = [parts[0].times, *(part.times[1:] for part in parts[1:])]
+        whole |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
+    return replace(parts[0], **whole)

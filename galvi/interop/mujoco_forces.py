@@ -1,0 +1,273 @@
+"""Actuators, tendons, and other forces of a MuJoCo model, as `JointForces`; or why they are not.
+
+MuJoCo's F of an actuator is gain u + bias, both affine in its length and their rate, with a
+constant control u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.kernels.trees.tree import ENTRIES
+from galvi.systems.finite_differences import hat
+from galvi.systems.trees.joint_forces import UNLIMITED, JointForces, Pull
+
+SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
+ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
+Reasons = dict[str, list[str]]  # what is not understood -> of which objects
+LEAST = 1e-15  # mass or square of a length below which MuJoCo takes it for this
+
+
+def disabled(model: Any, *flags: str) -> bool:
+    """Whether one of these is switched off."""
+    import mujoco
+
+    kinds = mujoco.mjtDisableBit
+    return any(model.opt.disableflags & int(getattr(kinds, f"mjDSBL_{flag}")) for flag in flags)
+
+
+def rotation(quaternion: Any) -> Array:
+    """(3, 3); without SciPy's, whose import takes as long as reading a model."""
+    w, *along = np.asarray(quaternion, dtype=np.float64)
+    turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
+    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # of 0, as MuJoCo takes it
+
+
+def _kind(enum: str, number: int) -> str:
+    """MuJoCo's name of a number, without its prefix."""
+    import mujoco
+
+    return str(getattr(mujoco, enum)(int(number)).name).partition("_")[2]
+
+
+def _acting(model: Any) -> Iterator[int]:
+    """The actuators that act."""
+    off = 0 if disabled(model, "ACTUATION") else int(model.opt.disableactuator)
+    for k in range(0 if disabled(model, "ACTUATION") else model.nactuator):
+        if not (0 <= model.actuator_group[k] <= 30 and off >> int(model.actuator_group[k]) & 1):
+            yield k
+
+
+def _numbers(model: Any, k: int, control: float) -> tuple[float, float, float]:
+    """F of an actuator but for its limits: a constant, and its slopes by length and rate."""
+    gain, bias = np.zeros(3), np.zeros(3)
+    affine = _kind("mjtGain", model.actuator_gaintype[k]) == "AFFINE"
+    gain[: 3 if affine else 1] = model.actuator_gainprm[k, : 3 if affine else 1]
+    if _kind("mjtBias", model.actuator_biastype[k]) == "AFFINE":
+        bias = model.actuator_biasprm[k, :3]
+    constant, by_length, by_rate = (control * gain + bias).tolist()
+    return constant, by_length, by_rate
+
+
+def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
+    """Whether the length (1) or the rate (2) changes an actuator's force, whatever its control."""
+    ones = _numbers(model, k, 1.0), _numbers(model, k, 0.0)
+    return any(one[n] != 0.0 for one in ones for n in numbers)
+
+
+def unknown_actuators(model: Any) -> Reasons:
+    """What actuators are not understood, and why."""
+    found: Reasons = {}
+    for k in _acting(model):
+        if why := _why_not(model, k):
+            found.setdefault(why, []).append(model.actuator(k).name or str(k))
+    return found
+
+
+def _why_not(model: Any, k: int) -> str:
+    import mujoco
+
+    kind = _kind("mjtTrn", model.actuator_trntype[k])
+    target, other = (int(x) for x in model.actuator_trnid[k])
+    if model.actuator_actnum[k] or _kind("mjtDyn", model.actuator_dyntype[k]) != "NONE":
+        return "with a state of their own"
+    if model.actuator_plugin[k] >= 0 or model.actuator_delay[k] or model.actuator_history[k].any():
+        return "of plugins, with a delay or a history"
+    laws = (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")), (
+        _kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE"))  # fmt: skip
+    if any(law not in known for law, known in laws) or model.actuator_ctrlnum[k] != 1:
+        return "of another law than a motor's or a servo's"
+    if kind == "TENDON":
+        if model.tendon_actfrclimited[target]:
+            return "on tendons with limits of force"
+        if "GEOM" in (kinds := _wraps(model, target)):
+            return "on tendons that wrap around geoms"
+        return _with_limits(model) if "SITE" in kinds else ""
+    if kind == "SITE" and other < 0:
+        if _follows(model, k, (2,)):
+            return "on sites, with damping"
+        return _with_limits(model)
+    scalar = kind in ("JOINT", "JOINTINPARENT") and model.jnt_type[target] in (SLIDE, HINGE)
+    if scalar or (kind == "JOINT" and not _follows(model, k, (1,))):
+        return ""
+    names = {int(mujoco.mjtTrn.mjTRN_SLIDERCRANK): "on cranks", int(mujoco.mjtTrn.mjTRN_BODY):
+             "that stick to what they touch"}  # fmt: skip
+    return names.get(int(model.actuator_trntype[k]), "on turning axes or between sites")
+
+
+def _with_limits(model: Any) -> str:
+    """Forces on joints are limited where they come through joints alone."""
+    return (
+        "on paths or sites, of joints with limits of force" if model.jnt_actfrclimited.any() else ""
+    )
+
+
+def _wraps(model: Any, tendon: int) -> set[str]:
+    """Kinds of objects on the path of a tendon; "GEOM" for those that it wraps around."""
+    first = int(model.tendon_adr[tendon])
+    rows = range(first, first + int(model.tendon_num[tendon]))
+    kinds = {_kind("mjtWrap", model.wrap_type[k]) for k in rows}
+    return {"GEOM" if kind in ("SPHERE", "CYLINDER") else kind for kind in kinds}
+
+
+def unknown_tendons(model: Any) -> Reasons:
+    """What tendons have forces of their own that are not understood, and why."""
+    found: Reasons = {}
+    for k in range(model.ntendon):
+        springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
+        dampers = (model.tendon_damping[k], *model.tendon_dampingpoly[k])
+        acts = (any(springs) and not disabled(model, "SPRING")) or (
+            any(dampers) and not disabled(model, "DAMPER"))  # fmt: skip
+        why = "with an armature" if model.tendon_armature[k] else ""
+        if any(springs) and model.tendon_plasticadr[k] >= 0:
+            why = "that yield"
+        elif acts and "GEOM" in _wraps(model, k):
+            why = "that wrap around geoms"
+        if why:
+            found.setdefault(why, []).append(model.tendon(k).name or str(k))
+    return found
+
+
+def forces_of(model: Any, controls: Array) -> JointForces | None:
+    """The forces of a model, all of which are understood, besides springs and damping of joints and
+    gravity; None for none.
+
+    controls  (nu,)
+    """
+    entries, at = [], 0
+    for kind in model.jnt_type:
+        entries.append(at)
+        at += ENTRIES[ORDER[int(kind)]]
+    pulls, pushes = list[Pull](), list[Any]()
+    for k in _acting(model):
+        force = _actuator(model, k, entries, float(controls[int(model.actuator_ctrladr[k])]))
+        (pulls if isinstance(force, Pull) else pushes).append(force)
+    pulls += [*_tendons(model, entries), *_joints(model, entries)]
+    weights, wet = [], []
+    if not disabled(model, "GRAVITY"):
+        weights = [(k - 1, float(x)) for k, x in enumerate(model.body_gravcomp) if k and x]
+    if model.opt.density or model.opt.viscosity:
+        wet = [
+            (k - 1, *_wet(model, k)) for k in range(1, model.nbody) if model.body_mass[k] > LEAST
+        ]
+    if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # and all that is passive
+        weights, wet = [], []
+    bounds: list[Any] = [
+        (int(model.jnt_dofadr[k]), *map(float, model.jnt_actfrcrange[k]),
+         model.joint(k).name or f"joint {k}")
+        for k in np.flatnonzero(model.jnt_actfrclimited) if pulls
+    ]  # fmt: skip
+    if not (pulls or pushes or weights or wet):
+        return None
+    wind = tuple(model.opt.wind.tolist())
+    return JointForces(tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind)
+
+
+def _actuator(model: Any, k: int, entries: list[int], control: float) -> Any:
+    """A `Pull`, or a push of a site."""
+    name, address = f"actuator {model.actuator(k).name or k}", int(model.actuator_ctrladr[k])
+    if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
+        control = float(np.clip(control, *model.actuator_ctrlrange[address]))
+    constant, by_length, by_rate = _numbers(model, k, control)
+    gear, target = (
+        model.actuator_gear[int(model.actuator_outadr[k])],
+        int(model.actuator_trnid[k, 0]),
+    )
+    limits = UNLIMITED
+    if model.actuator_forcelimited[k]:
+        least, most = model.actuator_forcerange[k].tolist()
+        limits = (least, most)
+    kind = _kind("mjtTrn", model.actuator_trntype[k])
+    if kind == "SITE":
+        turn = float(np.clip(constant, *limits)) * rotation(model.site_quat[target])
+        body = int(model.site_bodyid[target]) - 1
+        return body, model.site_pos[target].copy(), turn @ gear[:3], turn @ gear[3:]
+    if kind == "TENDON":
+        arms, points = _path(model, target, entries, float(gear[0]))
+    else:
+        dof, points = int(model.jnt_dofadr[target]), ()
+        if model.jnt_type[target] in (SLIDE, HINGE):
+            arms = ((dof, entries[target], float(gear[0])),)
+        else:
+            first = 0 if model.jnt_type[target] == 0 else 3
+            arms = tuple((dof + i, -1, float(gear[i])) for i in range(6 - first))
+    return Pull(
+        name, arms, points, constant, spring=(-by_length, 0.0, 0.0), damper=(-by_rate, 0.0, 0.0),
+        limits=limits, actuator=True,
+    )  # fmt: skip
+
+
+def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[Any, Any]:
+    """The arms of a fixed tendon, or the points of a spatial one, with a length times ``scale``."""
+    arms, points, divisor, begins = [], [], 1.0, True
+    first = int(model.tendon_adr[tendon])
+    for k in range(first, first + int(model.tendon_num[tendon])):
+        kind, at = _kind("mjtWrap", model.wrap_type[k]), int(model.wrap_objid[k])
+        if kind == "JOINT":
+            ratio = scale * float(model.wrap_prm[k])
+            arms.append((int(model.jnt_dofadr[at]), entries[at], ratio))
+        elif kind == "PULLEY":
+            divisor, begins = float(model.wrap_prm[k]), True
+        else:
+            body = int(model.site_bodyid[at])
+            share = 0.0 if begins else scale / divisor
+            points.append((body - 1 if body else None, model.site_pos[at].copy(), share))
+            begins = False
+    return tuple(arms), tuple(points)
+
+
+def _springs(model: Any, of: str, k: int) -> tuple[float, float, float]:
+    """Coefficients of springs or dampers, ``of`` an object; 0 where they are switched off."""
+    if disabled(model, "SPRING" if "stiffness" in of else "DAMPER"):
+        return 0.0, 0.0, 0.0
+    linear, (second, third) = getattr(model, of)[k], getattr(model, f"{of}poly")[k]
+    return float(linear), float(second), float(third)
+
+
+def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
+    """Springs and dampers of tendons."""
+    for k in range(model.ntendon):
+        spring, damper = (_springs(model, f"tendon_{x}", k) for x in ("stiffness", "damping"))
+        if any(spring) or any(damper):
+            least, most = model.tendon_lengthspring[k].tolist()
+            arms, points = _path(model, k, entries, 1.0)
+            yield Pull(f"tendon {k}", arms, points, spring=spring, slack=(least, most),
+                       damper=damper)  # fmt: skip
+
+
+def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
+    """Springs and dampers of hinges and slides, without their linear parts."""
+    for k in range(model.njnt):
+        dof = int(model.jnt_dofadr[k])
+        spring, damper = _springs(model, "jnt_stiffness", k), _springs(model, "dof_damping", dof)
+        if any((*spring[1:], *damper[1:])):
+            rest = float(model.qpos_spring[model.jnt_qposadr[k]])
+            yield Pull(f"joint {k}", ((dof, entries[k], 1.0),), spring=(0.0, *spring[1:]),
+                       slack=(rest, rest), damper=(0.0, *damper[1:]))  # fmt: skip
+
+
+def _wet(model: Any, body: int) -> tuple[Array, Array]:
+    """Axes (3, 3) and coefficients (8,) of a body in a medium, by the box of its inertia: MuJoCo's
+    "Inertia model"."""
+    mass, moments = model.body_mass[body], model.body_inertia[body]
+    x, y, z = np.sqrt(6.0 * np.maximum(np.sum(moments) - 2.0 * moments, LEAST) / mass)
+    mean, thick, dense = (x + y + z) / 3.0, model.opt.viscosity, model.opt.density
+    turned = [x * (y**4 + z**4), y * (x**4 + z**4), z * (x**4 + y**4)]
+    moved = [y * z, x * z, x * y]
+    viscous = [np.pi * mean**3 * thick, 3.0 * np.pi * mean * thick]
+    coefficients = [*viscous, *(dense / 64.0 * np.array(turned)), *(0.5 * dense * np.array(moved))]
+    return rotation(model.body_iquat[body]), np.array(coefficients)

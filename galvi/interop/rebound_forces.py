@@ -1,0 +1,172 @@
+"""The forces that REBOUNDx has added to a simulation, as those of point masses."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.input_checks import shown
+from galvi.interop.rebound_contents import Contents
+from galvi.systems.forces.celestial import (
+    CelestialForce,
+    Oblateness,
+    PowerLaw,
+    Radiation,
+    Relativity,
+    Tides,
+)
+from galvi.systems.nbody import NBody
+
+AGREED = 1e-11  # of the largest acceleration by a force
+# Post-Newtonian forms differ by terms of the next order, measured 1 to 6 times v^2 / c^2, and
+# "gr" has Jacobi's coordinates, by which it differs by shares of the planets' masses.
+NEXT_ORDER, OF_MASSES = 20.0, 20.0
+POLE = (0.0, 0.0, 1.0)  # where REBOUNDx is given none
+
+
+def forces_of(sim: Any, extras: Any, found: Contents) -> list[CelestialForce]:
+    """The forces, each compared with REBOUNDx's accelerations at the simulation's state.
+
+    Raises TypeError for extras that are none, ValueError for those of another simulation, for a
+    force or an operator that is not known, by name, and, with both numbers, where accelerations
+    differ.
+    """
+    try:
+        import reboundx
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "REBOUNDx is not installed. Install it: pip install reboundx.", name="reboundx"
+        ) from error
+    if not isinstance(extras, reboundx.Extras):
+        raise TypeError(f"extras must be a reboundx.Extras; received {shown(extras)}.")
+    if ctypes.addressof(extras._sim.contents) != ctypes.addressof(sim):
+        raise ValueError("extras must be those of the simulation; received another one's.")
+    operators = [_name(one) for one in _items(extras._allocated_operators, reboundx.Operator)]
+    added = list(_items(extras._additional_forces, reboundx.Force))
+    unknown = [_name(one) for one in added if _name(one) not in READERS]
+    if operators or unknown:
+        raise ValueError(
+            f"galvi knows REBOUNDx's {', '.join(sorted(READERS))}; received "
+            f"{', '.join(sorted({*unknown, *operators}))}. Remove it first."
+        )
+    total: list[CelestialForce] = []
+    for one in added:
+        known = READERS[_name(one)](one, sim, found)
+        _compare(_name(one), NBody(found.masses, found.G, known), found, _theirs(sim, one, found))
+        total += known
+    return total
+
+
+def _items(node: Any, kind: Any) -> Iterator[Any]:
+    while node:
+        yield ctypes.cast(node.contents.object, ctypes.POINTER(kind)).contents
+        node = node.contents.next
+
+
+def _name(one: Any) -> str:
+    return str(one.name.decode())
+
+
+def _given(owner: Any, name: str, default: Any = None) -> Any:
+    """A parameter of a particle or force; the default where it is not set."""
+    try:
+        return owner.params[name]
+    except AttributeError:
+        return default
+
+
+def _theirs(sim: Any, force: Any, found: Contents) -> Array:
+    """What REBOUNDx's force accelerates the particles by, (n, 3)."""
+    kind = type(sim.particles[0])
+    copies = (kind * len(found.q))()
+    for k, (q, v) in enumerate(zip(found.q.tolist(), found.v.tolist(), strict=True)):
+        ctypes.memmove(
+            ctypes.addressof(copies[k]), ctypes.addressof(sim.particles[k]), ctypes.sizeof(kind)
+        )
+        copies[k].x, copies[k].y, copies[k].z = q
+        copies[k].vx, copies[k].vy, copies[k].vz = v
+        copies[k].ax = copies[k].ay = copies[k].az = 0.0
+    force._update_accelerations(ctypes.byref(sim), ctypes.byref(force), copies, len(found.q))
+    return np.array([(p.ax, p.ay, p.az) for p in copies])
+
+
+def _compare(name: str, system: NBody, found: Contents, theirs: Array) -> None:
+    plain = NBody(found.masses, found.G)
+    ours = system.acceleration(found.q, 0.0, found.v) - plain.fall(found.q)
+    gravity, mu = np.max(np.abs(plain.fall(found.q))), found.G * found.masses
+    allowed = AGREED * np.max(np.abs(theirs), initial=0.0) + 1e-15 * gravity
+    for force in system.forces:
+        if isinstance(force, Relativity) and force.takes_velocity:
+            gap = np.linalg.norm(found.q - found.q[:, None], axis=2) + np.diag([np.inf] * mu.size)
+            speed = np.max(np.sum((found.v - found.v[0]) ** 2, axis=1))
+            share = NEXT_ORDER * (np.max(np.sum(mu / gap, axis=1)) + speed) / force.c**2
+            if force.form != "EIH":
+                share += OF_MASSES * float(np.sum(mu[1:])) / mu[0]
+            allowed += share * np.max(np.abs(theirs))
+    off = np.max(np.abs(ours - theirs), axis=1, initial=0.0)
+    if np.max(off, initial=0.0) > allowed:
+        k = int(np.argmax(off))
+        raise ValueError(
+            f"galvi misreads REBOUNDx's {name}: it accelerates {found.parameters['bodies'][k]} by "
+            f"{theirs[k].tolist()}, galvi by {ours[k].tolist()}. Please report it."
+        )
+
+
+def _relativity(form: str) -> Callable[..., list[CelestialForce]]:
+    def read(force: Any, sim: Any, found: Contents) -> list[CelestialForce]:
+        c = _given(force, "c")
+        if c is None:
+            raise ValueError("a force of general relativity needs c; received none. Set it.")
+        return [Relativity(c, 0, form)]
+
+    return read
+
+
+def _harmonics(force: Any, sim: Any, found: Contents) -> list[CelestialForce]:
+    known: list[CelestialForce] = []
+    for k, p in enumerate(sim.particles):
+        J2, radius = _given(p, "J2", 0.0), _given(p, "R_eq")
+        if J2 and radius:  # REBOUNDx has no J4 without J2
+            axis = _given(p, "Omega")
+            pole = POLE if axis is None else tuple(axis[i] for i in range(3))
+            known.append(Oblateness(k, J2, radius, _given(p, "J4", 0.0), pole))
+    return known
+
+
+def _central(force: Any, sim: Any, found: Contents) -> list[CelestialForce]:
+    both = [(_given(p, "Acentral"), _given(p, "gammacentral")) for p in sim.particles]
+    return [PowerLaw(k, A, n) for k, (A, n) in enumerate(both) if A is not None and n is not None]
+
+
+def _radiation(force: Any, sim: Any, found: Contents) -> list[CelestialForce]:
+    beta, c = [_given(p, "beta", 0.0) for p in sim.particles], _given(force, "c")
+    if c is None:
+        raise ValueError("radiation_forces needs c; received none. Set it.")
+    flags = [_given(p, "radiation_source") is not None for p in sim.particles]
+    sources = [k for k, flag in enumerate(flags) if flag] or [0]
+    return [Radiation([0.0 if k == i else b for k, b in enumerate(beta)], c, i) for i in sources]
+
+
+def _tides(force: Any, sim: Any, found: Contents) -> list[CelestialForce]:
+    known: list[CelestialForce] = []
+    for k, p in enumerate(sim.particles):
+        k2, lag = _given(p, "tctl_k2"), _given(p, "tctl_tau", 0.0)
+        if k2 is not None and p.r and p.m:
+            spin = (0.0, 0.0, _given(p, "OmegaMag", 0.0) if lag else 0.0)
+            known.append(Tides(k, k2, p.r, lag, spin, None if k == 0 else 0))
+    return known
+
+
+READERS: dict[str, Callable[..., list[CelestialForce]]] = {
+    "gr": _relativity("one source"),
+    "gr_full": _relativity("EIH"),
+    "gr_potential": _relativity("potential"),
+    "gravitational_harmonics": _harmonics,
+    "central_force": _central,
+    "radiation_forces": _radiation,
+    "tides_constant_time_lag": _tides,
+}

@@ -1,0 +1,135 @@
+"""Forces that act between point masses beside gravity, and on them.
+
+A pull depends on the gap from a body, its source, to another one, which it gives the acceleration a
+and the energy phi for each unit of its mass, a = -dphi/dgap; the source recoils.
+
+terms      (rows, COLUMNS)  SOURCE and OTHER, BACK = m_other / m_source, WEIGHT = m_other, then what
+                            ``pole_pull`` or ``power_pull`` calls its numbers; poles first
+constants  what galvi.kernels.forces.nbody takes, then rows, those of ``pole_pull``, and the terms
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit
+from galvi.kernels.forces import nbody
+from galvi.kernels.lie.arithmetic import dot, generic, in_kernels, square_root
+
+SOURCE, OTHER, BACK, WEIGHT, NUMBERS = range(5)
+COLUMNS = NUMBERS + 6
+TINY = 1e-100  # imaginary increments
+
+
+@generic
+def pole_pull(gap, numbers):
+    """a and phi (4,) of phi = K / (2 r^2) + K2 P2(u) / r^3 + K4 P4(u) / r^5, u = pole . gap / r.
+
+    numbers  pole (3,), a unit vector, K, K2 and K4
+    """
+    pole, inverse_cube, second, fourth = numbers[:3], numbers[3], numbers[4], numbers[5]
+    inverse = 1.0 / dot(gap, gap)
+    height = dot(gap, pole)
+    u, root = height * height * inverse, square_root(inverse)
+    near = inverse * inverse
+    cube, outer = root * near, fourth * inverse
+    along = inverse_cube * near + cube * (
+        second * (7.5 * u - 1.5) + outer * (1.875 + u * (39.375 * u - 26.25))
+    )
+    across = cube * height * (3.0 * second + outer * (17.5 * u - 7.5))
+    phi = 0.5 * inverse_cube * inverse + root * inverse * (
+        second * (1.5 * u - 0.5) + outer * (0.375 + u * (4.375 * u - 3.75))
+    )
+    return (
+        along * gap[0] - across * pole[0], along * gap[1] - across * pole[1],
+        along * gap[2] - across * pole[2], phi,
+    )  # fmt: skip
+
+
+def raised_number(x, power):
+    """x^power of a number."""
+    return x**power
+
+
+@in_kernels(raised_number)
+def raised(x, power):
+    """x^power of numbers or of lanes."""
+    return x.call("pow", power) if hasattr(x, "call") else x**power
+
+
+def log_of_number(x):
+    """The natural logarithm of a number."""
+    return np.log(x)
+
+
+@in_kernels(log_of_number)
+def logarithm(x):
+    """The natural logarithm of a number or of lanes."""
+    return x.call("log") if hasattr(x, "call") else np.log(x)
+
+
+@generic
+def power_pull(gap, numbers):
+    """a and phi (4,) of the acceleration A r^n away from the source.
+
+    numbers  A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
+    """
+    square = dot(gap, gap)
+    along = numbers[0] * raised(square, 0.5 * (numbers[1] - 1.0))
+    phi = numbers[2] * (square * raised(square, 0.5 * (numbers[1] - 1.0)))
+    phi = phi + numbers[3] * logarithm(square)
+    return along * gap[0], along * gap[1], along * gap[2], phi
+
+
+@jit
+def accelerations(Q, t, constants, out):
+    """As galvi.kernels.forces.nbody, with the terms."""
+    nbody.accelerations(Q, t, constants, out)
+    dimension = int(constants[0])
+    head = 1 + Q.shape[0] // dimension
+    rows, poles = int(constants[head]), int(constants[head + 1])
+    for term in range(rows):
+        row = constants[head + 2 + term * COLUMNS : head + 2 + (term + 1) * COLUMNS]
+        i, j = int(row[SOURCE]) * dimension, int(row[OTHER]) * dimension
+        numbers = (row[4], row[5], row[6], row[7], row[8], row[9])
+        for k in range(Q.shape[1]):
+            z = Q[j + 2, k] - Q[i + 2, k] if dimension == 3 else 0.0
+            gap = (Q[j, k] - Q[i, k], Q[j + 1, k] - Q[i + 1, k], z)
+            pull = pole_pull(gap, numbers) if term < poles else power_pull(gap, numbers)
+            for x in range(dimension):
+                out[j + x, k] += pull[x]
+                out[i + x, k] -= row[BACK] * pull[x]
+
+
+@jit
+def lagrangian(g, v, t, constants, out):
+    """L = sum m |v|^2 / 2 - V of galvi.kernels.forces.lagrangian_derivatives.
+
+    constants  m of each coordinate (d,), then those of ``accelerations``
+    """
+    d = v.size
+    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    place[:, 0], when[0] = g, t
+    accelerations(place, when, constants[d:], pull)
+    for i in range(d):
+        out[0, i], out[1, i] = constants[i] * v[i], constants[i] * pull[i, 0]
+
+
+def pulls(terms, poles, q):
+    """Accelerations (..., bodies, D) and energies (...) of terms at q, real or complex."""
+    a, energy = np.zeros(q.shape, q.dtype), np.zeros(q.shape[:-2], q.dtype)
+    for k, row in enumerate(terms):
+        i, j = int(row[SOURCE]), int(row[OTHER])
+        gap = [q[..., j, x] - q[..., i, x] for x in range(q.shape[-1])] + [0.0]
+        *pull, phi = (pole_pull if k < poles else power_pull)(gap[:3], row[NUMBERS:])
+        for x in range(q.shape[-1]):
+            a[..., j, x] += pull[x]
+            a[..., i, x] -= row[BACK] * pull[x]
+        energy += row[WEIGHT] * phi
+    return a, energy
+
+
+def pulls_slope(terms, poles, q):
+    """The derivative (d, d) of the accelerations at q (bodies, D), by complex steps."""
+    moved = q + 1j * TINY * np.eye(q.size).reshape(-1, *q.shape)
+    return np.imag(pulls(terms, poles, moved)[0]).reshape(q.size, q.size).T / TINY

@@ -1,0 +1,155 @@
+"""Forces on point masses that depend on their velocities.
+
+constants  dimension, bodies, m and G m (bodies,) each, then blocks one after another, each of its
+           kind, how many numbers follow, and these, which the functions below list
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit
+
+ONE_SOURCE, EIH, RADIATION, DRAG, TIDES = range(5)
+ALL = -1  # instead of a body
+
+
+@jit
+def inner(x, y):
+    """x . y."""
+    total = 0.0
+    for k in range(x.size):
+        total += x[k] * y[k]
+    return total
+
+
+@jit
+def one_source(q, v, mu, numbers, a):
+    """Schwarzschild's field of one body in harmonic coordinates, to c^-2; numbers: c, source.
+
+    a = M / (c^2 r^3) [(4 M / r - w.w) x + 4 (x.w) w], x and w from the source, M its mass times G;
+    the source recoils (IERS Conventions (2010), eq. 10.12, beta = gamma = 1).
+    """
+    source = int(numbers[1])
+    M = mu[source]
+    for i in range(mu.size):
+        if i != source:
+            x, w = q[i] - q[source], v[i] - v[source]
+            r = np.sqrt(inner(x, x))
+            near = 4.0 * M / r - inner(w, w)
+            pull = M / (numbers[0] ** 2 * r**3) * (near * x + 4.0 * inner(x, w) * w)
+            a[i] += pull
+            a[source] -= mu[i] / M * pull
+
+
+@jit
+def all_sources(q, v, mu, numbers, a):
+    """The equations of Einstein, Infeld and Hoffmann to c^-2; numbers: c.
+
+    Newhall, Standish and Williams, Astron. Astrophys. 125 (1983) 150, eq. 1, without its first
+    term, Newton's; accelerations in it are Newton's.
+    """
+    n, falls, depth = mu.size, np.zeros(q.shape), np.zeros(mu.size)
+    for i in range(n):
+        for j in range(n):
+            if i != j:
+                x = q[j] - q[i]
+                r = np.sqrt(inner(x, x))
+                falls[i] += mu[j] / r**3 * x
+                depth[i] += mu[j] / r
+    for i in range(n):
+        for j in range(n):
+            if i != j:
+                x = q[j] - q[i]
+                r = np.sqrt(inner(x, x))
+                share = (
+                    inner(v[i], v[i]) + 2.0 * inner(v[j], v[j]) - 4.0 * inner(v[i], v[j])
+                    - 4.0 * depth[i] - depth[j] - 1.5 * (inner(x, v[j]) / r) ** 2
+                    + 0.5 * inner(x, falls[j])
+                )  # fmt: skip
+                across = -inner(x, 4.0 * v[i] - 3.0 * v[j])
+                pull = mu[j] / r**3 * (share * x + across * (v[i] - v[j]))
+                a[i] += (pull + 3.5 * mu[j] / r * falls[j]) / numbers[0] ** 2
+
+
+@jit
+def radiation(q, v, mu, numbers, a):
+    """Pressure and Poynting-Robertson drag; numbers: c, source, and beta of each body.
+
+    a = beta M / r^2 [(1 - x.w / (r c)) x / r - w / c], without recoil (Burns, Lamy and Soter,
+    Icarus 40 (1979) 1, eq. 5).
+    """
+    c, source = numbers[0], int(numbers[1])
+    for i in range(mu.size):
+        if numbers[2 + i] != 0.0:
+            x, w = q[i] - q[source], v[i] - v[source]
+            r = np.sqrt(inner(x, x))
+            push = numbers[2 + i] * mu[source] / r**2
+            a[i] += push * ((1.0 - inner(x, w) / (r * c)) / r * x - w / c)
+
+
+@jit
+def drag(q, v, mu, numbers, a):
+    """a = -k |v|^(n - 1) v; numbers: n, and k of each body."""
+    for i in range(mu.size):
+        speed = np.sqrt(inner(v[i], v[i]))
+        if numbers[1 + i] != 0.0 and speed > 0.0:
+            a[i] -= numbers[1 + i] * speed ** (numbers[0] - 1.0) * v[i]
+
+
+@jit
+def tides(q, v, mu, numbers, a):
+    """Tides with a constant time lag; numbers: body, k2 radius^5, lag, raised by, spin (3,).
+
+    The body at x from what raises them, of mass m, is accelerated by -3 k2 R^5 m^2 / (M r^8)
+    [(1 + 3 lag x.w / r^2) x + lag (w' - spin x x)], masses times G and w' across x, and the other
+    one recoils (Hut, Astron. Astrophys. 99 (1981) 126, eq. 8).
+    """
+    body, lag, spin = int(numbers[0]), numbers[2], numbers[4:7]
+    for i in range(mu.size):
+        if i != body and mu[i] > 0.0 and (numbers[3] == ALL or numbers[3] == i):
+            x, w = q[body] - q[i], v[body] - v[i]
+            square = inner(x, x)
+            rate = inner(x, w) / square
+            turned = np.empty(x.size)
+            turned[0], turned[1] = -spin[2] * x[1], spin[2] * x[0]
+            if x.size == 3:
+                turned[0] += spin[1] * x[2]
+                turned[1] -= spin[0] * x[2]
+                turned[2] = spin[0] * x[1] - spin[1] * x[0]
+            pull = -3.0 * numbers[1] * mu[i] / square**4 * (
+                (1.0 + 3.0 * lag * rate) * x + lag * (w - rate * x - turned)
+            )  # fmt: skip
+            a[body] += mu[i] / mu[body] * pull
+            a[i] -= pull
+
+
+@jit
+def accelerated(q, v, t, constants):
+    """The accelerations (bodies, D) of all blocks at q and v (bodies, D)."""
+    n = int(constants[1])
+    mu, a, at = constants[2 + n : 2 + 2 * n], np.zeros(q.shape), 2 + 2 * n
+    while at < constants.size:
+        kind, numbers = constants[at], constants[at + 2 : at + 2 + int(constants[at + 1])]
+        if kind == ONE_SOURCE:
+            one_source(q, v, mu, numbers, a)
+        elif kind == EIH:
+            all_sources(q, v, mu, numbers, a)
+        elif kind == RADIATION:
+            radiation(q, v, mu, numbers, a)
+        elif kind == DRAG:
+            drag(q, v, mu, numbers, a)
+        else:
+            tides(q, v, mu, numbers, a)
+        at += 2 + numbers.size
+    return a
+
+
+@jit
+def add_forces(q, v, t, constants, out):
+    """out[1] <- out[1] + m a, for galvi.kernels.forces.lagrangian_derivatives."""
+    n, D = int(constants[1]), int(constants[0])
+    a = accelerated(q.reshape((n, D)), v.reshape((n, D)), t, constants)
+    for i in range(n):
+        for x in range(D):
+            out[1, i * D + x] += constants[2 + i] * a[i, x]

@@ -1,0 +1,249 @@
+"""Forces on a tree besides those of its Lagrangian, for lanes, numbers and kernels alike.
+
+A pull has a length l with arms dl/dq, of joints or of a path through points of the links, and
+
+    f = (dl/dq)^T F,   F = F_0 - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2 l'^2)
+
+x is how far l is above ``high`` or below ``low``; they are equal but for a spring with slack. A
+pull of its own (an actuator's) may have limits: beyond them it is NaN, so that the step fails.
+Other forces are wrenches on the links in their joints' frames, carried inwards as in
+galvi.kernels.trees.tree, whose ``work`` they are gathered in.
+
+c       constants of galvi.kernels.trees.tree; then at ``first`` HEAD numbers, the d coefficients
+        of damping, and rows, at the places below, of each kind, one after the other
+world   12 numbers for each frame, its rotation by rows and its place in the world, from zeros
+motors  (d,) from zeros, what actuators exert through joints
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit
+from galvi.kernels.lie.arithmetic import generic, where
+from galvi.kernels.trees import tree
+from galvi.kernels.trees.sparse import (
+    cross,
+    dot,
+    is_there,
+    keep,
+    less,
+    minus,
+    plus,
+    scaled,
+    sqrt,
+    sum_of,
+    times,
+    triple,
+    turned,
+    turned_back,
+)
+from galvi.kernels.trees.tree import FIELD, STRIDE, F, L, R, V, W
+
+# whether there are wrenches; numbers of rows; wind in the world
+WRENCHES, PULLS, BOUNDS, WEIGHTS, PUSHES, WET, WIND, HEAD = 0, 1, 2, 3, 4, 5, 6, 9
+# of a pull: its arms and points, whether it is an actuator's, has slack and limits; its numbers
+ARMS, POINTS, OWN, SLACK, LIMITED, CONSTANT, LOW, HIGH, LEAST, MOST = range(10)
+OFFSET, SPRING, DAMPER, PULL = 10, 11, 14, 17
+ARM, POINT = 3, 5  # velocity, entry (-1: none), ratio; frame, place (3,), share of the way to it
+BOUND, WEIGHT, PUSHED = 3, 5, 10  # velocity and limits; frame, m, point; frame, point, f, moment
+SUNK = 21  # frame, centre, axes by rows, b of w and v, and b_1 of w (3,) and v (3,)
+NAN = float("nan")
+
+
+@generic
+def size(x):
+    """|x|"""
+    return where(x < 0.0, minus(0.0, x), x)
+
+
+@generic
+def within(x, c, k):
+    """x, or NaN where it is not between c[k] and c[k + 1]."""
+    return where(x <= c[k + 1], where(x >= c[k], x, NAN), NAN)
+
+
+@generic
+def pull_of(c, k, l, rate):
+    """F of a pull at k."""
+    if int(c[k + SLACK]) > 0:
+        above, below = minus(l, c[k + HIGH]), minus(l, c[k + LOW])
+        x = where(above > 0.0, above, where(below < 0.0, below, 0.0))
+    else:
+        x = minus(l, c[k + LOW])
+    s, b = k + SPRING, k + DAMPER
+    stiffness = plus(c[s], times(x, plus(c[s + 1], times(x, c[s + 2]))))
+    damping = c[b]
+    if is_there(c[b + 1]):
+        damping = plus(damping, times(c[b + 1], size(rate)))
+    damping = plus(damping, times(c[b + 2], times(rate, rate)))
+    found = minus(minus(c[k + CONSTANT], times(x, stiffness)), times(rate, damping))
+    return within(found, c, k + LEAST) if int(c[k + LIMITED]) > 0 else found
+
+
+@generic
+def point(c, k, work, world):
+    """Place and velocity in the world of a point of a frame."""
+    a, b, p = STRIDE * int(c[k]), 12 * int(c[k]), triple(c, k + 1)
+    moving = sum_of(triple(work, a + V), cross(triple(work, a + W), p))
+    return sum_of(triple(world, b + 9), turned(world, b, p)), turned(world, b, moving)
+
+
+@generic
+def push(work, world, c, k, force):
+    """A force in the world acts at a point."""
+    a, b = STRIDE * int(c[k]), 12 * int(c[k])
+    wrench(work, a, triple(c, k + 1), turned_back(world, b, force))
+
+
+@generic
+def wrench(work, a, p, force):
+    """A force acts at a point p of a frame."""
+    keep(sum_of(triple(work, a + L), cross(p, force)), work, a + L)
+    keep(sum_of(triple(work, a + F), force), work, a + F)
+
+
+@generic
+def pull(c, k, q, v, work, world, tau, motors):
+    """One pull, at k; returns where the next one is."""
+    first, arms, points = k + PULL, int(c[k + ARMS]), int(c[k + POINTS])
+    l, rate, way = c[k + OFFSET], 0.0, first + ARM * arms
+    for i in range(arms):
+        m = first + ARM * i
+        if int(c[m + 1]) >= 0:
+            l = plus(l, times(c[m + 2], q[int(c[m + 1])]))
+        rate = plus(rate, times(c[m + 2], v[int(c[m])]))
+    for i in range(1, points):
+        m = way + POINT * i
+        if is_there(c[m + 4]):
+            from_, moving = point(c, m - POINT, work, world)
+            to, away = point(c, m, work, world)
+            along = less(to, from_)
+            far = sqrt(dot(along, along))
+            l = plus(l, times(c[m + 4], far))
+            rate = plus(rate, times(c[m + 4], dot(along, less(away, moving)) / far))
+    force = pull_of(c, k, l, rate)
+    for i in range(arms):
+        m = first + ARM * i
+        dof, torque = int(c[m]), times(c[m + 2], force)
+        tau[dof] = plus(tau[dof], torque)
+        if int(c[k + OWN]) > 0:
+            motors[dof] = plus(motors[dof], torque)
+    for i in range(1, points):
+        m = way + POINT * i
+        if is_there(c[m + 4]):
+            along = less(point(c, m, work, world)[0], point(c, m - POINT, work, world)[0])
+            drawn = scaled(times(c[m + 4], force) / sqrt(dot(along, along)), along)
+            push(work, world, c, m, drawn)
+            push(work, world, c, m - POINT, scaled(-1.0, drawn))
+    return way + POINT * points
+
+
+@generic
+def drag(c, k, wind, work, world):
+    """What a medium does to a body: F = -(b + b_1 |u|) u of each component u along its axes."""
+    a, p, axes = STRIDE * int(c[k]), triple(c, k + 1), k + 4
+    w = triple(work, a + W)
+    v = sum_of(triple(work, a + V), cross(w, p))
+    v = less(v, turned_back(world, 12 * int(c[k]), triple(c, wind)))
+    w, v = turned_back(c, axes, w), turned_back(c, axes, v)
+    moment = (
+        resisted(c[k + 13], c[k + 15], w[0]), resisted(c[k + 13], c[k + 16], w[1]),
+        resisted(c[k + 13], c[k + 17], w[2]),
+    )  # fmt: skip
+    force = (
+        resisted(c[k + 14], c[k + 18], v[0]), resisted(c[k + 14], c[k + 19], v[1]),
+        resisted(c[k + 14], c[k + 20], v[2]),
+    )  # fmt: skip
+    keep(sum_of(triple(work, a + L), turned(c, axes, moment)), work, a + L)
+    wrench(work, a, p, turned(c, axes, force))
+
+
+@generic
+def resisted(b, b_1, u):
+    """-(b + b_1 |u|) u."""
+    return minus(0.0, times(u, plus(b, times(b_1, size(u)))))
+
+
+@generic
+def in_world(c, work, world):
+    """Rotation and place of each frame in the world, after ``outward``; no wrenches yet."""
+    world[0] = world[4] = world[8] = 1.0
+    for j in range(int(c[0]) + 1):
+        a, b = STRIDE * j, 12 * j
+        if j > 0:
+            up = 12 * int(c[tree.HEAD + tree.JOINT * (j - 1) + tree.UP])
+            for i in range(3):
+                keep(turned_back(work, a + tree.C, triple(world, up + 3 * i)), world, b + 3 * i)
+            moved = turned(world, up, triple(work, a + R))
+            keep(sum_of(triple(world, up + 9), moved), world, b + 9)
+        keep((0.0, 0.0, 0.0), work, a + L)
+        keep((0.0, 0.0, 0.0), work, a + F)
+
+
+@generic
+def carried(c, work, tau):
+    """Adds to tau what the wrenches in work do."""
+    for j in range(int(c[0]), 0, -1):
+        k, a = tree.HEAD + tree.JOINT * (j - 1), STRIDE * j
+        kind, dof, up = int(c[k + tree.KIND]), int(c[k + tree.DOF]), STRIDE * int(c[k + tree.UP])
+        l, f = triple(work, a + L), triple(work, a + F)
+        for i in range(tree.DOFS[kind]):
+            tau[dof + i] = plus(tau[dof + i], tree.component(kind, work, a, l, f, i))
+        l, f = turned(work, a + tree.C, l), turned(work, a + tree.C, f)
+        l = sum_of(l, cross(triple(work, a + R), f))
+        keep(sum_of(triple(work, up + L), l), work, up + L)
+        keep(sum_of(triple(work, up + F), f), work, up + F)
+
+
+@generic
+def joint_forces(c, d, q, v, work, world, tau, motors):
+    """Adds the forces to tau (d,)."""
+    s = tree.HEAD + tree.JOINT * int(c[0])
+    for i in range(d):
+        tau[i] = minus(tau[i], times(c[s + HEAD + i], v[i]))
+    if int(c[s + WRENCHES]) > 0:
+        tree.outward(c, q, v, work)
+        in_world(c, work, world)
+    k = s + HEAD + d
+    for _ in range(int(c[s + PULLS])):
+        k = pull(c, k, q, v, work, world, tau, motors)
+    for _ in range(int(c[s + BOUNDS])):
+        dof = int(c[k])
+        tau[dof] = plus(tau[dof], minus(within(motors[dof], c, k + 1), motors[dof]))
+        k += BOUND
+    for _ in range(int(c[s + WEIGHTS])):
+        a = STRIDE * int(c[k])
+        wrench(work, a, triple(c, k + 2), scaled(times(-1.0, c[k + 1]), triple(work, a + FIELD)))
+        k += WEIGHT
+    for _ in range(int(c[s + PUSHES])):
+        a = STRIDE * int(c[k])
+        wrench(work, a, triple(c, k + 1), triple(c, k + 4))
+        keep(sum_of(triple(work, a + L), triple(c, k + 7)), work, a + L)
+        k += PUSHED
+    for _ in range(int(c[s + WET])):
+        drag(c, k, s + WIND, work, world)
+        k += SUNK
+    if int(c[s + WRENCHES]) > 0:
+        carried(c, work, tau)
+
+
+def law(d, literals):
+    """The force (q, v, t, constants) -> d values, for lanes; see galvi.kernels.trees.tree.tree."""
+
+    def force(q, v, t, c):
+        known = tree.Known(literals, c)
+        frames, tau, motors = int(known[0]) + 1, [0.0] * d, [0.0] * d
+        work, world = [0.0] * (STRIDE * frames), [0.0] * (12 * frames)
+        joint_forces(known, d, q, v, work, world, tau, motors)
+        return tau
+
+    return force
+
+
+@jit
+def tree_joint_forces(q, v, t, constants, out):
+    """out[1] <- out[1] + the forces."""
+    d, frames = v.size, int(constants[0]) + 1
+    work, world, motors = np.zeros(STRIDE * frames), np.zeros(12 * frames), np.zeros(d)
+    joint_forces(constants, d, q, v, work, world, out[1], motors)

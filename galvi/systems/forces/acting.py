@@ -1,0 +1,169 @@
+"""The forces of an `NBody` system together: checked, and as kernels take them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numba
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
+from galvi.kernels.forces import celestial, celestial_velocity
+from galvi.systems.forces.celestial import CelestialForce, Force
+
+
+class Acting:
+    """The forces (n,) of bodies of these masses (bodies,).
+
+    terms, poles  (rows, COLUMNS) of galvi.kernels.forces.celestial, and how many are of its poles
+    blocks        (c,) of galvi.kernels.forces.celestial_velocity
+    functions     those that are functions of the user's
+
+    Raises TypeError for what is no force, ValueError for one that cannot act on such bodies.
+    """
+
+    def __init__(self, forces: Any, masses: Array, G: float) -> None:
+        self.masses, self.G, self.forces = masses, G, input_checks.several(forces)
+        for force in self.forces:
+            if not isinstance(force, CelestialForce):
+                raise TypeError(
+                    f"forces must be values such as galvi.Oblateness(0, 1e-3, 0.1); received "
+                    f"{shown(force)}."
+                )
+        self.functions = [force for force in self.forces if isinstance(force, Force)]
+        builtin: Any = [force for force in self.forces if not isinstance(force, Force)]
+        for force in builtin:
+            if wrong := force.wrong(masses):
+                raise ValueError(wrong)
+        poles = [row for force in builtin for row in force.poles(masses, G)]
+        powers = [row for force in builtin for row in force.powers(masses, G)]
+        self.poles = len(poles)
+        self.terms = read_only(np.array(poles + powers).reshape(-1, celestial.COLUMNS))
+        self.blocks = read_only(
+            np.array([x for force in builtin for x in force.block(masses, G)], dtype=np.float64)
+        )
+        self.of_velocity = any(force.takes_velocity for force in self.forces)
+        self.conserve = not self.functions and not self.blocks.size
+        light = np.flatnonzero(masses == 0.0)
+        if self.of_velocity and light.size:
+            raise ValueError(
+                f"with a force of velocity every body needs a mass; received {light.size} without, "
+                f"the first of them body {light[0]}. Give them small ones."
+            )
+
+    def check_state(self, q: Array, v: Array) -> None:
+        """ValueError for an axis out of the plane, and for functions that return no finite force of
+        q's shape, or one on a massless body."""
+        for force in self.forces if q.shape[1] == 2 else ():
+            for name in force.spatial:
+                axis = getattr(force, name)
+                if axis[0] or axis[1]:
+                    raise ValueError(
+                        f"in the plane the {name} of {type(force).__name__} must be (0, 0, z); "
+                        f"received {axis}."
+                    )
+        for function in self.functions:
+            value = function.at(q, v, 0.0)
+            if not np.all(np.isfinite(value)):
+                raise ValueError(
+                    f"a Force must be finite at the start; received {value.tolist()}. Check its "
+                    f"function, or start elsewhere."
+                )
+            pushed = np.flatnonzero((self.masses == 0.0) & np.any(value != 0.0, axis=1))
+            if pushed.size:
+                raise ValueError(
+                    f"a Force on a body without mass accelerates it without limit; received "
+                    f"{value[pushed[0]].tolist()} on body {pushed[0]}. Give it a mass, or no force."
+                )
+
+    def constants(self, dimension: int) -> Array:
+        """Those of galvi.kernels.forces.celestial."""
+        head = [float(dimension)], self.G * self.masses, [len(self.terms), float(self.poles)]
+        return np.concatenate([*head, self.terms.ravel()])
+
+    def velocity_constants(self, dimension: int) -> Array:
+        """Those of galvi.kernels.forces.celestial_velocity."""
+        head = np.array([float(dimension), float(self.masses.size)])
+        return np.concatenate([head, self.masses, self.G * self.masses, self.blocks])
+
+    @cached_property
+    def compiled(self) -> bool:
+        """Whether all functions run inside a compiled kernel."""
+        return all(function.compiled for function in self.functions)
+
+    def rest(self, q: Array, v: Array, t: float) -> Array:
+        """What the functions and the forces of velocity accelerate the bodies by, (bodies, D)."""
+        q, v = (np.array(x, dtype=np.float64) for x in (q, v))
+        constants = self.velocity_constants(q.shape[1])
+        a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
+        weights = np.where(self.masses > 0.0, self.masses, 1.0)[:, None]
+        return a + sum(function.at(q, v, t) for function in self.functions) / weights
+
+    def force(self, dimension: int) -> Callable[..., Array]:
+        """The function (q, v, t) -> force, (d,) each, of the functions and all of velocity."""
+        constants = self.velocity_constants(dimension)
+        n, total = self.masses.size, _builtin(constants, self.masses.size, dimension)
+        if not self.compiled:
+            masses = np.repeat(self.masses, dimension)
+            shape = n, dimension
+            return lambda q, v, t: masses * self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
+        for one in self.functions:
+            total = _with(total, one, (n, dimension))
+        return total
+
+    def accelerations(self, dimension: int) -> Callable[..., Array]:
+        """The function (q, t) -> accelerations, (d,) each, of all that acts, none of velocity."""
+        constants, force = self.constants(dimension), self.force(dimension)
+        known, masses = celestial.accelerations, np.repeat(self.masses, dimension)
+
+        def all_of(q: Array, t: float) -> Array:
+            when, a = np.empty(1), np.empty((q.size, 1))
+            when[0] = t
+            known(q.copy().reshape((q.size, 1)), when, constants, a)
+            pushed = force(q, q, t)
+            for k in range(q.size):
+                if pushed[k] != 0.0:
+                    a[k, 0] += pushed[k] / masses[k]  # infinite for a massless body
+            return a[:, 0].copy()
+
+        return numba.njit(error_model="numpy")(all_of) if self.compiled else all_of
+
+
+def _builtin(constants: Array, n: int, D: int) -> Any:
+    add = celestial_velocity.add_forces
+
+    @numba.njit
+    def builtin(q: Any, v: Any, t: Any) -> Any:
+        out = np.zeros((2, n * D))
+        add(q, v, t, constants, out)
+        return out[1].copy()
+
+    return builtin
+
+
+def _with(inner: Any, one: Force, shape: tuple[int, int]) -> Any:
+    """The sum of a jitted function and a user's."""
+    f: Any = one.function
+    takes = one.takes_velocity, one.takes_time
+    calls: Any = {
+        (False, False): lambda q, v, t: f(q),
+        (True, False): lambda q, v, t: f(q, v),
+        (False, True): lambda q, v, t: f(q, t),
+        (True, True): lambda q, v, t: f(q, v, t),
+    }
+    call = numba.njit(calls[takes])
+
+    @numba.njit
+    def both(q: Any, v: Any, t: Any) -> Any:
+        values = call(q.copy().reshape(shape), v.copy().reshape(shape), t)
+        total = inner(q, v, t)
+        for k in range(total.size):
+            fits = values.shape[0] == shape[0] and values.shape[1] == shape[1]
+            total[k] += values[k // shape[1], k % shape[1]] if fits else np.nan
+        return total
+
+    return both

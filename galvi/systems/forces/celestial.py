@@ -1,0 +1,342 @@
+"""Forces of celestial mechanics, as values of a `galvi.NBody` system.
+
+Those of position alone are part of the Lagrangian, and of the run's energy; `Force` and those of
+velocity enter as forces do (Lagrange and d'Alembert).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.input_checks import shown
+from galvi.kernels.compile.array_types import MATRIX, REAL
+from galvi.kernels.forces import celestial_velocity as of_velocity
+from galvi.systems.user_functions import compiles, returned_array
+
+UNIT = 2.0**-50  # how far a length may be from 1 to be left as it is
+FORMS = ("one source", "potential", "EIH")
+
+
+class _Builtin:
+    """A force without a user's function: what it adds to the constants of kernels."""
+
+    takes_velocity = False
+    spatial: tuple[str, ...] = ()  # fields (3,) that are (0, 0, z) in the plane
+
+    def poles(self, masses: Array, G: float) -> list[list[float]]:
+        """Terms of `pole_pull` in galvi.kernels.forces.celestial."""
+        return []
+
+    def powers(self, masses: Array, G: float) -> list[list[float]]:
+        """Terms of `power_pull`."""
+        return []
+
+    def block(self, masses: Array, G: float) -> list[float]:
+        """Kind and numbers of galvi.kernels.forces.celestial_velocity."""
+        return []
+
+    def wrong(self, masses: Array) -> str:
+        """Why it cannot act between bodies of these masses, or ""."""
+        return ""
+
+
+def _set(value: Any, **fields: Any) -> None:
+    for name, one in fields.items():
+        object.__setattr__(value, name, one)
+
+
+def _source(name: str, body: int, masses: Array) -> str:
+    """Why a body cannot be a source, or ""."""
+    if body >= masses.size:
+        return f"{name} must be one of {masses.size} bodies, by number; received {body}."
+    if masses[body] == 0.0:
+        return f"{name} must be a body with a mass; received {body}, which has none."
+    return ""
+
+
+def _for_each(name: str, numbers: Array, masses: Array) -> str:
+    if numbers.shape != masses.shape:
+        return f"{name} must have a number for each of {masses.size} bodies; received " + (
+            f"shape {numbers.shape}."
+        )
+    return ""
+
+
+def _onto_others(source: int, masses: Array, numbers: Sequence[float]) -> list[list[float]]:
+    return [
+        [source, k, mass / masses[source], mass, *numbers]
+        for k, mass in enumerate(masses.tolist())
+        if k != source
+    ]
+
+
+@dataclass(frozen=True)
+class Relativity(_Builtin):
+    """General relativity to c^-2.
+
+    c       speed of light in the problem's units, positive
+    source  the body whose field acts, by number; not used by "EIH"
+    form    "one source": Schwarzschild's field of the source, which recoils; a force of velocity.
+            "potential": V = -3 (G M)^2 m / (c r)^2 for every body, M the source's mass, which turns
+            pericentres right and changes the mean motion by c^-2 (Nobili and Roxburgh, IAU Symp.
+            114 (1986) 105). "EIH": the equations of Einstein, Infeld and Hoffmann of all bodies; a
+            force of velocity, without further terms of c^-4
+
+    Raises ValueError for other values, and for a source without a mass.
+    """
+
+    c: float
+    source: int = 0
+    form: str = "one source"
+
+    def __post_init__(self) -> None:
+        _set(self, c=input_checks.positive("c", self.c))
+        _set(self, source=input_checks.whole("source", self.source, 0))
+        if self.form not in FORMS:
+            raise ValueError(f"form must be one of {FORMS}; received {shown(self.form)}.")
+
+    @property
+    def takes_velocity(self) -> bool:  # type: ignore[override]
+        """Whether it depends on velocities."""
+        return self.form != "potential"
+
+    def poles(self, masses: Array, G: float) -> list[list[float]]:
+        if self.takes_velocity:
+            return []
+        depth = -6.0 * (G * masses[self.source] / self.c) ** 2
+        return _onto_others(self.source, masses, (0.0, 0.0, 1.0, depth, 0.0, 0.0))
+
+    def block(self, masses: Array, G: float) -> list[float]:
+        if self.form == "EIH":
+            return [of_velocity.EIH, 1, self.c]
+        return [of_velocity.ONE_SOURCE, 2, self.c, self.source] if self.takes_velocity else []
+
+    def wrong(self, masses: Array) -> str:
+        return "" if self.form == "EIH" else _source("source", self.source, masses)
+
+
+@dataclass(frozen=True)
+class Oblateness(_Builtin):
+    """The zonal harmonics J2 and J4 of one body's field, which acts on all others; it recoils.
+
+    V = G M m [J2 (R / r)^2 P2(u) + J4 (R / r)^4 P4(u)] / r, u the sine of the latitude (Murray and
+    Dermott, Solar System Dynamics (1999), 4.5).
+
+    body    its number; it needs a mass
+    radius  R, to which J2 and J4 belong, positive
+    pole    (3,) of the body, of any length, in the axes of the problem, fixed in them; in the
+            plane only (0, 0, z)
+
+    Raises ValueError for other values.
+    """
+
+    body: int
+    J2: float
+    radius: float
+    J4: float = 0.0
+    pole: Any = (0.0, 0.0, 1.0)
+    spatial = ("pole",)
+
+    def __post_init__(self) -> None:
+        _set(self, body=input_checks.whole("body", self.body, 0))
+        _set(self, J2=input_checks.real("J2", self.J2), J4=input_checks.real("J4", self.J4))
+        _set(self, radius=input_checks.positive("radius", self.radius))
+        pole = input_checks.array("pole", self.pole, (3,))
+        length = float(np.linalg.norm(pole))
+        if not length > 0.0:
+            raise ValueError(f"pole must have a length; received {shown(self.pole)}.")
+        unit = pole if abs(length - 1.0) < UNIT else pole / length
+        _set(self, pole=tuple(unit.tolist()))
+
+    def poles(self, masses: Array, G: float) -> list[list[float]]:
+        second = G * masses[self.body] * self.J2 * self.radius**2
+        fourth = G * masses[self.body] * self.J4 * self.radius**4
+        return _onto_others(self.body, masses, (*self.pole, 0.0, second, fourth))
+
+    def wrong(self, masses: Array) -> str:
+        return _source("the body of an Oblateness", self.body, masses)
+
+
+@dataclass(frozen=True)
+class PowerLaw(_Builtin):
+    """Every other body is accelerated by strength r^power away from the source, which recoils.
+
+    V = -m strength r^(power + 1) / (power + 1) for a body of mass m; a logarithm for power -1.
+    Raises ValueError for numbers that are not finite and a source without a mass.
+    """
+
+    source: int
+    strength: float
+    power: float
+
+    def __post_init__(self) -> None:
+        _set(self, source=input_checks.whole("source", self.source, 0))
+        _set(self, strength=input_checks.real("strength", self.strength))
+        _set(self, power=input_checks.real("power", self.power))
+
+    def powers(self, masses: Array, G: float) -> list[list[float]]:
+        A, n = self.strength, self.power
+        energy = (0.0, -0.5 * A) if n == -1.0 else (-A / (n + 1.0), 0.0)
+        return _onto_others(self.source, masses, (A, n, *energy, 0.0, 0.0))
+
+    def wrong(self, masses: Array) -> str:
+        return _source("source", self.source, masses)
+
+
+@dataclass(frozen=True, eq=False)
+class Radiation(_Builtin):
+    """Radiation pressure and Poynting-Robertson drag of one body's light; it does not recoil.
+
+    beta    (bodies,) ratio of radiation pressure to the source's attraction; 0 for no effect
+    c       speed of light in the problem's units, positive
+    source  the body that shines, by number; it needs a mass
+
+    Raises ValueError for other values.
+    """
+
+    beta: Any
+    c: float
+    source: int = 0
+    takes_velocity = True
+
+    def __post_init__(self) -> None:
+        _set(self, beta=input_checks.array("beta", self.beta))
+        _set(self, c=input_checks.positive("c", self.c))
+        _set(self, source=input_checks.whole("source", self.source, 0))
+
+    def block(self, masses: Array, G: float) -> list[float]:
+        numbers = [self.c, self.source, *self.beta.tolist()]
+        return [of_velocity.RADIATION, len(numbers), *numbers]
+
+    def wrong(self, masses: Array) -> str:
+        wrong = _source("source", self.source, masses) or _for_each("beta", self.beta, masses)
+        if not wrong and self.beta[self.source]:
+            return f"beta of the source must be 0; received {self.beta[self.source]}."
+        return wrong
+
+
+@dataclass(frozen=True, eq=False)
+class Drag(_Builtin):
+    """The acceleration -k |v|^(power - 1) v in a medium at rest; nothing recoils.
+
+    coefficients  k of each body (bodies,), not negative
+    power         positive: 1 for Stokes' drag, 2 for that of a wake
+
+    Raises ValueError for other values.
+    """
+
+    coefficients: Any
+    power: float = 1.0
+    takes_velocity = True
+
+    def __post_init__(self) -> None:
+        numbers = input_checks.array("coefficients", self.coefficients)
+        if np.any(numbers < 0.0):
+            raise ValueError(f"coefficients must not be negative; received {numbers.tolist()}.")
+        _set(self, coefficients=numbers, power=input_checks.positive("power", self.power))
+
+    def block(self, masses: Array, G: float) -> list[float]:
+        numbers = [self.power, *self.coefficients.tolist()]
+        return [of_velocity.DRAG, len(numbers), *numbers]
+
+    def wrong(self, masses: Array) -> str:
+        return _for_each("coefficients", self.coefficients, masses)
+
+
+@dataclass(frozen=True)
+class Tides(_Builtin):
+    """The tides that other bodies raise on one, with a constant time lag; force pairs.
+
+    body       on which they are raised, by number; it needs a mass
+    k2         its Love number (twice the apsidal constant), not negative
+    radius     of the body, positive
+    lag        time by which the bulge is late, not negative
+    spin       (3,) angular velocity of the body, fixed; in the plane only (0, 0, z)
+    raised_by  the body that raises them; None: all others
+
+    Raises ValueError for other values (Hut, Astron. Astrophys. 99 (1981) 126).
+    """
+
+    body: int
+    k2: float
+    radius: float
+    lag: float
+    spin: Any = (0.0, 0.0, 0.0)
+    raised_by: int | None = None
+    spatial = ("spin",)
+    takes_velocity = True
+
+    def __post_init__(self) -> None:
+        _set(self, body=input_checks.whole("body", self.body, 0))
+        for name in ("k2", "lag"):
+            number = input_checks.real(name, getattr(self, name))
+            if number < 0.0:
+                raise ValueError(f"{name} must not be negative; received {number}.")
+            _set(self, **{name: number})
+        _set(self, radius=input_checks.positive("radius", self.radius))
+        _set(self, spin=tuple(input_checks.array("spin", self.spin, (3,)).tolist()))
+        if self.raised_by is not None:
+            _set(self, raised_by=input_checks.whole("raised_by", self.raised_by, 0))
+
+    def block(self, masses: Array, G: float) -> list[float]:
+        by = of_velocity.ALL if self.raised_by is None else self.raised_by
+        return [of_velocity.TIDES, 7, self.body, self.k2 * self.radius**5, self.lag, by, *self.spin]
+
+    def wrong(self, masses: Array) -> str:
+        wrong = _source("the body of Tides", self.body, masses)
+        if not wrong and self.raised_by is not None:
+            wrong = _source("raised_by", self.raised_by, masses)
+        if not wrong and self.raised_by == self.body:
+            wrong = f"raised_by must be another body than {self.body}, on which tides are raised."
+        return wrong
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force that a function of the user's returns, (bodies, D), not divided by masses.
+
+    function        of q (bodies, D), then, if they are taken, v (bodies, D) and t; jitted ones run
+                    in the kernel
+    takes_velocity  whether it takes v
+    takes_time      whether it takes t
+
+    It has no energy: that of a run with one is not judged. Raises TypeError for another function.
+    """
+
+    function: Callable[..., Any]
+    takes_velocity: bool = False
+    takes_time: bool = False
+    spatial = ()
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise TypeError(f"function must be one of {self.arguments}; received "
+                            f"{shown(self.function)}.")  # fmt: skip
+        for name in ("takes_velocity", "takes_time"):
+            _set(self, **{name: input_checks.flag(name, getattr(self, name))})
+
+    @property
+    def arguments(self) -> str:
+        """Its arguments, as one writes them."""
+        return f"(q{', v' if self.takes_velocity else ''}{', t' if self.takes_time else ''})"
+
+    @property
+    def compiled(self) -> bool:
+        """Whether it is jitted, and returns what it should."""
+        kinds = (MATRIX, *(MATRIX,) * self.takes_velocity, *(REAL,) * self.takes_time)
+        return compiles(self.function, MATRIX(*kinds))
+
+    def at(self, q: Array, v: Array, t: float) -> Array:
+        """The force (bodies, D); ValueError for another shape."""
+        given = (q.copy(), *(v.copy(),) * self.takes_velocity, *(float(t),) * self.takes_time)
+        expected = f"an array of shape {q.shape}"
+        return returned_array("a Force", self.function(*given), q.shape, expected)
+
+
+CelestialForce = Relativity | Oblateness | PowerLaw | Radiation | Drag | Tides | Force

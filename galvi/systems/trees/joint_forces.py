@@ -1,0 +1,232 @@
+"""Forces on a tree of rigid bodies: motors, servos, tendons, compensated weights, a medium."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.core.registry import CPUDispatcher
+
+from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
+from galvi.kernels.trees import joint_forces as kernel
+from galvi.systems.forces.external_force import BuiltinForce
+from galvi.systems.trees.joint import JointDamping
+from galvi.systems.trees.rigid_tree import RigidTree
+
+UNLIMITED = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """F = constant - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2 l'^2) along a length l.
+
+    name      for messages
+    arms      (velocity, entry or -1, ratio) of joints: l has ratio times the entry, l' times the
+              velocity
+    points    (link or None, place (3,), share): a path, to which the way to a point from the one
+              before adds its share; 0 where a branch begins
+    offset    of l
+    spring    k, k_1, k_2, with x the length beyond ``slack``, (low, high)
+    damper    b, b_1, b_2
+    actuator  whether an actuator exerts it: it has limits, and counts in those of joints
+    """
+
+    name: str
+    arms: tuple[tuple[int, int, float], ...] = ()
+    points: tuple[tuple[int | None, Any, float], ...] = ()
+    constant: float = 0.0
+    offset: float = 0.0
+    spring: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    slack: tuple[float, float] = (0.0, 0.0)
+    damper: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    limits: tuple[float, float] = UNLIMITED
+    actuator: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class JointForces:
+    """f(q, v, t) on a tree, of all its parts and of the damping of its joints.
+
+    pulls    `Pull` values
+    bounds   (velocity, least, most, name) of what actuators exert on it together
+    weights  (link, share): share of its weight that is held up
+    pushes   (link, point (3,), force (3,), moment (3,)): constant, in the link's frame
+    wet      (link, axes (3, 3), coefficients (8,)) of bodies in a medium, as in
+             galvi.kernels.trees.joint_forces, and its ``wind`` (3,)
+    tree     `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
+
+    Beyond a limit the force is NaN; ``limited=False`` leaves all limits out.
+    """
+
+    pulls: tuple[Pull, ...] = ()
+    bounds: tuple[tuple[int, float, float, str], ...] = ()
+    weights: tuple[tuple[int, float], ...] = ()
+    pushes: tuple[tuple[int, Any, Any, Any], ...] = ()
+    wet: tuple[tuple[int, Any, Any], ...] = ()
+    wind: Any = (0.0, 0.0, 0.0)
+    tree: RigidTree | None = field(default=None, repr=False, compare=False)
+    damping: Any = field(default=(), repr=False, compare=False)
+    varied: bool = field(default=False, compare=False)
+    limited: bool = True
+
+    def on(
+        self, tree_: RigidTree, damping: Array, varied: bool, limited: bool = True
+    ) -> JointForces:
+        """These forces on a tree, with the damping (d,) of its joints."""
+        return replace(
+            self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
+        )
+
+    @property
+    def has_limits(self) -> bool:
+        """Whether an actuator, or what they exert on a joint, has limits."""
+        return bool(self.bounds) or any(pull.limits != UNLIMITED for pull in self.pulls)
+
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, v.size))
+        flat = np.array(q, dtype=np.float64).ravel()
+        kernel.tree_joint_forces(flat, np.array(v, dtype=np.float64), t, self.numbers.copy(), out)
+        found: Array = out[1]
+        return found
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """As `BuiltinForce.compiled`."""
+        return kernel.tree_joint_forces, self.numbers.copy()
+
+    @property
+    def numbers(self) -> Array:
+        """The constants of galvi.kernels.trees.joint_forces."""
+        return self._written[0]
+
+    @property
+    def structure(self) -> dict[int, float]:
+        """Those of the constants behind the tree's that are part of the law: place -> number."""
+        first, known = self.first, dict(self._written[1])
+        rest = self.numbers[first:].tolist()
+        known.update((first + k, 0.0) for k, number in enumerate(rest) if number == 0.0)
+        if self.varied:
+            for k in range(len(self.damping)):
+                known.pop(first + kernel.HEAD + k, None)
+        return known
+
+    @property
+    def first(self) -> int:
+        """Place of the first constant behind the tree's."""
+        assert self.tree is not None
+        return int(self.tree.numbers.size)
+
+    @cached_property
+    def _written(self) -> tuple[Array, dict[int, float]]:
+        """The constants, and those that are whole numbers of the law's structure by their place."""
+        assert self.tree is not None
+        rows: list[tuple[Array, tuple[int, ...]]] = []
+        frames = self.tree.frames
+
+        def on(link: int | None) -> tuple[int, Array, Array]:
+            return (0, np.zeros(3), np.eye(3)) if link is None else frames[link]
+
+        def row(values: Any, *whole: int) -> None:
+            rows.append((np.concatenate([np.ravel(x) for x in values]), whole))
+
+        for pull in self.pulls:
+            limited = self.limited and pull.limits != UNLIMITED
+            held = [len(pull.arms), len(pull.points), pull.actuator, pull.slack[0] < pull.slack[1],
+                    limited]  # fmt: skip
+            limits = pull.limits if limited else (0.0, 0.0)
+            numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
+            row([held, numbers], 0, 1, 2, 3, 4)
+            for arm in pull.arms:
+                row([arm], 0, 1)
+            for link, place, share in pull.points:
+                frame, r, C = on(link)
+                row([[frame], r + C @ place, [share]], 0)
+        bounds = self.bounds if self.limited else ()
+        for velocity, least, most, _ in bounds:
+            row([[velocity, least, most]], 0)
+        for k, share in self.weights:
+            frame, r, C = on(k)
+            own = self.tree.links[k]
+            row([[frame, share * own.mass], r + C @ own.centre], 0)
+        for k, place, force, moment in self.pushes:
+            frame, r, C = on(k)
+            row([[frame], r + C @ place, C @ force, C @ moment], 0)
+        for k, axes, coefficients in self.wet:
+            frame, r, C = on(k)
+            row([[frame], r + C @ self.tree.links[k].centre, C @ axes, coefficients], 0)
+        wrenches = bool(self.weights or self.pushes or self.wet) or any(
+            pull.points for pull in self.pulls
+        )
+        head = [wrenches, len(self.pulls), len(bounds), len(self.weights), len(self.pushes),
+                len(self.wet), *self.wind]  # fmt: skip
+        found = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
+        at, known = self.first + kernel.HEAD + len(self.damping), dict[int, float]()
+        known.update((self.first + k, float(head[k])) for k in range(kernel.WIND))
+        for values, whole in rows:
+            found.append(values)
+            known.update((at + k, float(values[k])) for k in whole)
+            at += values.size
+        return read_only(np.concatenate(found)), known
+
+    def beyond(self, q: Array, v: Array) -> str:
+        """What is beyond its limits at a state, in words; "" where all is within."""
+        assert self.tree is not None
+        for pull in self.pulls:
+            if np.any(np.isnan(self._alone(pulls=(pull,))(q, v, 0.0))):
+                return f"the force of {pull.name} is beyond its limits {list(pull.limits)}"
+        for bound in self.bounds:
+            pulls = tuple(replace(pull, limits=UNLIMITED) for pull in self.pulls)
+            if np.any(np.isnan(self._alone(pulls=pulls, bounds=(bound,))(q, v, 0.0))):
+                return f"actuators push {bound[3]} beyond its limits {[*bound[1:3]]}"
+        return ""
+
+    def _alone(self, **parts: Any) -> JointForces:
+        return replace(self, **{"bounds": (), "weights": (), "pushes": (), "wet": (), **parts})
+
+
+def with_damping(
+    force: Any, timed: bool, tree: RigidTree, damping: Array, varied: bool
+) -> tuple[Any, bool]:
+    """A force on a tree, or None, with the damping (d,) of its joints, and whether it takes time.
+
+    varied  whether the law also has damping that is 0
+
+    TypeError for a built-in force that has no place for damping.
+    """
+    if isinstance(force, JointForces):
+        return force.on(tree, damping, varied), True
+    if not varied and not np.any(damping):
+        return force, timed
+    if force is None:
+        return JointDamping(damping, varied), True
+    if isinstance(force, BuiltinForce):
+        raise TypeError(
+            f"on joints with damping, force must be a function; received {shown(force)}. Write it "
+            f"as one, or give the joints no damping."
+        )
+    damping = np.array(damping)
+
+    def in_time(q, v, t):  # type: ignore[no-untyped-def]
+        return force(q, v, t) - damping * v
+
+    def damped(q, v):  # type: ignore[no-untyped-def]
+        return force(q, v) - damping * v
+
+    made: Any = in_time if timed else damped
+    if isinstance(force, CPUDispatcher):
+        made = njit(made)
+    made.undamped = force, timed
+    return made, timed
+
+
+def without_damping(force: Any, timed: bool) -> tuple[Any, bool]:
+    """The force and ``timed`` that `with_damping` was given."""
+    if isinstance(force, JointDamping):
+        return None, False
+    found: tuple[Any, bool] = getattr(force, "undamped", (force, timed))
+    return found

@@ -1,0 +1,166 @@
+"""Celestial forces: their formulas, what they keep, their order and their refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import galvi
+from galvi.kernels.forces import celestial
+from references.forces.celestial import accelerations
+from tests.galvi.celestial_cases import CASES, MASSES, OF_VELOCITY, PAIRS, WITH_ENERGY, bodies
+
+METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_accelerations_are_those_of_other_formulas(name):
+    problem = bodies(CASES[name])
+    system, plain = problem.system, galvi.NBody(MASSES)
+    ours = system.acceleration(problem.q0, 0.7, problem.v0) - plain.acceleration(problem.q0, 0.7)
+    theirs = accelerations(system, problem.q0, problem.v0, 0.7)
+    assert np.max(np.abs(theirs)) > 1e-7
+    assert np.max(np.abs(ours - theirs)) < 4e-16 * np.max(
+        np.abs(system.acceleration(problem.q0, 0.7, problem.v0))
+    )
+
+
+@given(
+    J2=st.floats(-1.0, 1.0), J4=st.floats(-1.0, 1.0), n=st.floats(-4.0, 3.0),
+    pole=st.tuples(*[st.floats(0.1, 1.0)] * 3), place=st.tuples(*[st.floats(0.5, 2.0)] * 3),
+)  # fmt: skip
+def test_the_gradient_of_the_potential_is_the_force(J2, J4, n, pole, place):
+    forces = (
+        galvi.Oblateness(0, J2, 0.4, J4, pole), galvi.PowerLaw(1, 0.3, n),
+        galvi.Relativity(3.0, form="potential"),
+    )  # fmt: skip
+    acting = galvi.NBody([1.0, 0.3], forces=forces).acting
+    q = np.array([[0.1, 0.0, -0.2], place])
+    moved = q + 1e-40j * np.eye(6).reshape(6, 2, 3)
+    slope = np.imag(celestial.pulls(acting.terms, acting.poles, moved)[1]).reshape(2, 3) / 1e-40
+    a = celestial.pulls(acting.terms, acting.poles, q)[0]
+    assert np.allclose(-slope, np.array([[1.0], [0.3]]) * a, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", WITH_ENERGY)
+def test_the_energy_with_the_forces_is_kept_and_without_them_is_not(name):
+    problem = bodies(WITH_ENERGY[name])
+    run = galvi.integrate(problem, METHOD, 0.05, 60)
+    assert run.success, run.status
+    total = galvi.energy(run)
+    bare = total - (
+        problem.system.potential_energy(run.q, run.t)
+        - galvi.NBody(MASSES).potential_energy(run.q, run.t)
+    )
+    assert np.ptp(total) < 1e-4 * np.ptp(bare)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_force_pairs_keep_the_momentum(name):
+    run = galvi.integrate(bodies(CASES[name]), METHOD, 0.05, 60)
+    assert run.success, run.status
+    assert np.max(np.abs(galvi.linear_momentum(run))) < 1e-17
+
+
+@pytest.mark.parametrize("name", ["J2 and J4", "one source", "tides"])
+def test_the_order_is_that_of_the_method(name):
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    problem = bodies(CASES[name])
+    ends = [galvi.integrate(problem, method, 1.0 / n, n).q[-1] for n in (16, 32, 64)]
+    true = galvi.integrate(problem, METHOD, 1.0 / 32, 32).q[-1]
+    errors = [np.max(np.abs(end - true)) for end in ends]
+    orders = np.log2(errors[:-1]) - np.log2(errors[1:])
+    assert np.all((orders > 3.7) & (orders < 4.3)), orders
+
+
+@pytest.mark.parametrize("name", OF_VELOCITY)
+def test_the_energy_of_a_run_with_a_force_of_velocity_is_not_judged(name):
+    run = galvi.integrate(bodies(OF_VELOCITY[name]), METHOD, 0.05, 20)
+    assert run.success
+    assert run.v.shape == run.p.shape == (21, 3, 3)
+    q, v = run(0.52), run.velocity(0.52)
+    assert q.shape == v.shape == (3, 3)
+    between = galvi.integrate(run.problem, METHOD, 0.04, 13)
+    assert np.max(np.abs(q - between.q[-1])) < 1e-7
+    assert np.max(np.abs(v - between.v[-1])) < 1e-6
+    assert np.ptp(galvi.energy(run)) > 1e-9
+
+
+@pytest.mark.parametrize("name", ["potential", "J2 of a planet"])
+def test_a_massless_body_moves_like_one_of_little_mass(name):
+    runs = [
+        galvi.integrate(bodies(CASES[name], masses), METHOD, 0.05, 40)
+        for masses in ([1.0, 1e-3, 0.0], [1.0, 1e-3, 1e-14])
+    ]
+    assert np.max(np.abs(runs[0].q[-1] - runs[1].q[-1])) < 1e-12
+
+
+@pytest.mark.parametrize(("forces", "words"), [
+    ((galvi.Oblateness(2, 1e-3, 0.1),), "a body with a mass; received 2"),
+    ((galvi.PowerLaw(3, 1.0, 1.0),), "one of 3 bodies, by number; received 3"),
+    ((galvi.Drag([0.0, 0.0, 1e-3]),), "every body needs a mass; received 1"),
+    ((galvi.Force(lambda q: q),), "on a body without mass"),
+    ((galvi.Force(lambda q: q[0]),), r"shape \(3, 3\)"),
+])  # fmt: skip
+def test_forces_on_massless_bodies_and_of_them_are_refused(forces, words):
+    with pytest.raises(ValueError, match=words):
+        bodies(forces, [1.0, 1e-3, 0.0])
+
+
+def test_other_wrong_forces_are_refused():
+    with pytest.raises(TypeError, match="forces must be values"):
+        galvi.NBody([1.0], forces=(3.0,))
+    with pytest.raises(ValueError, match="a number for each of 2 bodies"):
+        galvi.NBody([1.0, 1.0], forces=galvi.Drag([1.0]))
+    with pytest.raises(ValueError, match=r"pole of Oblateness must be \(0, 0, z\)"):
+        bodies(galvi.Oblateness(0, 1e-3, 0.1, pole=(1, 0, 1)), plane=True)
+    for make, words in (
+        (lambda: galvi.Relativity(1.0, form="other"), "form must be one of"),
+        (lambda: galvi.Oblateness(0, 1e-3, 0.1, pole=(0, 0, 0)), "pole must have a length"),
+        (lambda: galvi.Drag([-1.0]), "must not be negative"),
+        (lambda: galvi.Tides(0, -1.0, 1.0, 1.0), "k2 must not be negative"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            make()
+    with pytest.raises(TypeError, match=r"one of \(q, v\)"):
+        galvi.Force(3.0, takes_velocity=True)
+
+
+def test_in_the_plane_a_run_is_that_of_space():
+    forces = (galvi.Oblateness(0, 1e-3, 0.3), galvi.Tides(0, 0.3, 0.3, 0.01, spin=(0, 0, 2)))
+    flat = galvi.integrate(bodies(forces, plane=True), METHOD, 0.05, 20)
+    q, v = (np.pad(x, ((0, 0), (0, 1))) for x in (flat.problem.q0, flat.problem.v0))
+    whole = galvi.integrate(galvi.Problem(flat.problem.system, q, v), METHOD, 0.05, 20)
+    assert np.max(np.abs(whole.q[-1, :, :2] - flat.q[-1])) < 1e-14
+
+
+@pytest.mark.parametrize("name", ["J2 and J4", "one source"])
+def test_a_clock_takes_forces(name):
+    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
+    problem = bodies(CASES[name])
+    run = galvi.integrate(problem, method, 0.1, duration=1.0)
+    true = galvi.integrate(problem, METHOD, 1.0 / 64, 64)
+    assert run.success, run.status
+    assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
+
+
+def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
+    def along(q, v):
+        return 1e-6 * v / np.sqrt(np.sum(v**2, axis=-1, keepdims=True))
+
+    problem = bodies(galvi.Force(along, takes_velocity=True))
+    assert galvi.integrate(problem, METHOD, 0.05, 3).success
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+@pytest.mark.parametrize("plane", [False, True])
+@pytest.mark.parametrize("name", WITH_ENERGY)
+def test_lanes_agree_with_the_general_kernel(name, plane):
+    forces = (galvi.Oblateness(0, 1e-3, 0.3),) if plane else WITH_ENERGY[name]
+    problem = bodies(forces, [1.0, 1e-3, 0.0], plane)
+    lanes = galvi.integrate(problem, METHOD, 0.05, 40)
+    general = galvi.integrate(problem, METHOD, 0.05, 40, solver="newton")
+    assert (lanes.engine, general.engine) == ("lanes", "general")
+    assert np.max(np.abs(lanes.q[-1] - general.q[-1])) < 1e-13

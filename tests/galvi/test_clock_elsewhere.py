@@ -1,0 +1,72 @@
+"""Runs in a clock handed to others, on groups, and with steps of any size."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from references.stored.encounters import sitnikov
+from tests.galvi.clock_problems import CASES, DYNAMICAL, three_bodies
+from tests.galvi.clock_problems import method as in_clock
+
+FREE = galvi.problems.free_body_se3()
+
+
+@pytest.mark.parametrize("case", list(CASES))
+def test_a_run_becomes_an_ode_result_with_its_own_times(case: str) -> None:
+    problem, clock, duration, step = CASES[case]
+    run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)
+    found = galvi.to_scipy(run)
+    assert found.success and np.array_equal(found.t, run.t)
+    at = 0.37 * duration
+    assert np.max(np.abs(found.sol(at)[: run.q[0].size] - run(at).ravel())) < 1e-14
+
+
+@pytest.mark.parametrize("make", [three_bodies, sitnikov])
+def test_the_end_of_a_run_becomes_a_simulation(make: Any) -> None:
+    pytest.importorskip("rebound")
+    run = galvi.integrate(make(), in_clock(6, DYNAMICAL), 0.3, duration=3.0)
+    sim = galvi.to_rebound(run)
+    assert sim.t == 3.0
+    assert np.array_equal([body.xyz for body in sim.particles], run.q[-1])
+
+
+def test_what_cannot_be_handed_over_is_refused_by_name(tmp_path: Any) -> None:
+    problem, clock, duration, step = CASES["elastic pendulum"]
+    run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)
+    with pytest.raises(ValueError, match="point masses"):
+        galvi.to_rebound(run)
+    with pytest.raises(ValueError, match=r"clock are galvi's own; received .*Clock\(upright\)"):
+        galvi.save(run, tmp_path / "run.npz")
+
+
+def along(q: Any) -> Any:
+    return 1.0 / (1.5 + 0.5 * q[0, 0])
+
+
+def called(q: Any) -> Any:
+    return along(q) if q[0, 1] < 1e9 else 1.0
+
+
+@pytest.mark.parametrize("function", [along, called])
+def test_a_body_that_moves_freely_does_so_in_any_clock(function: Any) -> None:
+    run = galvi.integrate(FREE, in_clock(6, galvi.Clock(function)), 0.1, duration=2.0)
+    plain = galvi.integrate(FREE, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8)), 0.02, 100)
+    assert np.max(np.abs(run.q[-1] - plain.q[-1])) < 1e-13
+    assert np.ptp(galvi.energy(run)) < 1e-13 * galvi.energy(run)[0]
+
+
+@pytest.mark.parametrize("function", [along, called])
+@pytest.mark.parametrize("step", [3.0, -5.0, 1e3, 1e100, -1e300])
+def test_steps_of_any_size_end_in_a_status_and_without_a_warning(
+    function: Any, step: float
+) -> None:
+    chosen = in_clock(2, galvi.Clock(function))
+    for more in ({"steps": 5}, {"duration": 1.3 * abs(step)}):
+        run = galvi.integrate(FREE, chosen, step, **more)
+        assert not run.success and run.failed_step == 1
+        assert "Stopped after 0 steps" in run.status and "units of the clock" in run.status
+        assert np.isfinite(run.q).all() and np.isfinite(galvi.energy(run)).all()

@@ -1,0 +1,271 @@
+"""Events while a run goes on: they end it, change it, and are kept with it."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+BALL = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([-1.0])), [1.0], [0.0])
+ORBIT = galvi.problems.kepler(0.5)
+IN_CLOCK = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.Sundman())
+FALL = math.sqrt(2.0)  # the time of the first bounce
+
+
+def height(q: Any, v: Any, t: Any) -> Any:
+    return q[0]
+
+
+BOUNCE = galvi.Event(height, -1, action=lambda q, v, t: (q, -v), name="bounce")
+GROUND = galvi.Event(height, -1, terminal=True, name="ground")
+
+
+def ball(t: Any) -> Any:
+    """The height of a ball that bounces without loss."""
+    since = (t + FALL) % (2.0 * FALL) - FALL
+    return 1.0 - 0.5 * since**2
+
+
+@pytest.mark.parametrize("step", [0.3, -0.3])
+def test_a_ball_bounces_as_in_closed_form(step: float) -> None:
+    run = galvi.integrate(BALL, EIGHT, step, 600, events=BOUNCE)
+    assert run.success and run.status == "Completed."
+    assert np.allclose(run.t, np.arange(601) * step, rtol=1e-13)  # the grid is unchanged
+    expected = FALL * (1.0 + 2.0 * np.arange(len(run.events)))
+    assert len(run.events) == 64 and np.max(np.abs(np.abs(run.events.t) - expected)) < 1e-11
+    assert np.max(np.abs(run.q[:, 0] - ball(np.abs(run.t)))) < 1e-11
+    between = 0.5 * (run.t[1:] + run.t[:-1])
+    assert np.max(np.abs(run(between)[:, 0] - ball(np.abs(between)))) < 1e-11
+    assert np.max(np.abs(galvi.states_at(run, between)[0][:, 0] - ball(np.abs(between)))) < 1e-11
+    again = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 0.5))
+    assert abs(len(again) - 128) <= 1
+
+
+@pytest.mark.slow
+def test_ten_thousand_bounces() -> None:
+    run = galvi.integrate(BALL, EIGHT, 0.7, math.ceil(2e4 * FALL / 0.7), events=BOUNCE)
+    assert run.success and len(run.events) == 10_000
+    expected = FALL * (1.0 + 2.0 * np.arange(10_000))
+    assert np.max(np.abs(run.events.t - expected)) < 1e-7  # 5.1e-9 when set
+
+
+def test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid() -> None:
+    run = galvi.integrate(BALL, EIGHT, 0.3, 1000, events=[GROUND])
+    assert run.success and run.status == "Ended by the event ground, at t = 1.414213562."
+    assert abs(run.t[-1] - FALL) < 1e-14 and abs(run.q[-1, 0]) < 1e-14 and len(run) == 6
+    undisturbed = galvi.integrate(BALL, EIGHT, 0.3, 20)
+    more = galvi.resume(run, 10)
+    assert more.t[0] == run.t[-1] and np.array_equal(more.q[1:], undisturbed.q[5:15])
+    assert np.array_equal(more.t[1:], undisturbed.t[5:15]) and len(more.events) == 0
+    assert np.allclose(run(run.t), run.q, atol=1e-14)
+
+
+def test_the_end_has_the_order_of_the_steps_and_not_of_the_curve() -> None:
+    three = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    problem, steps, errors = galvi.problems.harmonic_oscillator(), np.array([0.5, 0.4, 0.3]), []
+    for h in steps:
+        event = galvi.Event(lambda q, v, t: q[0] - 0.3, 1, terminal=True)
+        run = galvi.integrate(problem, three, h, 100, events=event)
+        t = 2.0 * math.pi - math.acos(0.3)
+        errors.append(abs(run.t[-1] - t) + abs(run.p[-1, 0] - math.sin(math.acos(0.3))))
+    assert 5.3 < np.polyfit(np.log(steps), np.log(errors), 1)[0] < 6.7
+
+
+@pytest.mark.parametrize("save_every", [1, 7])
+def test_in_a_clock_an_action_resets_the_energy(save_every: int) -> None:
+    def slower(q: Any, v: Any, t: float) -> Any:
+        return q, 0.9 * v
+
+    event = galvi.Event(lambda q, v, t: q[1], -1, action=slower, name="brake")
+    options: Any = {"duration": 9.0, "events": event, "save_every": save_every}
+    run = galvi.integrate(ORBIT, IN_CLOCK, 0.3, **options)
+    assert run.success and len(run.events) >= 1
+    t0, (q, v) = run.events.t[0], slower(run.events.q[0], run.events.v[0], 0.0)
+    assert abs(t0 - math.pi) < 1e-12 and run.t[-1] == 9.0
+    assert np.all(np.diff(run.t) > 0.0) and np.all(np.diff(run.tau) > 0.0)
+    rest = galvi.integrate(galvi.Problem(ORBIT.system, q, v), IN_CLOCK, 0.3, duration=1.0)
+    at = galvi.states_at(run, t0 + 1.0)
+    assert np.max(np.abs(at[0] - rest.q[-1])) < 1e-11
+    assert np.max(np.abs(at[1] - rest.p[-1])) < 1e-11
+
+
+def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
+    event = galvi.Event(lambda q, v, t: q[1], terminal=True)
+    run = galvi.integrate(ORBIT, IN_CLOCK, 0.5, duration=20.0, events=event)
+    assert abs(run.t[-1] - math.pi) < 1e-13
+    more = galvi.resume(run, until=12.0, events=())
+    whole = galvi.integrate(ORBIT, IN_CLOCK, 0.5, duration=12.0)
+    assert np.array_equal(more.q[1:], whole.q[len(run) - 1 :])
+
+
+CASES = {
+    "group": (
+        galvi.problems.free_rigid_body(), EIGHT, 0.1,
+        lambda q, v, t: q[0, 0] - 0.9, lambda q, v, t: (q, -v),
+    ),
+    "driven": (
+        galvi.Problem(
+            galvi.Canonical(1.0, lambda q, t: 0.5 * q[0] ** 2 - q[0] * np.sin(t),
+                            explicit_time=True), [1.0], [0.0]
+        ), EIGHT, 0.2, lambda q, v, t: q[0], lambda q, v, t: (q, 0.5 * v),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_actions_on_groups_and_of_driven_systems(case: str) -> None:
+    problem, method, step, function, action = CASES[case]
+    event = galvi.Event(function, action=action, name="change")
+    run = galvi.integrate(problem, method, step, 60, events=event)
+    assert len(run.events) > 0 and np.allclose(run.t, np.arange(61) * step)
+    t, q, v = (getattr(run.events, name)[0] for name in "tqv")
+    after = galvi.Problem(problem.system, *action(q, v, t), t)
+    gap = 0.5 * (run.events.t[1] - t) if len(run.events) > 1 else 0.5 * (run.t[-1] - t)
+    other = galvi.integrate(after, method, gap / 40, 40)
+    assert np.max(np.abs(galvi.states_at(run, t + gap)[0] - other.q[-1])) < 1e-9
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="frames are of galvi.fast")
+def test_a_frame_ends_at_an_event() -> None:
+    planets = galvi.problems.outer_solar_system()
+    frame = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
+    event = galvi.events.closest_approach(1, 2)
+    found = galvi.integrate(planets, frame, 300.0, 60, events=event).events
+    plain = galvi.integrate(planets, EIGHT, 300.0, 60, events=event).events
+    assert len(found) == len(plain) > 0 and np.max(np.abs(found.t - plain.t)) < 1e-3
+    stop = galvi.Event(event.function, 1, terminal=True, name="near")
+    run = galvi.integrate(planets, frame, 300.0, 60, events=stop)
+    assert run.t[-1] == found.t[0] and run.success
+
+
+@given(st.lists(st.floats(0.05, 5.95), min_size=1, max_size=5, unique=True), st.floats(0.3, 1.1))
+@settings(max_examples=25, deadline=None)
+def test_polynomials_of_a_uniform_motion_have_their_roots(roots: list[float], step: float) -> None:
+    free = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([0.0])), [0.0], [1.0])
+    roots = sorted({round(root, 3) for root in roots})
+
+    def polynomial(q: Any, v: Any, t: Any) -> Any:
+        value = 1.0
+        for root in roots:
+            value = value * (q[0] - root)
+        return value
+
+    run = galvi.integrate(free, EIGHT, step, math.ceil(6.0 / step))
+    found = galvi.find_events(run, galvi.Event(polynomial))
+    inside = [root for root in roots if root <= run.t[-1]]
+    assert len(found) == len(inside)
+    assert np.max(np.abs(found.t - inside), initial=0.0) < 1e-9
+    # the same, called one state after another
+    called = galvi.find_events(run, galvi.Event(lambda q, v, t: float(polynomial(q, v, t))))
+    assert "could not be traced" in called.status and len(called) == len(found)
+
+
+def test_found_events_are_kept(tmp_path: Path) -> None:
+    for event in (galvi.Event(height, name="zero"), BOUNCE, GROUND):
+        run = galvi.integrate(BALL, EIGHT, 0.3, 20, events=event)
+        galvi.save(run, tmp_path / "run.npz")
+        loaded = galvi.load(tmp_path / "run.npz", problem=BALL)
+        assert np.array_equal(loaded.events.t, run.events.t) and loaded.status == run.status
+        assert loaded.events.name == run.events.name
+        with pytest.raises(ValueError, match="Give its events again"):
+            galvi.resume(loaded, 5)
+        one, other = galvi.resume(loaded, 5, events=event), galvi.resume(run, 5)
+        assert np.array_equal(one.q, other.q) and np.array_equal(one.events.t, other.events.t)
+    kept = galvi.integrate(ORBIT, EIGHT, 0.1, 50, events=galvi.events.plane_crossing((0.0, 1.0)))
+    assert np.array_equal(pickle.loads(pickle.dumps(kept)).events.t, kept.events.t)
+
+
+def test_a_run_resumed_after_actions_is_one_long_run() -> None:
+    whole = galvi.integrate(BALL, EIGHT, 0.3, 40, events=BOUNCE)
+    part = galvi.integrate(BALL, EIGHT, 0.3, 17, events=BOUNCE)
+    more = galvi.resume(part, 23)
+    assert np.array_equal(more.q, whole.q[17:]) and np.array_equal(more.t, whole.t[17:])
+    count = len(part.events)
+    assert np.array_equal(more.events.t, whole.events.t[count:])
+
+
+def test_events_that_watch_leave_every_bit_alone() -> None:
+    event = galvi.Event(lambda q, v, t: q[1], name="y")
+    for save_every in (1, 5):
+        plain = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=save_every)
+        run = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=save_every, events=event)
+        assert np.array_equal(plain.q, run.q) and run.status == plain.status
+        assert len(run.events) == 1 and abs(run.events.t[0] - math.pi) < 1e-12
+    stop = galvi.Event(lambda q, v, t: q[1], terminal=True)
+    few = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=10, events=stop)
+    assert len(few) == 5 and np.max(np.abs(few(few.t[:-1]) - few.q[:-1])) < 1e-13
+
+
+def test_several_runs_pass_their_events_on() -> None:
+    runs = galvi.integrate_many([ORBIT, ORBIT], EIGHT, 0.1, 43, events=galvi.Event(
+        lambda q, v, t: q[1], terminal=True, name="half"))  # fmt: skip
+    assert all(abs(run.t[-1] - math.pi) < 1e-12 for run in runs)
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="ensembles are of galvi.fast")
+def test_an_ensemble_keeps_events(tmp_path: Path) -> None:
+    keep = galvi.Events(galvi.events.plane_crossing((0.0, 1.0)), 3)
+    v = np.array([1.0, 0.999])[:, None] * ORBIT.v0
+    options: Any = {"keep": keep, "folder": tmp_path}
+    found = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
+    rows = np.asarray(found)
+    assert rows.shape == (2, 3, 5) and np.all(rows[:, :, 4] == 2.0)
+    assert np.max(np.abs(rows[0, :2, 0] - [math.pi, 2.0 * math.pi])) < 1e-12
+    assert np.all(np.isnan(rows[:, 2, :4]))
+    again = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
+    assert np.array_equal(np.asarray(again), rows, equal_nan=True) and "1 loaded" in again.files
+
+
+def chattering(q: Any, v: Any, t: float) -> Any:
+    return q, 0.5 * np.abs(v)
+
+
+def test_an_event_that_chatters_ends_the_run() -> None:
+    event = galvi.Event(height, -1, action=chattering, name="dead ball")
+    run = galvi.integrate(BALL, EIGHT, 3.0, 20, events=event)
+    assert not run.success and run.failed_step is not None
+    assert run.status.startswith("Stopped at t = ") or "Stopped" in run.status
+    assert np.all(np.isfinite(run.q)) and len(run.events) > 10
+
+
+def raising(q: Any, v: Any, t: Any) -> Any:
+    raise ZeroDivisionError("of the user")
+
+
+def acted(action: Any) -> Any:
+    event = galvi.Event(height, -1, action=action, name="wall")
+    return lambda: galvi.integrate(BALL, EIGHT, 0.3, 20, events=event)
+
+
+def watched(function: Any) -> Any:
+    return lambda: galvi.integrate(BALL, EIGHT, 0.3, 20, events=galvi.Event(function, name="odd"))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (watched(lambda q, v, t: float("nan")), "the event odd must be a finite number"),
+        (watched(lambda q, v, t: 1j), "the event odd must return a real number"),
+        (watched(lambda q, v, t: q), r"the event odd must return a number; received an array"),
+        (watched(raising), "of the user"),
+        (acted(lambda q, v, t: q), r"the action of the event wall must return \(q, v\)"),
+        (acted(lambda q, v, t: (q, [1.0, 2.0])), r"v of the action of the event wall must have"),
+        (acted(lambda q, v, t: (q, v * np.inf)), "finite numbers"),
+        (acted(lambda q, v, t: (q, v * 1e200)), "must lead to a finite energy"),
+        (lambda: galvi.Event(height, action=3), "action must be a function"),
+        (lambda: galvi.Event(height, 0, True, chattering), "ends the run or acts on it"),
+        (lambda: galvi.integrate(BALL, EIGHT, 0.3, 5, events=[3]), "galvi.Event values"),
+    ],
+)
+def test_bad_events_and_actions_are_refused_in_words(call: Any, words: str) -> None:
+    with pytest.raises((ValueError, TypeError, ZeroDivisionError), match=words):
+        call()
