@@ -110,11 +110,15 @@ def net_time(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], steps: int
 ) -> NetTime:
     """Of a contender's run at a setting that saves its last state only, which took these steps."""
-    call = call_of(contender, problem, duration, setting)
-    if "save_every" in setting:
-        one, brief = {**setting, "save_every": 1}, float(setting["step"])
-    else:
-        one, brief = dict(setting), BRIEF * duration
-    short = call_of(contender, problem, brief, one)
+    short = one_step(contender, problem, duration, setting)
     short()  # what it compiles or builds is not part of the time
-    return NetTime(call, short, steps)
+    return NetTime(call_of(contender, problem, duration, setting), short, steps)
+
+
+def one_step(
+    contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
+) -> Callable[[], Trajectory]:
+    """A call of one step of the run, whose time is what a call costs besides its steps."""
+    if "save_every" in setting:
+        return call_of(contender, problem, float(setting["step"]), {**setting, "save_every": 1})
+    return call_of(contender, problem, BRIEF * duration, setting)

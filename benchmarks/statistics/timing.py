@@ -19,6 +19,7 @@ from galvi import Problem, Trajectory
 from references import Contender
 from references.engine_clock import heard
 
+PARTS = 3
 LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
 
 
@@ -71,6 +72,21 @@ def interleaved(
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
+
+
+def seconds_in_turn(
+    calls: Sequence[Callable[[], Any]], rounds: int, least: float
+) -> list[list[float]]:
+    """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
+    backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
+    for a share of `least` seconds, the fastest counts, as load only adds."""
+    repeats = [max(1, round(least / PARTS / max(seconds_of(call), 1e-7))) for call in calls]
+    found: list[list[float]] = [[] for _ in calls]
+    for turn in range(rounds):
+        for k in range(len(calls))[:: -1 if turn % 2 else 1]:
+            parts = PARTS if repeats[k] > 1 else 1
+            found[k].append(min(seconds_of(calls[k], repeats[k]) for _ in range(parts)))
+    return found
 
 
 def _timing(seconds: Sequence[float]) -> Timing:

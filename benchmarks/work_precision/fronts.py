@@ -1,16 +1,27 @@
-"""Work-precision fronts of contenders, and times at matched error."""
+"""Work-precision fronts of contenders, and times of settings that reach an error.
+
+A setting counts where it was run: nothing is interpolated between two of them. What is fastest is
+chosen by `seconds`, from the rounds of all settings; its time is then that of further rounds
+(`rounds`), in which it was not chosen, so that many settings do not make a code faster.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
-import numpy as np
 import pandas as pd
+
+from benchmarks.statistics.paired import UNKNOWN, Interval, interval, outcome, ratio, read
 
 NOT_REACHED = "not reached"
 OURS = "galvi, best"
 TRUTH = "truth"  # status of the row that the others are compared with
+COLUMNS = (
+    *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
+    *("noise_low", "noise_high", "outcome"),
+)
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
@@ -19,67 +30,65 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
     Ordered by decreasing error, hence increasing time. Rows without error or time are omitted.
     """
     usable = table[(table["error"] > 0.0) & (table["seconds"] > 0.0)]
-    kept = []
-    for _, rows in usable.groupby(["problem", "contender"], sort=False):
-        best = math.inf
-        for index, seen in rows.sort_values(["seconds", "error"])["error"].items():
-            if seen < best:
-                best = seen
-                kept.append(index)
+    groups = usable.groupby(["problem", "contender"], sort=False)
+    kept = [index for _, rows in groups for index in front_indices(rows)]
     return usable.loc[kept].reset_index(drop=True)
 
 
-def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
-    """Time at an error, by interpolation of logarithms along a front (falling error, rising time).
+def front_indices(rows: pd.DataFrame) -> list[Any]:
+    """Of the rows with error and time those that no other beats in both, by falling error."""
+    usable = rows[(rows["error"] > 0.0) & (rows["seconds"] > 0.0)]
+    ordered = usable.sort_values(["seconds", "error"])["error"]
+    return list(ordered.index[ordered < ordered.cummin().shift(fill_value=math.inf)])
 
-    The fastest point's time when its error is below the target; NaN when the front ends above it.
-    """
-    e, s = np.asarray(errors, dtype=np.float64), np.asarray(seconds, dtype=np.float64)
-    if e.size == 0 or e.min() > target:
-        return math.nan
-    return float(np.exp(np.interp(-math.log(target), -np.log(e), np.log(s))))
+
+def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
+    """The row of least `seconds` among those that were run and reach the error; of contenders that
+    do not, that of the run that is the truth; None without either."""
+    timed = rows[rows["seconds"] > 0.0]
+    good = timed[(timed["error"] > 0.0) & (timed["error"] <= target)]
+    good = good if len(good) else timed[timed["status"] == TRUTH]
+    return None if good.empty else good.loc[good["seconds"].idxmin()]
+
+
+def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
+    """The least time of the runs that reach an error; NaN where none does."""
+    return min((s for e, s in zip(errors, seconds, strict=True) if e <= target), default=math.nan)
 
 
 def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
-    """Times at matched errors: one row for each problem, contender and error.
+    """Times at equal error: one row of COLUMNS for each problem, contender and error.
 
-    Columns problem, contender, error, seconds, ratio. ``ratio`` is the contender's time over that
-    of the fastest galvi method at the same error (above 1: galvi is faster); 'not reached' where
-    the contender's front ends above the error, 'galvi: not reached' where only galvi's does. Rows
-    of contender 'galvi, best' hold galvi's time. A contender whose run is the truth has that run's
-    time at errors that no other run of it reaches.
+    settings   of the contender's fastest run that reaches the error
+    seconds    its time
+    ratio      this time over that of galvi's fastest (above 1: galvi is faster), the median over
+               the rounds that both took part in; 'not reached' where no run of the contender
+               reaches the error, 'galvi: not reached' where only none of galvi's does
+    low, high  the ratio's interval; NaN where the two did not take part in the same rounds
+    noise_low, noise_high  that of galvi's run against itself in these rounds
+    outcome    of both intervals, see `benchmarks.statistics.paired`
+
+    Rows of contender 'galvi, best' hold galvi's time and, as ratio, 1. A contender whose run is the
+    truth has that run's time at errors that no other run of it reaches.
     """
-    fronts = front(table)
     rows = []
-    for problem in fronts["problem"].drop_duplicates():
-        here = fronts[fronts["problem"] == problem]
-        contenders = {
-            name: part.sort_values("error", ascending=False)
-            for name, part in here.groupby("contender", sort=False)
-        }
+    for problem, here in table.groupby("problem", sort=False):
         for target in errors:
-            times = {
-                name: seconds_at(part["error"], part["seconds"], target)
-                for name, part in contenders.items()
+            best = {
+                str(name): fastest(part, target)
+                for name, part in here.groupby("contender", sort=False)
+                if _took_part(part)
             }
-            ours = [t for name, t in times.items() if name.startswith("galvi") and t == t]
-            truths = {
-                name: seconds
-                for name, seconds in _truths(table, problem).items()
-                if math.isnan(times.get(name, math.nan))
-            }
-            times = {OURS: min(ours) if ours else math.nan, **times, **truths}
-            for name, seconds in times.items():
-                rows.append(
-                    {
-                        "problem": problem,
-                        "contender": name,
-                        "error": target,
-                        "seconds": seconds,
-                        "ratio": _ratio(seconds, times[OURS]),
-                    }
-                )
-    return pd.DataFrame(rows, columns=["problem", "contender", "error", "seconds", "ratio"])
+            if not best:
+                continue
+            known = [row for row in best.values() if row is not None]
+            mine = [row for row in known if row["contender"].startswith("galvi")]
+            ours = min(mine, key=lambda row: row["seconds"], default=None)
+            rows += [
+                {"problem": problem, "contender": name, "error": target, **_cell(row, ours)}
+                for name, row in {OURS: ours, **best}.items()
+            ]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
@@ -98,13 +107,56 @@ def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(found, ignore_index=True) if found else ratios(table, ())
 
 
-def _truths(table: pd.DataFrame, problem: str) -> dict[str, float]:
-    """The fastest time of each contender that is the truth here."""
-    rows = table[(table["problem"] == problem) & (table["status"] == TRUTH)]
-    return rows.groupby("contender")["seconds"].min().to_dict()
+def unfounded(cells: pd.DataFrame, table: pd.DataFrame) -> list[str]:
+    """A sentence for each cell of `ratios` whose setting was not run, or misses its error."""
+    said = []
+    for cell in cells[cells["seconds"].notna()].to_dict("records"):
+        runs = table[
+            (table["problem"] == cell["problem"])
+            & (table["settings"] == cell["settings"])
+            & ((table["contender"] == cell["contender"]) | (cell["contender"] == OURS))
+        ]
+        if fastest(runs, cell["error"]) is None:
+            said.append(
+                f"{cell['problem']}: {cell['contender']} at {cell['error']:g} names the setting "
+                f"{cell['settings'] or 'without a name'}, which no run that reaches it had."
+            )
+    return said
 
 
-def _ratio(seconds: float, ours: float) -> float | str:
-    if math.isnan(seconds):
-        return NOT_REACHED
-    return f"galvi: {NOT_REACHED}" if math.isnan(ours) else seconds / ours
+def _took_part(rows: pd.DataFrame) -> bool:
+    timed = rows[rows["seconds"] > 0.0]
+    return bool(((timed["error"] > 0.0) | (timed["status"] == TRUTH)).any())
+
+
+def _rounds(row: pd.Series, name: str = "rounds") -> list[float]:
+    return read(row.get(name))
+
+
+def _time(row: pd.Series) -> float:
+    """From the rounds after it was chosen, where there are any."""
+    again = _rounds(row)
+    return interval(again).median if again else float(row["seconds"])
+
+
+def _cell(row: pd.Series | None, ours: pd.Series | None) -> dict[str, Any]:
+    nan = math.nan
+    cell: dict[str, Any] = dict.fromkeys(COLUMNS[3:], nan) | {"settings": "", "outcome": ""}
+    if row is None:
+        return cell | {"ratio": NOT_REACHED}
+    cell |= {"settings": row.get("settings", ""), "seconds": _time(row)}
+    if ours is None:
+        return cell | {"ratio": f"galvi: {NOT_REACHED}"}
+    mine, theirs, twice = _rounds(ours), _rounds(row), _rounds(ours, "again")
+    own = row.name == ours.name
+    both = not own and len(mine) == len(theirs) > 0
+    found = ratio(theirs, mine) if both else UNKNOWN
+    noise: Interval = ratio(twice, mine) if len(twice) == len(mine) > 0 else UNKNOWN
+    return cell | {
+        "ratio": found.median if both else cell["seconds"] / _time(ours),
+        "low": found.low,
+        "high": found.high,
+        "noise_low": noise.low,
+        "noise_high": noise.high,
+        "outcome": outcome(found, noise),
+    }

@@ -119,7 +119,7 @@ def own_problem(
         participants.append(Participant("REBOUND IAS15", ias15.IAS15, chosen))
     return WorkPrecisionProblem(
         problem, duration, tuple(participants), lambda: truth, *_measure(problem),
-        repeated_run=True,
+        repeated_run=True, refined=False,
         notes=dict.fromkeys(OF_NEWTON if is_differenced(problem) else (), DIFFERENCED),
     )  # fmt: skip
 

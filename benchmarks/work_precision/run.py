@@ -7,11 +7,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from benchmarks.statistics.repeated_run import net_time, repeated_run
-from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
-from benchmarks.work_precision.fronts import TRUTH, front, ratios
+from benchmarks.measures.independent_invariants import exactly, relative_energy_error
+from benchmarks.statistics.paired import written
+from benchmarks.statistics.repeated_run import NetTime, net_time, one_step, repeated_run
+from benchmarks.statistics.timing import (
+    Timing,
+    call_of,
+    interleaved,
+    seconds_in_turn,
+    seconds_of,
+    warmed,
+)
+from benchmarks.work_precision.asked import code_of, errors_of
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import TRUTH, fastest, front, ratios
+from benchmarks.work_precision.grid import refined
 from benchmarks.work_precision.participants import (
     ExternalContender,
     readable_setting,
@@ -19,7 +32,7 @@ from benchmarks.work_precision.participants import (
 )
 from benchmarks.work_precision.problem import Setting, Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
-from galvi import Trajectory
+from galvi import NBody, Trajectory
 from references import Contender
 
 __all__ = ["COLUMNS", "front", "problems", "ratios", "work_precision"]
@@ -33,13 +46,22 @@ COLUMNS = (
     "seconds",
     "seconds_low",
     "seconds_high",
+    "rounds",
+    "again",
+    "overhead",
+    "energy",
     "evaluations",
     "steps",
     "status",
     "reference",
     "truth_error",
 )
-ROUNDS, LEAST, QUICK_LEAST = 3, 0.04, 0.01  # and seconds of each setting in a round
+NUMBERS = (
+    *("error", "seconds", "seconds_low", "seconds_high", "overhead", "energy"),
+    *("evaluations", "steps", "truth_error"),
+)
+ROUNDS, LEAST, QUICK_LEAST = 2, 0.04, 0.01  # and seconds of each setting in a round
+FURTHER, LONGEST = 7, 0.7  # rounds of the settings that were chosen, and seconds of their calls
 BEHIND = 3.0  # times another's seconds, at no smaller error: a round less tells that as well
 
 
@@ -50,10 +72,14 @@ class _Measurement:
     contender: str
     settings: str
     call: Callable[[], Trajectory]
+    setting: Setting
     run: Trajectory | None = None
     why: str = ""
     warm: float = field(default=0.0)
     times: int = 1  # the run's duration that the timed call covers
+    rounds: str = ""
+    again: str = ""
+    overhead: float = math.nan
 
 
 def work_precision(
@@ -80,6 +106,12 @@ def work_precision(
                   included. For most short runs from lengthened ones, for some less those
                   of one step where steps are counted (SciPy does not), see
                   `benchmarks.statistics.repeated_run` and `net_time` there
+    rounds        of a setting that is the fastest of its code at some error: seconds in each of
+                  FURTHER rounds, in which it was not chosen, as text; empty for calls above LONGEST
+    again         of galvi's, the same once more in these rounds: it against itself
+    overhead      share of the timed call that one of one step takes, of these; where that is
+                  subtracted, of what is subtracted
+    energy        relative error of the energy at the end, of point masses
     evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
@@ -90,7 +122,8 @@ def work_precision(
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
     tables = [
-        _study(with_externals(case, externals), _least(case, quick), report) for case in chosen
+        _study(with_externals(case, externals), _least(case, quick), report, quick)
+        for case in chosen
     ]
     return pd.concat(tables, ignore_index=True)
 
@@ -106,7 +139,9 @@ def _least(case: WorkPrecisionProblem, quick: bool) -> float:
     return 0.6 * least if case.repeated_run or case.net_time else least
 
 
-def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], None]) -> pd.DataFrame:
+def _study(
+    case: WorkPrecisionProblem, least: float, report: Callable[[str], None], quick: bool
+) -> pd.DataFrame:
     try:
         truth = case.truth()
     except ModuleNotFoundError as error:
@@ -116,6 +151,9 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
         for setting in settings:
             report(f"{case.problem.name}: {label}, {readable_setting(setting)}")
             measured.append(_first_run(case, label, contender, setting, least))
+    if case.refined and not quick:
+        report(f"{case.problem.name}: settings between those")
+        _refine(case, measured, truth, least)
     timed = [one for one in measured if one.run is not None and one.run.success and not one.why]
     report(f"{case.problem.name}: {ROUNDS} rounds")
     timings = dict(
@@ -133,9 +171,80 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
     )
     for one in timed:
         one.why = getattr(one.call, "failure", "")
-    return pd.DataFrame(
-        [_row(case, one, truth, timings.get(id(one))) for one in measured], columns=list(COLUMNS)
-    )
+
+    def table() -> pd.DataFrame:
+        rows = [_row(case, one, truth, timings.get(id(one))) for one in measured]
+        return pd.DataFrame(rows, columns=list(COLUMNS))
+
+    report(f"{case.problem.name}: {FURTHER} rounds of the fastest")
+    _time_chosen(case, measured, table(), least)
+    return table()
+
+
+def _refine(
+    case: WorkPrecisionProblem, measured: list[_Measurement], truth: Truth, least: float
+) -> None:
+    """Settings where the fronts have gaps; those of a contender stay together, coarse to fine."""
+    contenders = {label: contender for label, contender, _ in case.participants}
+    known = {
+        k: (one.contender, one.setting) for k, one in enumerate(measured) if one.run is not None
+    }
+
+    def frame() -> pd.DataFrame:
+        rows = [_row(case, measured[k], truth, None) for k in known]
+        seconds = [measured[k].warm / measured[k].times for k in known]
+        return pd.DataFrame(rows, index=list(known)).assign(seconds=seconds)
+
+    def add(label: str, setting: Setting) -> None:
+        known[len(measured)] = (label, setting)
+        try:
+            measured.append(_first_run(case, label, contenders[label], setting, least))
+        except ValueError as error:  # a step that it does not take
+            why = str(error)
+            measured.append(
+                _Measurement(label, readable_setting(setting), lambda: None, setting, why=why)  # type: ignore[arg-type,return-value]
+            )
+            del known[len(measured) - 1]
+
+    refined(frame, known, case.duration, add)
+    order = {label: k for k, label in enumerate(contenders)}
+    measured.sort(key=lambda one: order[one.contender])
+
+
+def _time_chosen(
+    case: WorkPrecisionProblem, measured: Sequence[_Measurement], table: pd.DataFrame, least: float
+) -> None:
+    """Further rounds of each code's fastest setting at each error, galvi's twice in each."""
+    counted = dependable(table)
+    codes = counted["contender"].map(code_of)
+    chosen: dict[int, None] = {}
+    for error in errors_of(counted):
+        for _, runs in counted.groupby(codes, sort=False):
+            best = fastest(runs, error)
+            if best is not None and measured[best.name].warm <= LONGEST:
+                chosen[best.name] = None
+    ours = [k for k in chosen if code_of(measured[k].contender) == "galvi"]
+    calls = [measured[k].call for k in (*chosen, *ours)]
+    found = seconds_in_turn(calls, FURTHER, 0.5 * least)
+    for k, rounds in zip((*chosen, *ours), found, strict=True):
+        one = measured[k]
+        text = written([seconds / one.times for seconds in rounds])
+        if all(math.isfinite(seconds) for seconds in rounds):
+            one.again, one.rounds = (text, one.rounds) if one.rounds else ("", text)
+    for k in chosen:
+        measured[k].overhead = _overhead(case, measured[k])
+
+
+def _overhead(case: WorkPrecisionProblem, one: _Measurement) -> float:
+    """The share of the timed call that a call of one step takes."""
+    if isinstance(one.call, NetTime):
+        short, whole = one.call.short, seconds_of(one.call.call)
+    else:
+        contender = next(c for label, c, _ in case.participants if label == one.contender)
+        short = one_step(contender, case.problem, case.duration, one.setting)
+        short()
+        whole = one.warm
+    return min(seconds_of(short) for _ in range(3)) / whole
 
 
 def _rounds(case: WorkPrecisionProblem, timed: Sequence[_Measurement], truth: Truth) -> list[int]:
@@ -156,7 +265,7 @@ def _first_run(
 ) -> _Measurement:
     """The first run of a setting, with the call to be timed, lengthened where the case says so."""
     call = call_of(contender, case.problem, case.duration, setting)
-    one = _Measurement(label, readable_setting(setting), call)
+    one = _Measurement(label, readable_setting(setting), call, setting)
     if contender.missing:
         one.why = contender.missing
         return one
@@ -180,8 +289,15 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
-    numbers = {name: "float64" for name in (*COLUMNS[4:10], COLUMNS[-1])}
+    numbers = {name: "float64" for name in NUMBERS}
     return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
+
+
+def _energy(case: WorkPrecisionProblem, one: _Measurement) -> float:
+    if one.run is None or not isinstance(case.problem.system, NBody) or not one.run.success:
+        return math.nan
+    error = relative_energy_error(case.problem, exactly(one.run.q[-1]), exactly(one.run.v[-1]))
+    return abs(float(np.ravel(error)[0]))
 
 
 def _row(
@@ -210,6 +326,10 @@ def _row(
         "seconds": timing.seconds / one.times if timing else nan,
         "seconds_low": timing.low / one.times if timing else nan,
         "seconds_high": timing.high / one.times if timing else nan,
+        "rounds": one.rounds,
+        "again": one.again,
+        "overhead": one.overhead,
+        "energy": _energy(case, one),
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
         "status": status,

@@ -24,6 +24,7 @@ from reports.page.sources import sources
 from reports.results.cache import BuildCache, open_cache
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
+from reports.results.machines import machines
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.section_result import SectionResult, measure_sections
@@ -148,7 +149,7 @@ def _pages(
     page = content(
         checked, comparison, tables, sections, gallery, suite.claims, provenance, options.quick,
         kept, sources(options.out, checked, comparison, sections), read_origins(options.out),
-        history(options.out), left,
+        history(options.out), left, machines(options.out)[1:],
     )  # fmt: skip
     write(options.out / "cite.bib", bibliography())
     if checked and not left:

@@ -22,6 +22,7 @@ import typer
 
 from benchmarks.store.atomic import write
 from reports.cli.errors import UsageError, choose_claims, choose_engines, sentence
+from reports.cli.merge import merge_command
 from reports.results.options import OUT, OWN_FOLDER, Options
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ SCHEDULER = typer.Option(
     help="Of a Dask scheduler: studies without timings run there.",
 )
 SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
+FOLDERS = typer.Argument(..., metavar="FOLDER...", help="What `compare` or `make bench` wrote.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
 
@@ -206,9 +208,7 @@ def application(load: Load, command: str) -> typer.Typer:
         only: str = typer.Option(
             "", "--only", metavar="mutants,turning", help="Only these studies."
         ),
-        minutes: float = typer.Option(
-            math.inf, "--minutes", metavar="M", help="Start no run after so many minutes."
-        ),
+        minutes: float = typer.Option(math.inf, metavar="M", help="Start no run after so many."),
         out: Path = FOLDER,
     ) -> int:
         from reports.build.sections import run_long_forms
@@ -230,9 +230,7 @@ def application(load: Load, command: str) -> typer.Typer:
             "", metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
         ),
         listed: bool = typer.Option(False, "--list", help="Say what there is, instead of NAME."),
-        every: bool = typer.Option(
-            False, "--all", help="All tables, or all figures, instead of NAME."
-        ),
+        every: bool = typer.Option(False, "--all", help="All tables, or figures, not NAME."),
         where: list[str] = typer.Option(
             [], "--where", metavar="problem=kepler", help="Rows to take; several narrow it down."
         ),
@@ -348,13 +346,17 @@ def application(load: Load, command: str) -> typer.Typer:
         warm()
         return 0
 
+    @app.command("merge", help="Bring in kept rows and benches of other machines' reports.")
+    def merge_reports(folders: list[Path] = FOLDERS, out: Path = FOLDER) -> int:
+        return merge_command(check_folder(out), folders)
+
     @app.command("readme", help="Update the tables and pictures of README.md and docs/.")
     def renew_readme(out: Path = FOLDER) -> int:
         from reports.tables.readme import renew
 
-        if not (out / "index.html").is_file():
-            raise typer.BadParameter(f"{out} holds no report yet; run build first.")
-        renew(Path(), out)
+        if not (written := renew(Path(), out)):
+            raise typer.BadParameter(f"{out} holds no rows of them yet; run build first.")
+        print(f"Renewed: {', '.join(written)}.")
         return 0
 
     return app
@@ -365,8 +367,8 @@ def _words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
-def check_folder(out: Path) -> None:
-    """Make the output folder. Raises typer.BadParameter where nothing can be written in it."""
+def check_folder(out: Path) -> Path:
+    """The output folder, made. Raises typer.BadParameter where nothing can be written in it."""
     if out.exists() and not out.is_dir():
         raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
     try:
@@ -376,6 +378,7 @@ def check_folder(out: Path) -> None:
             write(Path(OWN_FOLDER) / ".gitignore", "*\n")
     except OSError as error:
         raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+    return out
 
 
 def run(load: Load, arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:

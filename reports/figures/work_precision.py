@@ -164,7 +164,7 @@ def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Line2D | None:
 def _mark(
     axes: Axes, rows: pd.DataFrame, contender: str, step: float, label: str
 ) -> dict[str, Line2D]:
-    """An open circle, by its label, between the two measured steps around this one."""
+    """An open circle, by its label, round the run at this step."""
     found = at_step(rows, contender, step)
     if found is None:
         return {}
@@ -177,26 +177,13 @@ def _mark(
 
 
 def at_step(rows: pd.DataFrame, contender: str, step: float) -> tuple[float, float] | None:
-    """(error, seconds) of a contender at a step, between measured ones by their logarithms.
-
-    None where its runs do not reach on both sides of the step.
-    """
+    """(error, seconds) of a contender's run at a step; None without one."""
     runs = rows[(rows["contender"] == contender) & (rows["error"] > 0) & (rows["seconds"] > 0)]
-    steps = pd.to_numeric(runs["settings"].str.extract(r"step=([\d.e-]+)")[0]).to_numpy(float)
-    order = np.argsort(steps)
-    if not steps.size or not steps.min() <= step <= steps.max():
+    steps = pd.to_numeric(runs["settings"].str.extract(r"step=([\d.e-]+)")[0])
+    found = runs[np.isclose(steps, step, rtol=1e-4)]
+    if found.empty:
         return None
-    error, seconds = (
-        float(
-            np.exp(
-                np.interp(
-                    np.log(step), np.log(steps[order]), np.log(runs[name].to_numpy(float)[order])
-                )
-            )
-        )
-        for name in ("error", "seconds")
-    )
-    return error, seconds
+    return float(found["error"].iloc[0]), float(found["seconds"].iloc[0])
 
 
 LINE = 1.3  # distance of two lines of text, in font sizes

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from benchmarks.work_precision.dependable import dependable
-from benchmarks.work_precision.fronts import front, seconds_at
+from benchmarks.work_precision.fronts import fastest
 from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
@@ -16,7 +16,7 @@ from reports.page.site import Grid, grid
 from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
 from reports.tables.number_format import TIMES, readable, seconds
 
-OWN = {"error": "its error", "time": "its time"}
+OWN = {"error": "its error"}
 COLUMNS = ("problem", "error asked", "among")
 LIMITS = 1e-9, 1e-6  # errors that divide the answer
 
@@ -25,7 +25,7 @@ def chooser(fastest: pd.DataFrame) -> Grid | None:
     """Lines for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
     if fastest.empty:
         return None
-    return grid(_lines(fastest), dict.fromkeys(("time at that error", *OWN.values()), "number"))
+    return grid(_lines(fastest), dict.fromkeys(("time", *OWN.values()), "number"))
 
 
 def filters(fastest: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
@@ -52,19 +52,16 @@ class DefaultStep:
 
 
 def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
-    """From the runs on each problem at this step, or at steps on both sides of it, between which
-    error and time are interpolated; None without any."""
-    errors, lines, measured = {}, [], True
+    """From the runs on each problem at this step; None without any."""
+    errors, lines = {}, []
     for problem, rows in runs.groupby("problem", sort=False) if runs is not None else ():
         found = at_step(rows, MUJOCO_RK4.name, DEFAULT_STEP)
         if found is None:
             continue
         error, time = found
-        theirs = rows[rows["contender"] == MUJOCO_RK4.name]
-        measured &= theirs["settings"].eq(f"step={DEFAULT_STEP:g}").any()
         counted = dependable(rows)
-        ours = front(counted[counted["contender"].map(is_ours)].assign(contender="galvi"))
-        best = seconds_at(ours["error"].tolist(), ours["seconds"].tolist(), error)
+        ours = fastest(counted[counted["contender"].map(is_ours)], error)
+        best = float("nan") if ours is None else float(ours["seconds"])
         title = label_of(str(problem)).title
         errors[title] = error
         lines.append(
@@ -80,10 +77,9 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
     if not lines:
         return None
     numbers = ("error", "time of MuJoCo's RK4", "galvi's time", "galvi is faster by")
-    how = "measured" if measured else "interpolated between the neighbouring measured steps"
     text = (
         f"Its error at a step of {DEFAULT_STEP:g}. {_answer(errors)} Errors are those at the end "
-        f"of the comparison's run, {how}."
+        "of the comparison's run."
     )
     return DefaultStep(text, grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number")))
 

@@ -24,9 +24,11 @@ from reports.page.sources import Source, commands, files, statements, without_fo
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
+from reports.results.machines import Machine
 from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.summary import many, summary
+from reports.tables.chances import built, chances, elsewhere
 from reports.tables.comparison_tables import (
     ComparisonTables,
     fastest_cells,
@@ -132,7 +134,8 @@ class TargetsSection:
 
 @dataclass(frozen=True)
 class ComparisonSection:
-    """The comparison of contenders on one problem; notes and advice are derived from the times."""
+    """The comparison of contenders on one problem; notes and advice are derived from the times, and
+    elsewhere has the table of each other machine."""
 
     anchor: str
     title: str
@@ -143,6 +146,7 @@ class ComparisonSection:
     advice: str
     notes: tuple[str, ...]
     is_truth: tuple[str, ...]
+    elsewhere: tuple[tuple[str, Grid], ...]
     remarks: tuple[str, ...]
 
 
@@ -160,6 +164,7 @@ def content(
     origins: Mapping[str, Mapping[str, str]],
     history: object = None,
     left: Sequence[str] = (),
+    others: Sequence[Machine] = (),
 ) -> dict[str, Any]:
     """The variables of the templates, by name.
 
@@ -169,6 +174,7 @@ def content(
     origins   file -> where its rows come from
     history   the kept benches, as `reports.tracking` shows them; None without any
     left      what is still being measured
+    others    other machines with rows of comparisons
     """
     seen = summary(checked)
     origin = origins.get(TIMES, provenance)
@@ -199,7 +205,10 @@ def content(
         "default_step": default_step(runs),
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
-        "comparisons": _comparisons(comparison, tables, gallery, lacking),
+        "comparisons": _comparisons(comparison, tables, gallery, lacking, others),
+        "processor": origin.get("cpu", ""),
+        "compiled": origin.get("compiled for", ""),
+        "built": grid(built()),
         "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets, quick),
         "quick": quick,
@@ -261,6 +270,7 @@ def _comparisons(
     tables: ComparisonTables,
     gallery: Gallery,
     lacking: Sequence[Absent],
+    others: Sequence[Machine],
 ) -> list[ComparisonSection]:
     if comparison.work_precision is None:
         return []
@@ -282,8 +292,13 @@ def _comparisons(
                     best=fastest_cells(tables.ratios, name),
                 ),
                 advice=of_mujoco(tables.fastest, name),
-                notes=tuple(filter(None, (mujoco_overhead(runs),))),
+                notes=tuple(filter(None, (mujoco_overhead(runs), *chances(runs)))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
+                elsewhere=tuple(
+                    (one.title, grid(elsewhere(one.runs, name)))
+                    for one in others
+                    if (one.runs["problem"] == name).any()
+                ),
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"
                     for _, row in noted.iterrows()

@@ -84,6 +84,9 @@ def write_site(content: dict[str, Any], out: Path) -> Path:
     """Write every page, and the files they share; returns the path of the first."""
     write_assets(out)
     for part in PARTS:
+        if part not in shown(content):
+            (out / f"{part.name}.html").unlink(missing_ok=True)
+            continue
         page = render(
             content, (part,), contents=list(contents(part, content)), documentation=documented(out)
         )
@@ -98,8 +101,14 @@ def documented(out: Path) -> str:
 
 def write_single(content: dict[str, Any], out: Path) -> Path:
     """Write all parts as one self-contained file; returns its path."""
-    listed = [(part.name, part.title, 2) for part in PARTS]
-    return write(out / SINGLE, render(content, PARTS, contents=listed, single=True))
+    parts = shown(content)
+    listed = [(part.name, part.title, 2) for part in parts]
+    return write(out / SINGLE, render(content, parts, contents=listed, single=True))
+
+
+def shown(content: Mapping[str, Any]) -> tuple[Part, ...]:
+    """The pages, without that of the performance history where no benches are kept."""
+    return tuple(part for part in PARTS if part.name != "history" or content["history"])
 
 
 def write_assets(out: Path) -> None:

@@ -10,11 +10,20 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.work_precision.dependable import bounds, dependable, resolution
-from benchmarks.work_precision.fronts import NOT_REACHED, OURS, TRUTH, at_smallest, ratios
+from benchmarks.statistics.paired import TIE
+from benchmarks.work_precision.asked import errors_of
+from benchmarks.work_precision.dependable import bounds, dependable
+from benchmarks.work_precision.fronts import (
+    NOT_REACHED,
+    OURS,
+    TRUTH,
+    at_smallest,
+    fastest,
+    ratios,
+    unfounded,
+)
 from benchmarks.work_precision.fronts import OURS as BEST
 from benchmarks.work_precision.labels import label_of
-from benchmarks.work_precision.problem import ATTITUDE
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
@@ -41,12 +50,18 @@ class ComparisonTables:
 
 
 def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
-    """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised."""
+    """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised.
+
+    Raises ValueError for a cell whose setting was not run."""
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
     runs = dependable(runs)
+    times = matched(runs)
+    invented = unfounded(times, runs)
+    if invented:
+        raise ValueError(" ".join(invented))
     return ComparisonTables(
-        matched(runs), fastest_per_error(runs), smallest(runs), targets_met(runs, targets)
+        times, fastest_per_error(runs), smallest(runs), targets_met(runs, targets)
     )
 
 
@@ -63,8 +78,6 @@ def write_comparison(
         write_table(folder, "targets", tables.targets, shown, origin)
 
 
-ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11, 1e-11, 1e-12)
-OF_ATTITUDES = (1e-2, 1e-4, 7e-6, 1e-6, 1e-8, 1e-9, 1e-10, 2e-11, 1e-11, 1e-12, 1e-13)
 SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
@@ -72,14 +85,6 @@ OURS_BEGIN = "galvi"
 def is_ours(contender: str) -> bool:
     """Whether this is one of galvi's own methods."""
     return contender.startswith(OURS_BEGIN)
-
-
-def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
-    """The errors at which one problem's contenders are compared, by the quantity that has them;
-    none that its truth cannot tell."""
-    errors = OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
-    least = resolution(runs)
-    return tuple(error for error in errors if error >= least)
 
 
 def matched(frame: pd.DataFrame) -> pd.DataFrame:
@@ -96,7 +101,8 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """A line for each contender, a column for each error: ratio and time, or "not reached".
+    """A line for galvi's best, for each other contender, and for galvi against itself, a column for
+    each error: ratio with its interval and time, or "not reached"; a tie is called one.
 
     A time of the run that is the reference is marked, as its error is unknown. The last column,
     from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
@@ -104,7 +110,8 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
     rows = table[table["problem"] == problem]
     own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
     lines = []
-    for contender, times in rows.groupby("contender", sort=False):
+    for contender in compared(rows):
+        times = rows[rows["contender"] == contender]
         line = {"contender": contender}
         end = own.loc[contender] if contender in own.index else None
         for _, seen in times.iterrows():
@@ -115,7 +122,27 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
             error = f"{'≤ ' * bool(end['bound'])}{readable(end['error'], 2)}"
             line[SMALLEST] = f"{error}: {_cell(end, str(contender))}"
         lines.append(line)
+    noise = {
+        heading(error): interval_text(here["noise_low"].min(), here["noise_high"].max())
+        for error, here in rows.groupby("error", sort=False)
+    }
+    lines += [{"contender": NOISE, **noise}] if any(noise.values()) else []
     return pd.DataFrame(lines).fillna("")
+
+
+NOISE = "galvi against itself"
+
+
+def compared(rows: pd.DataFrame) -> list[str]:
+    """The contenders in the rows of `ratios` but galvi's methods, of which the best stands for
+    all."""
+    names = rows["contender"].drop_duplicates()
+    return [str(name) for name in names if name == OURS or not is_ours(str(name))]
+
+
+def interval_text(low: float, high: float) -> str:
+    """E.g. 0.97 to 1.04; "" where unknown."""
+    return f"{readable(low, 3)} to {readable(high, 3)}" if known(low) and known(high) else ""
 
 
 def heading(error: float) -> str:
@@ -126,8 +153,8 @@ def heading(error: float) -> str:
 def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
     """(line, column) of the least time in each column of `readable_ratios`."""
     rows = table[table["problem"] == problem]
-    lines = list(rows["contender"].drop_duplicates())
-    times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
+    lines = compared(rows)
+    times = rows[rows["contender"].isin(lines) & rows["seconds"].notna()]
     least = times.loc[times.groupby("error")["seconds"].idxmin()]
     return [(lines.index(row["contender"]), heading(row["error"])) for _, row in least.iterrows()]
 
@@ -139,7 +166,10 @@ def _cell(row: pd.Series, contender: str) -> str:
         return seconds(row["seconds"])
     if not known(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
-    return f"{readable(row['ratio'], 2)}{TIMES} ({seconds(row['seconds'])})"
+    tie = f"{TIE}, " if row["outcome"] == TIE else ""
+    bounds_text = interval_text(row["low"], row["high"])
+    said = f"{tie}{readable(row['ratio'], 2)}{TIMES}{f', {bounds_text}' if bounds_text else ''}"
+    return f"{said} ({seconds(row['seconds'])})"
 
 
 OF_RK4 = MUJOCO_RK4.name
@@ -188,8 +218,8 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
     Without `errors`, those at which the problem's contenders are compared.
 
     Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds,
-    at_asked, bound: its fastest run that reaches the error, its time at the error itself, and
-    whether the run's error is a bound alone.
+    at_asked, bound: its fastest run that reaches the error, that run's time in the rounds after it
+    was chosen, and whether the run's error is a bound alone.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
@@ -241,10 +271,8 @@ def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str,
     if times.empty:
         return dict.fromkeys(CHOICE, float("nan")) | {"contender": NOBODY, "settings": ""}
     first = times.loc[times["seconds"].idxmin()]
-    mine = runs[(runs["contender"] == first["contender"]) & (runs["seconds"] > 0)]
-    good = mine[mine["error"] <= asked]
-    good = good if len(good) else mine[mine["status"] == TRUTH]
-    run = good.loc[good["seconds"].idxmin()]
+    run = fastest(runs[runs["contender"] == first["contender"]], asked)
+    assert run is not None  # it has a time
     return {**run[list(CHOICE[:-1])], "at_asked": first["seconds"]}
 
 
@@ -261,10 +289,9 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
         "error asked": asked,
         "among": what,
         "contender": row["contender"],
-        "time at that error": seconds(row["at_asked"]),
+        "time": seconds(row["at_asked"]),
         "setting": _setting(row),
         "error": _error(row),
-        "time": seconds(row["seconds"]),
     }
 
 

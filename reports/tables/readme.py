@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +14,24 @@ from benchmarks.applications.mutation.study import equivalents
 from benchmarks.applications.mutation.trial import KILLED
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import counted, statements
+from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
+from benchmarks.work_precision.asked import code_of
+from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths
+from reports.results.machines import Machine, machines
 from reports.tables.comparison_tables import (
     ALL,
     GALVI,
     NOBODY,
+    NOISE,
     fastest_per_error,
     heading,
     is_ours,
+    matched,
 )
-from reports.tables.number_format import plain, seconds, with_uncertainty
+from reports.tables.number_format import known, plain, seconds, with_uncertainty
 
 SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
 RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
@@ -46,7 +53,7 @@ HEADLINES = (
 )
 CODES = (
     "REBOUND IAS15",
-    "REBOUND WHFast, best",
+    "REBOUND WHFast",
     "REBOUND WHFast512",
     "REBOUND SABA",
     "heyoka",
@@ -56,13 +63,13 @@ SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 BODY_CODES = (
     "MuJoCo RK4",
-    "RK4 on quaternions, compiled",
-    "DOP853 on quaternions, compiled",
+    "RK4 on quaternions",
+    "DOP853 on quaternions",
     "heyoka",
     "SciPy DOP853",
 )
 BODY_SYSTEMS = {"free rigid body": "free body", "3D pendulum, m g = 9.81": "3D pendulum"}
-BODY_ERRORS = (7e-6, 1e-8, 1e-10, 1e-12)
+BODY_ERRORS = (1e-2, 1e-4, 1e-6, 1e-10)
 
 
 def results(claims: pd.DataFrame) -> str:
@@ -103,24 +110,53 @@ def _times(
     titles = [f"{systems[system]}, {error:.0e}" for system, error in columns]
     lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
     for code in codes:
-        cells = [_ratio(ratios, code, system, error) for system, error in columns]
+        cells = [_ratio(_at(ratios, system, error), code) for system, error in columns]
         lines.append(f"| {code} | {' | '.join(cells)} |")
+    noise = [_noise(_at(ratios, system, error)) for system, error in columns]
+    lines.append(f"| {NOISE} | {' | '.join(noise)} |")
     return "\n".join(lines)
 
 
-def _ratio(ratios: pd.DataFrame, code: str, system: str, error: float) -> str:
-    """The least ratio of a code, as text; '-' when it took no part."""
-    found = ratios[
-        (ratios["problem"] == system)
-        & ratios["contender"].str.startswith(code)
-        & np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
-    ]["ratio"]
+def _at(ratios: pd.DataFrame, system: str, error: float) -> pd.DataFrame:
+    near = np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
+    return ratios[(ratios["problem"] == system) & near]
+
+
+def _ratio(here: pd.DataFrame, code: str) -> str:
+    """The least ratio of a code with its interval, as text; '-' when it took no part."""
+    found = here[here["contender"].map(code_of).eq(code)]
     if found.empty:
         return "-"
-    numbers = pd.to_numeric(found, errors="coerce").dropna()
-    return "not reached" if numbers.empty else f"{float(f'{numbers.min():.2g}'):g}"
+    numbers = pd.to_numeric(found["ratio"], errors="coerce").dropna()
+    if numbers.empty:
+        return "not reached"
+    row = found.loc[numbers.idxmin()]
+    text = _two(numbers.min())
+    bounds = [_two(row[name]) for name in ("low", "high") if known(row[name])]
+    tie = "tie, " if row["outcome"] == TIE else ""
+    return f"{tie}{text} ({' to '.join(bounds)})" if bounds else text
 
 
+def _noise(here: pd.DataFrame) -> str:
+    low, high = here["noise_low"].min(), here["noise_high"].max()
+    return f"{low:.2f} to {high:.2f}" if known(float(low)) else "-"
+
+
+def _two(number: float) -> str:
+    return f"{float(f'{number:.2g}'):g}"
+
+
+def by_machine(before: str, table: Callable[[pd.DataFrame], str], found: Sequence[Machine]) -> str:
+    """A block for each kind of processor, by its widest vectors: a line on the machine, and the
+    table; those of kinds without rows stay as they were, with their date and commit."""
+    blocks = {kind: f"{line}\n\n{rest.strip()}" for line, kind, rest in BLOCK.findall(before)}
+    for one in reversed(found):  # the report's own machine last: it counts for its kind
+        counted = dependable(one.runs)
+        blocks[one.kind] = f"On {one.title}:\n\n{table(matched(counted))}"
+    return "\n\n".join(blocks[kind] for kind in sorted(blocks))
+
+
+BLOCK = re.compile(r"(?m)^(On .* \([^()]*?, ([^,()]*)\), .*:)$\s*((?:^\|.*$\n?)*)")
 ASKED = (1e-4, 1e-6, 1e-8)
 PROBLEMS = (
     "outer solar system",
@@ -237,21 +273,29 @@ def with_statements(page: str) -> str:
     return _with(page, STATEMENTS, textwrap.fill(counted(statements()), WIDTH))
 
 
-def renew(root: Path, out: Path) -> None:
+def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
-    and update their pictures."""
-    ratios = pd.read_csv(out / "tables" / "ratios.csv")
-    claims = pd.read_csv(out / "claims.csv")
-    runs = pd.read_csv(out / "work_precision.csv")
-    tables = {
-        "README.md": {SPEED: speed(ratios), BODIES: bodies(ratios)},
-        "docs/trust.md": {RESULTS: results(claims), EVIDENCE: evidence(root, out)},
-        "docs/which.md": {CHOICES: choices(runs)},
-    }
-    for name, found in tables.items():
+    and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
+    that were written."""
+    found = machines(out)
+    problems = {name for one in found[:1] for name in one.runs["problem"]}
+    readme = (root / "README.md").read_text()
+    tables: dict[str, dict[str, str]] = {"README.md": {}, "docs/trust.md": {}, "docs/which.md": {}}
+    for name, table, systems in ((SPEED, speed, SYSTEMS), (BODIES, bodies, BODY_SYSTEMS)):
+        if problems >= systems.keys():
+            tables["README.md"][name] = by_machine(table_of(readme, name), table, found)
+    if problems >= set(PROBLEMS):
+        tables["docs/which.md"][CHOICES] = choices(found[0].runs)
+    if (out / "claims.csv").is_file():
+        claims = pd.read_csv(out / "claims.csv")
+        tables["docs/trust.md"] |= {RESULTS: results(claims), EVIDENCE: evidence(root, out)}
+    for name, texts in tables.items():
         page = (root / name).read_text()
-        for table, text in found.items():
+        for table, text in texts.items():
             page = _with(page, table, text)
         write(root / name, with_statements(page) if STATEMENTS in page else page)
     for picture, figure in PICTURES.items():
-        write(root / picture, (out / "figures" / f"{figure}.png").read_bytes())
+        drawn = out / "figures" / f"{figure}.png"
+        if drawn.is_file():
+            write(root / picture, drawn.read_bytes())
+    return [name for texts in tables.values() for name in texts]

@@ -8,12 +8,13 @@ from operator import itemgetter
 
 import pandas as pd
 
+from benchmarks.statistics.paired import TIE
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.labels import label_of
 from reports.tables.comparison_tables import heading, is_ours
 from reports.tables.number_format import known, readable
 
-LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
+LEVEL = 1.1  # smaller ratios of times without an interval: neither wins
 WON, NOBODY = "galvi is fastest", "nobody reaches"
 
 
@@ -51,7 +52,9 @@ def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, floa
         return (WON if known(mine) else NOBODY), "", math.nan
     if not known(mine):
         return f"{best['contender']} wins", " (not reached by galvi)", math.nan
-    factor = mine / best["seconds"]
+    factor = 1.0 / best["ratio"]
+    if best["outcome"] == TIE:
+        return f"galvi and {best['contender']} tie", "", factor
     if factor >= LEVEL:
         return f"{best['contender']} wins", " ({} times faster)", factor
     if factor * LEVEL <= 1.0:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.statistics.paired import FASTER, SLOWER, written
 from benchmarks.work_precision.dependable import bounds, dependable, resolution
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
@@ -19,15 +20,17 @@ from benchmarks.work_precision.fronts import (
     front,
     ratios,
     seconds_at,
+    unfounded,
 )
 
 
 def table(points: dict[str, list[tuple[float, float]]]) -> pd.DataFrame:
     rows: list[dict[str, Any]] = [
-        {"problem": "p", "contender": name, "error": error, "seconds": seconds, "status": ""}
+        {"problem": "p", "contender": name, "settings": f"step={k}", "error": error,
+         "seconds": seconds, "status": ""}
         for name, some in points.items()
-        for error, seconds in some
-    ]
+        for k, (error, seconds) in enumerate(some)
+    ]  # fmt: skip
     return pd.DataFrame(rows)
 
 
@@ -49,10 +52,10 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
                        for e, s in points)  # fmt: skip
 
 
-def test_times_are_interpolated_in_logarithms() -> None:
-    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-4) == pytest.approx(2.0)
+def test_a_time_is_that_of_a_run_that_reaches_the_error() -> None:
+    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-4) == 4.0
     assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1.0) == 1.0
-    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-6) == pytest.approx(4.0)
+    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-6) == 4.0
     assert math.isnan(seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-7))
     assert math.isnan(seconds_at([], [], 1e-7))
 
@@ -89,9 +92,7 @@ def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> Non
     assert found["error"].to_dict() == {
         OURS: 1e-8, "galvi low": 1e-4, "galvi high": 1e-8, "near": 1e-6, "far": 1e-9,
     }  # fmt: skip
-    assert found.loc["near", "ratio"] == pytest.approx(40.0 / seconds_at(
-        [1e-2, 1e-8], [3.0, 5.0], 1e-6
-    ))  # fmt: skip
+    assert found.loc["near", "ratio"] == pytest.approx(40.0 / 5.0)
     assert found.loc["far", "ratio"] == f"galvi: {NOT_REACHED}"
     assert found.loc[OURS, "seconds"] == pytest.approx(5.0)
     assert at_smallest(table({"galvi": [(math.nan, 1.0)]})).empty
@@ -131,3 +132,41 @@ def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() 
     rows.loc[len(rows)] = dict(rows.loc[0]) | {"contender": "truth", "error": 1e-3, "seconds": 2.0}
     own = ratios(rows, [1e-1, 1e-4]).set_index(["contender", "error"])["seconds"]
     assert own["truth", 1e-1] == 2.0 and own["truth", 1e-4] == 7.0
+
+
+def in_rounds(
+    ours: list[float], theirs: list[float], again: list[float] | None = None
+) -> pd.DataFrame:
+    rows = table({"galvi": [(1e-6, 1.0)], "peer": [(1e-6, 1.5)]})
+    rows["rounds"] = [written(ours), written(theirs)]
+    rows["again"] = [written(again or ours), ""]
+    return rows
+
+
+def test_what_was_chosen_is_timed_in_rounds_of_its_own_that_are_paired() -> None:
+    load = [1.0, 3.0, 1.0, 2.0, 1.0, 5.0, 1.0]
+    found = ratios(in_rounds(load, [2.0 * one for one in load]), [1e-6]).set_index("contender")
+    peer = found.loc["peer"]
+    assert (peer["low"], peer["ratio"], peer["high"], peer["outcome"]) == (2, 2, 2, FASTER)
+    assert found.loc[OURS, "seconds"] == 1.0 and peer["seconds"] == 2.0
+    slower = ratios(in_rounds(load, [0.5 * one for one in load]), [1e-6]).set_index("contender")
+    assert slower.loc["peer", "outcome"] == SLOWER and slower.loc["galvi", "outcome"] == ""
+
+
+def test_without_rounds_in_common_there_is_a_ratio_but_no_outcome() -> None:
+    rows = in_rounds([1.0] * 7, [])
+    peer = ratios(rows, [1e-6]).set_index("contender").loc["peer"]
+    assert peer["ratio"] == 1.5 and math.isnan(peer["low"]) and peer["outcome"] == ""
+
+
+def test_a_winner_that_was_never_run_is_told() -> None:
+    rows = table({"galvi": [(1e-2, 1.0), (1e-6, 3.0)], "peer": [(1e-2, 2.0), (1e-8, 9.0)]})
+    cells = ratios(rows, [1e-2, 1e-4, 1e-8])
+    assert unfounded(cells, rows) == []
+    for planted in (
+        {"settings": "step=0.5"},  # between two that were run
+        {"settings": "step=0", "error": 1e-4},  # run, but above the error
+    ):
+        row = {**cells[cells["contender"] == "peer"].iloc[0], **planted}
+        (said,) = unfounded(pd.concat([cells, pd.DataFrame([row])], ignore_index=True), rows)
+        assert "peer" in said and row["settings"] in said

@@ -21,7 +21,14 @@ GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
 
 def rows(points: dict[str, list[tuple[float, float]]], problem: str = "p") -> pd.DataFrame:
     planted: list[dict[str, Any]] = [
-        {"problem": problem, "contender": name, "error": error, "seconds": seconds, "status": ""}
+        {
+            "problem": problem,
+            "contender": name,
+            "error": error,
+            "seconds": seconds,
+            "settings": "",
+            "status": "",
+        }
         for name, some in points.items()
         for error, seconds in some
     ]

@@ -67,12 +67,19 @@ def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part():
             "contender": ["REBOUND IAS15", "REBOUND IAS15, GLOBAL", "heyoka"],
             "error": [1e-4, 1e-4, 1e-4],
             "ratio": ["27.1", "37.2", "not reached"],
+            "low": [25.2, float("nan"), float("nan")],
+            "high": [28.3, float("nan"), float("nan")],
+            "noise_low": 0.97, "noise_high": 1.04,
+            "outcome": ["faster", "", ""],
         }
-    )
+    )  # fmt: skip
     lines = speed(ratios).splitlines()
-    assert lines[2].startswith("| REBOUND IAS15 | 27 | - |")
+    assert lines[2].startswith("| REBOUND IAS15 | 27 (25 to 28) | - |")
+    assert lines[-1].startswith("| galvi against itself | 0.97 to 1.04 | - |")
     assert any(line.startswith("| heyoka | not reached | - |") for line in lines)
-    assert len(table_of(README.read_text(), SPEED).splitlines()) == len(lines)
+    blocks = table_of(README.read_text(), SPEED).split("\n\n")
+    assert blocks[::2] and all(line.startswith("On ") for line in blocks[::2])
+    assert all(len(block.splitlines()) == len(lines) for block in blocks[1::2])
 
 
 def test_rigid_bodies_have_a_table_of_their_own():
@@ -80,13 +87,16 @@ def test_rigid_bodies_have_a_table_of_their_own():
         {
             "problem": ["free rigid body"],
             "contender": ["MuJoCo RK4"],
-            "error": [1e-8],
-            "ratio": ["123.4"],
+            "error": [1e-4],
+            "ratio": [1.04],
+            "low": 0.9, "high": 1.2, "noise_low": 0.95, "noise_high": 1.05, "outcome": "tie",
         }
-    )
+    )  # fmt: skip
     lines = bodies(ratios).splitlines()
-    assert lines[2].startswith("| MuJoCo RK4 | - | 120 | - |")
-    assert len(table_of(README.read_text(), BODIES).splitlines()) == len(lines)
+    assert lines[2].startswith("| MuJoCo RK4 | - | tie, 1 (0.9 to 1.2) | - |")
+    blocks = table_of(README.read_text(), BODIES).split("\n\n")
+    assert blocks[::2] and all(line.startswith("On ") for line in blocks[::2])
+    assert all(len(block.splitlines()) == len(lines) for block in blocks[1::2])
 
 
 def test_the_page_counts_the_statements_of_the_papers():

@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from benchmarks.studies.taxonomy import COLUMNS
+from benchmarks.work_precision.asked import ERRORS, errors_of
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
@@ -23,11 +24,8 @@ from reports.figures.picture import picture
 from reports.page.chooser import default_step
 from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 from reports.tables.comparison_tables import (
-    ERRORS,
-    OF_ATTITUDES,
     OF_RK4,
     SMALLEST,
-    errors_of,
     fastest_per_error,
     matched,
     mujoco_overhead,
@@ -58,7 +56,7 @@ def test_each_verdict_stands_beside_what_was_measured(met):
     text, kinds = readable_targets(met)
     assert list(text["verdict"]) == ["missed", "not reached", "met", "not run", "not run"]
     assert list(text["measured"])[1:] == [
-        ALONE, f"0.159{TIMES}", "not run", "not run",
+        ALONE, f"0.100{TIMES}", "not run", "not run",
     ]  # fmt: skip
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
@@ -111,7 +109,7 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
     runs = make_suite().work_precision(True, print)
     table = readable_ratios(matched(runs), smallest(runs), KEPLER).set_index("contender")
     assert table.columns[-1] == SMALLEST
-    assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.16")
+    assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.10")
     assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
     assert table.loc["Taylor", SMALLEST] == ""
     ends = smallest(runs.assign(truth_error=2e-6))
@@ -121,12 +119,10 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
     assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
 
 
-def test_the_report_has_a_column_for_every_error_of_the_targets():
+def test_the_report_has_its_own_targets():
     assert load().targets == TARGETS
-    for source, columns in ((ORBITS, ERRORS), (TURNS, OF_ATTITUDES)):
-        asked = {target.error for target in TARGETS if target.source == source}
-        assert len(asked) > 1 and asked - {None} <= set(columns)
-    assert {1e-4, 1e-6, 1e-8, 1e-10} <= set(ERRORS)
+    for source in (ORBITS, TURNS):
+        assert len({target.error for target in TARGETS if target.source == source}) > 1
 
 
 LINE = {
@@ -234,20 +230,21 @@ def test_without_both_codes_nothing_is_said() -> None:
         assert mujoco_overhead(absent) == ""
 
 
-def test_attitudes_are_compared_at_errors_of_their_own() -> None:
-    assert errors_of(runs()) == OF_ATTITUDES and errors_of(runs(quantity=POSITION)) == ERRORS
+def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell() -> None:
+    assert errors_of(runs()) == ERRORS
+    assert errors_of(runs().assign(truth_error=2e-13)) == ERRORS[:-1]
     both = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
-    table = matched(both)
-    for problem, errors in (("body", OF_ATTITUDES), ("planets", ERRORS)):
-        assert set(table.loc[table["problem"] == problem, "error"]) == set(errors)
+    table = matched(both.reset_index(drop=True))
+    assert set(table["problem"]) == {"body", "planets"} and set(table["error"]) == set(ERRORS)
     assert matched(both.head(0)).empty
 
 
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
     table = fastest_per_error(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
-    assert chosen[1e-4] == OF_RK4 and chosen[1e-13] == "not reached"
-    assert of_mujoco(table, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
+    assert chosen[1e-4] == OF_RK4 and chosen[1e-12] == OF_RK4
+    none = fastest_per_error(runs(), (1e-12, 1e-13))
+    assert of_mujoco(none, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
     other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
     lines = readable_fastest(table, "body")
@@ -256,18 +253,15 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
     assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
 
 
-def test_mujoco_s_default_step_is_answered_from_runs_on_both_sides_of_it_or_at_it() -> None:
-    assert default_step(None) is None and default_step(runs(fails=True)) is None
-    found = default_step(runs())
-    error, quantity = (cell for cell, _ in found.rows.lines[0][1:3])
-    assert (error, quantity) == ("8.0·10⁻¹²", ATTITUDE)
-    assert "at a step of 0.002. Below 10⁻⁹: Body (8.0·10⁻¹²). Errors" in found.text
-    assert found.text.endswith("interpolated between the neighbouring measured steps.")
+def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_it() -> None:
+    assert default_step(None) is None and default_step(runs()) is None
     exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
+    found = default_step(exact)
+    error, quantity = (cell for cell, _ in found.rows.lines[0][1:3])
+    assert (error, quantity) == ("5.0·10⁻¹³", ATTITUDE)
+    assert "at a step of 0.002. Below 10⁻⁹: Body (5.0·10⁻¹³). Errors" in found.text
     exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
-    said = default_step(exact).text
-    assert "Above 10⁻⁶: Body (0.0010)." in said
-    assert said.endswith("run, measured.")
+    assert "Above 10⁻⁶: Body (0.0010)." in default_step(exact).text
 
 
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:

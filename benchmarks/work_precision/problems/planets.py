@@ -11,6 +11,7 @@ import numpy as np
 
 import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problem import (
     EPS,
     Participant,
@@ -71,11 +72,10 @@ def planets(
     def once(**options: Any) -> Setting:
         return {"samples": 1, **options}
 
-    best = [
-        {**one, "kernel": kernel}
-        for kernel, per_period in (("LAZY", WISDOM), ("DEFAULT", () if few else WISDOM[:5]))
-        for one in steps(*per_period, **whfast.BEST)
-    ]
+    def open_to(code: str, *per_period: float) -> list[Setting]:
+        named = list(PEERS[code].open.values())[: 1 if few else None]
+        return [one for options in named for one in steps(*per_period, **options)]
+
     looser = [
         {**mode, "epsilon": epsilon}
         for mode, fine in ((ias15.DEFAULT, 1e-3), (ias15.GLOBAL, 1e-7))
@@ -110,11 +110,12 @@ def planets(
             Participant(
                 "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
             ),
-            Participant("REBOUND WHFast, best", whfast.WHFAST, best),
+            Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            Participant("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
+            Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
+            Participant("REBOUND SABA, default", saba.SABA, steps(5, 20, **saba.DEFAULT)),
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
-            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10, 1e-12))),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10))),
             *(
                 Participant(label, contender, steps(*k, **more))
                 for label, contender, k, more in others
@@ -201,6 +202,7 @@ def solar_system(quick: bool) -> WorkPrecisionProblem:
         quick,
         (
             ("REBOUND WHFast512", whfast512.WHFAST512, WISDOM, whfast512.BEST),
+            ("REBOUND WHFast512, default", whfast512.WHFAST512, WISDOM[3::2], whfast512.DEFAULT),
             ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
             ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
         ),

@@ -1,0 +1,167 @@
+"""Equal chances: settings added until no code's front has a gap of more than half a decade.
+
+Every code is treated alike. Between two neighbours of its front whose errors differ by more than
+GAP, their lines (settings that differ in the step or the tolerance alone) get the geometric mean of
+neighbouring settings; at either end, settings are added until the largest error asked for is just
+missed, or the smallest is reached.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.work_precision.asked import ERRORS, code_of
+from benchmarks.work_precision.dependable import FINENESS, dependable
+from benchmarks.work_precision.fronts import front_indices
+from benchmarks.work_precision.problem import Setting
+
+GAP = 0.5  # decades of error between neighbours
+CLOSEST = 0.03  # logarithm of the ratio of steps below which none are put between
+COARSER, TIGHTEST = math.sqrt(2.0), 1e-14  # at the ends: ratio of steps, and least tolerance
+KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says how fine it is
+TURNS, MOST = 5, 20  # of adding, and settings added to a code
+PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
+
+Frame = Callable[[], pd.DataFrame]
+Add = Callable[[str, Setting], None]
+
+
+def fine(setting: Setting) -> tuple[str, float]:
+    """The key that says how fine a setting is, and its value; ('', NaN) without one."""
+    key = next((one for one in KEYS if one in setting), "")
+    return key, float(setting[key]) if key else math.nan
+
+
+def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
+    """The setting with another step, so that the run ends where it should, or tolerance."""
+    key, _ = fine(setting)
+    if "save_every" not in setting:
+        return {**setting, key: value}
+    count = max(1, round(duration / value))
+    return {**setting, key: duration / count, "save_every": count}
+
+
+def line_of(setting: Setting) -> tuple[Any, ...]:
+    """What it has in common with the other settings of its line."""
+    key, _ = fine(setting)
+    return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
+
+
+def wanted(
+    runs: pd.DataFrame, settings: Mapping[Any, tuple[str, Setting]], duration: float
+) -> list[tuple[str, Setting]]:
+    """What to add to one code: (contender, setting), each new.
+
+    runs      its rows so far, with `dependable` errors; a row's index is a key of `settings`
+    """
+    lines = {index: (who, line_of(one)) for index, (who, one) in settings.items()}
+    have = {(lines[index], fine(one)) for index, (_, one) in settings.items()}
+    found: list[tuple[str, Setting]] = []
+
+    def offer(index: Any, finer: bool) -> None:
+        """Halfway to the next of its line, or beyond its end."""
+        who, one = settings[index]
+        key, value = fine(one)
+        others = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
+        further = [v for v in others if (v < value if finer else v > value)]
+        if not key or runs["seconds"][index] > BRIEF:
+            return
+        if further:
+            near = max(further) if finer else min(further)
+            new = math.sqrt(value * near) if abs(math.log(near / value)) > CLOSEST else 0.0
+        else:
+            apart = COARSER if key == "step" else 10.0**GAP
+            new = value / apart if finer else value * apart
+        if new <= 0.0 or (key != "step" and new < TIGHTEST):
+            return
+        added = with_fineness(one, new, duration)
+        if (lines[index], fine(added)) not in have:
+            have.add((lines[index], fine(added)))
+            found.append((who, added))
+
+    errors, points = runs["error"], front_indices(runs)
+    widest = sorted(_holes(errors, points, lines), key=lambda hole: -hole[2])
+    for coarser, finer, gap in widest:
+        if gap > GAP:
+            offer(coarser, finer=True)
+            offer(finer, finer=False)
+    if points and errors[points[0]] < ERRORS[0]:
+        offer(points[0], finer=False)
+    if points and errors[points[-1]] > ERRORS[-1]:
+        offer(points[-1], finer=True)
+    return found
+
+
+def _holes(
+    errors: pd.Series, points: Sequence[Any], lines: Mapping[Any, Any]
+) -> Iterator[tuple[Any, Any, float]]:
+    """(coarser, finer, decades between their errors) of neighbours by error on the lines of each
+    two neighbours of the front, as far as the decades are asked for."""
+    for a, b in pairwise(points):
+        between = errors[[line in (lines[a], lines[b]) for line in map(lines.get, errors.index)]]
+        between = between[(between <= errors[a]) & (between >= errors[b])]
+        for c, d in pairwise(between.sort_values(ascending=False).index):
+            high, low = min(errors[c], ERRORS[0]), max(errors[d], ERRORS[-1])
+            if high > low:
+                yield c, d, math.log10(high / low)
+
+
+def refined(
+    frame: Frame, settings: Mapping[Any, tuple[str, Setting]], duration: float, add: Add
+) -> None:
+    """Add settings to each code until nothing is wanted, or its share is used up.
+
+    frame     () -> the rows so far, of which the index is a key of `settings`
+    add       (contender, setting): runs it and enters it in both
+    """
+    spent: dict[str, float] = {}
+    added: dict[str, int] = {}
+    for _ in range(TURNS):
+        rows = dependable(frame())
+        codes = rows["contender"].map(code_of)
+        idle = True
+        for code in codes.drop_duplicates():
+            mine = rows[codes == code]
+            known = {index: settings[index] for index in mine.index}
+            for who, setting in wanted(mine, known, duration):
+                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MOST:
+                    break
+                begun = time.process_time()
+                add(who, setting)
+                spent[code] = spent.get(code, 0.0) + time.process_time() - begun
+                added[code] = added.get(code, 0) + 1
+                idle = False
+        if idle:
+            return
+
+
+def gaps(table: pd.DataFrame) -> pd.DataFrame:
+    """problem, code, settings, gap, above: for each code the number of its settings with an error,
+    and the widest gap at its front among the errors asked for, in decades, above which error: where
+    none of the settings lies that the lines of the two neighbours have."""
+    rows = []
+    text = table["settings"].fillna("").astype(str)
+    lines = table["contender"] + text.str.replace(FINENESS, "", n=1, regex=True)
+    codes = table["contender"].map(code_of)
+    for (problem, code), runs in table.groupby(["problem", codes], sort=False):
+        errors = runs["error"].dropna()
+        holes = _holes(errors, front_indices(runs), lines)
+        gap, finer = max(((wide, d) for _, d, wide in holes), default=(math.nan, None))
+        above = math.nan if finer is None else float(errors[finer])
+        rows.append((problem, code, len(errors), gap, above))
+    return pd.DataFrame(rows, columns=["problem", "code", "settings", "gap", "above"])
+
+
+def unequal(table: pd.DataFrame, most: float = 2.0 * GAP) -> Sequence[str]:
+    """A sentence for each code whose settings leave a wider gap than `most` decades."""
+    return [
+        f"{row['code']} has no setting in {row['gap']:.1f} decades above {row['above']:.0e}."
+        for row in gaps(table).to_dict("records")
+        if row["gap"] > most
+    ]

@@ -1,0 +1,144 @@
+"""Ratios have intervals that cover, and codes have settings without gaps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.statistics import paired
+from benchmarks.statistics.paired import FASTER, SLOWER, TIE, Interval, interval, outcome, ratio
+from benchmarks.work_precision.asked import code_of
+from benchmarks.work_precision.grid import MOST, fine, gaps, line_of, refined, unequal
+from benchmarks.work_precision.peers import PEERS
+from benchmarks.work_precision.problem import Setting
+from benchmarks.work_precision.problems import work_precision_problems
+
+ROUNDS, JOBS = 7, 600
+
+
+def scattered(seed: int, rounds: int = ROUNDS) -> np.ndarray:
+    """Times of equal calls as a busy machine has them: mostly equal, at times far above."""
+    draw = np.random.default_rng(seed)
+    return 1.0 + 0.01 * draw.standard_exponential(rounds) * draw.choice([1.0, 20.0], rounds)
+
+
+def share_told_apart(narrower: float = 1.0) -> float:
+    """Of JOBS pairs of equal calls those that are called faster or slower; intervals about their
+    medians made narrower by a factor."""
+
+    def band(a: Any, b: Any) -> Interval:
+        low, middle, high = ratio(list(a), list(b))
+        return Interval(
+            middle - narrower * (middle - low), middle, middle + narrower * (high - middle)
+        )
+
+    wrong = 0
+    for job in range(JOBS):
+        ours, again, theirs = (scattered(3 * job + k) for k in range(3))
+        wrong += outcome(band(theirs, ours), band(again, ours)) != TIE
+    return wrong / JOBS
+
+
+def test_equal_calls_tie_and_a_noise_band_that_is_too_small_is_seen() -> None:
+    assert share_told_apart() < 0.02  # 0 of 600 when this was written
+    assert share_told_apart(narrower=0.1) > 0.1  # 0.16
+
+
+@pytest.mark.parametrize("n", [6, 7, 9, 15, 40])
+def test_the_interval_covers_the_median_as_often_as_it_says_and_no_narrower_one_does(
+    n: int,
+) -> None:
+    rank = paired._rank(n)
+    covers = [1.0 - 2.0 * sum(math.comb(n, j) for j in range(k)) * 0.5**n for k in (rank, rank + 1)]
+    assert covers[0] >= paired.COVERAGE > covers[1]
+    values = np.random.default_rng(n).standard_exponential((4000, n))
+    found = [interval(list(row)) for row in values]
+    held = np.mean([one.low <= math.log(2.0) <= one.high for one in found])
+    assert held == pytest.approx(covers[0], abs=0.02)
+
+
+def test_few_rounds_have_a_median_and_no_interval() -> None:
+    found = interval([3.0, 1.0, 2.0])
+    assert found.median == 2.0 and math.isnan(found.low) and outcome(found, found) == ""
+    assert math.isnan(interval([]).median)
+    with pytest.raises(ValueError, match="zip"):
+        ratio([1.0], [1.0, 2.0])
+
+
+def test_a_ratio_decides_only_outside_the_noise() -> None:
+    noise = Interval(0.95, 1.0, 1.1)
+    assert outcome(Interval(1.2, 1.3, 1.4), noise) == FASTER
+    assert outcome(Interval(0.7, 0.8, 0.9), noise) == SLOWER
+    for tie in ((1.05, 1.2, 1.3), (0.8, 0.9, 0.96), (0.99, 1.2, 1.4)):
+        assert outcome(Interval(*tie), noise) == TIE
+    assert outcome(Interval(1.02, 1.05, 1.08), Interval(0.9, 0.95, 0.98)) == FASTER
+
+
+def rows(settings: list[tuple[str, Setting]], error: Any, seconds: Any) -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            {"problem": "p", "contender": who, "settings": f"step={one['step']:.5g}",
+             "error": error(who, one["step"]), "seconds": seconds(who, one["step"]), "status": ""}
+            for who, one in settings
+        ]
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("order", [1, 4, 16])
+def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
+    """A code at two settings, between which its errors fall by eight decades."""
+    steps = (1e-2 ** (1.0 / order), 1e-10 ** (1.0 / order))
+    settings = [("peer", {"step": 1000.0 * h, "save_every": 1}) for h in steps]
+
+    def error(_: str, h: float) -> float:
+        return (h / 1000.0) ** order
+
+    def frame() -> pd.DataFrame:
+        return rows(settings, error, lambda _, h: 1e-9 / h)
+
+    (said,) = unequal(frame())
+    assert said.startswith("peer has no setting in 8.0 decades")
+    known = dict(enumerate(settings))
+
+    def add(who: str, setting: Setting) -> None:
+        known[len(settings)] = (who, setting)
+        settings.append((who, setting))
+
+    refined(frame, known, 1e12, add)
+    assert not unequal(frame()) and len(settings) <= MOST + 2
+    assert gaps(frame())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
+    assert all(1e12 / one["step"] == pytest.approx(one["save_every"]) for _, one in settings[2:])
+
+
+def test_a_setting_that_was_run_but_is_slower_closes_a_gap_of_its_own_line_only() -> None:
+    def table(slower: tuple[float, str]) -> pd.DataFrame:
+        errors = {0.4: 1e-3, 0.2: 1e-5, 0.1: 1e-7}
+        frame = rows([("heyoka", {"step": h}) for h in errors], lambda _, h: errors[h],
+                     lambda _, h: 9.0 if h == 0.2 else 1.0 / h)  # fmt: skip
+        frame.loc[1, "seconds"] = slower[0]
+        frame.loc[1, "contender"] = slower[1]
+        return frame
+
+    assert gaps(table((90.0, "heyoka")))["gap"].item() == pytest.approx(2.0)
+    assert gaps(table((90.0, "heyoka, chains")))["gap"].item() == pytest.approx(4.0)
+
+
+def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:
+    assert fine({"tolerance": 1e-9, "step": 0.1, "save_every": 3}) == ("step", 0.1)
+    assert fine({"samples": 1, "epsilon": 1e-5})[0] == "epsilon"
+    assert line_of({"step": 0.1, "save_every": 3, "kernel": "LAZY"}) == (("kernel", "LAZY"),)
+
+
+def test_every_peer_of_a_problem_has_its_documented_options_on_one_page() -> None:
+    codes = {
+        code_of(one.label) for case in work_precision_problems(False) for one in case.participants
+    }
+    ours = {"galvi", "Stormer-Verlet", "symplectic Euler"}
+    known = (*PEERS, "RK4 on quaternions", "DOP853 on quaternions", "MuJoCo", "SciPy")
+    assert not {code for code in codes - ours if not code.startswith(known)}
+    for name, peer in PEERS.items():
+        assert peer.open and peer.built and peer.source, name

@@ -1,0 +1,98 @@
+"""Rows of another machine stand beside one's own, dated; what is not known is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from reports.build.build import build_kept
+from reports.cli.commands import run
+from reports.results.machines import Machine, machines, merge
+from reports.results.options import Options
+from reports.results.origins import note_origin
+from reports.tables.readme import by_machine
+from reports.tables.writing import as_csv
+from tests.reports.small_reports import work_precision
+
+ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",
+          "compiled for": "znver3, AVX2"}  # fmt: skip
+HERE = {**ORIGIN, "cpu": "Xeon", "compiled for": "sapphirerapids, AVX-512"}
+
+
+def report(folder: Path, **origin: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "work_precision.csv").write_text(as_csv(work_precision(True, print)))
+    note_origin(folder, "work_precision.csv", {**ORIGIN, **origin}, False)
+    return folder
+
+
+def test_rows_and_benches_come_with_where_they_are_from(tmp_path: Path) -> None:
+    there, out = report(tmp_path / "there"), report(tmp_path / "out", **HERE)
+    bench = there / "benchmarks" / "Linux" / "0001.json"
+    bench.parent.mkdir(parents=True)
+    bench.write_text("{}")
+    rows, benches = merge(out, [there])
+    assert "6 rows of EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in rows
+    assert "1 files of benches" in benches and (out / bench.relative_to(there)).exists()
+    own, other = machines(out)
+    assert (own.kind, other.kind) == ("AVX-512", "AVX2")
+    assert other.runs["seconds"].tolist() == pytest.approx(
+        work_precision(True, print)["seconds"].tolist(), nan_ok=True
+    )
+    assert any("stay" in said for said in merge(out, [there]))  # as new
+    newer = report(tmp_path / "newer", date="2026-02-02 00:00 UTC")
+    merge(out, [newer])
+    assert [one.origin["date"][:7] for one in machines(out)] == ["2026-01", "2026-02"]
+    merge(tmp_path / "third", [out])  # with what was merged into it
+    assert len(machines(tmp_path / "third")) == 2
+
+
+def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(
+    tmp_path: Path, make_suite: Callable[..., object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    good, out = report(tmp_path / "good"), tmp_path / "out"
+    (tmp_path / "empty").mkdir()
+    nowhere = report(tmp_path / "nowhere")
+    (nowhere / "provenance.json").unlink()
+    narrow = report(tmp_path / "narrow")
+    (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
+    for folder, why in (("empty", "which has neither"), ("nowhere", "received none"),
+                        ("narrow", "without contender, settings, seconds")):  # fmt: skip
+        with pytest.raises(ValueError, match=why):
+            merge(out, [good, tmp_path / folder])
+        assert not out.exists()
+    assert run(make_suite, ["merge", str(tmp_path / "empty"), "--out", str(out)]) == 2
+    assert "merge: expected folders of reports" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_shows_both_machines_and_no_history_where_none_is_kept(
+    tmp_path: Path, make_suite: Callable[..., object]
+) -> None:
+    out = report(tmp_path / "out", **HERE)
+    (out / "history.html").write_text("of an earlier report")
+    merge(out, [report(tmp_path / "there")])
+    build_kept(make_suite(), Options(False, (), out, "build --kept", ()))
+    page = (out / "comparisons.html").read_text(encoding="utf-8")
+    assert "On EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in page
+    assert "On Xeon; galvi and heyoka compile for sapphirerapids, AVX-512." in page
+    assert "no AVX but where it chooses at run time" in page  # how REBOUND was compiled
+    assert not (out / "history.html").exists() and "history.html" not in page
+
+
+def test_a_table_has_a_block_for_each_kind_of_processor_and_keeps_those_without_rows() -> None:
+    runs = work_precision(True, print)
+    here, there = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
+
+    def table(ratios: pd.DataFrame) -> str:
+        return f"| {len(ratios)} |\n|---|"
+
+    both = by_machine("", table, [here, there])
+    assert both.count("On ") == 2 and both.index("AVX-512") < both.index("AVX2")
+    assert by_machine(both, table, [here, there]) == both
+    again = by_machine(both, lambda ratios: "| new |\n|---|", [here])
+    assert "| new |" in again.partition("On EPYC")[0] and "2026-03-03" in again
+    assert "| new |" not in again.partition("On EPYC")[2]
