@@ -57,19 +57,17 @@ CODES = (
     "REBOUND WHFast512",
     "REBOUND SABA",
     "heyoka",
-    "SciPy DOP853",
 )
 SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8"}
-ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
+ERRORS = (1e-4, 1e-6, 1e-8)
 BODY_CODES = (
     "MuJoCo RK4",
     "RK4 on quaternions",
     "DOP853 on quaternions",
     "heyoka",
-    "SciPy DOP853",
 )
 BODY_SYSTEMS = {"free rigid body": "free body", "3D pendulum, m g = 9.81": "3D pendulum"}
-BODY_ERRORS = (1e-2, 1e-4, 1e-6, 1e-10)
+BODY_ERRORS = (1e-2, 1e-4, 1e-6)
 
 
 def results(claims: pd.DataFrame) -> str:
@@ -134,12 +132,12 @@ def _ratio(here: pd.DataFrame, code: str) -> str:
     text = _two(numbers.min())
     bounds = [_two(row[name]) for name in ("low", "high") if known(row[name])]
     tie = "tie, " if row["outcome"] == TIE else ""
-    return f"{tie}{text} ({' to '.join(bounds)})" if bounds else text
+    return f"{tie}{text} ({'-'.join(bounds)})" if bounds else text
 
 
 def _noise(here: pd.DataFrame) -> str:
     low, high = here["noise_low"].min(), here["noise_high"].max()
-    return f"{low:.2f} to {high:.2f}" if known(float(low)) else "-"
+    return f"{low:.2f}-{high:.2f}" if known(float(low)) else "-"
 
 
 def _two(number: float) -> str:
