@@ -36,7 +36,8 @@ WRONG = "galvi, wrong torque"
 def study(case: WorkPrecisionProblem, *labels: str) -> pd.DataFrame:
     """The problem with these contenders only, in the quick setting."""
     few = tuple(one for one in case.participants if not labels or one.label in labels)
-    return work_precision._study(replace(case, participants=few), 0.005, lambda sentence: None)
+    alone = replace(case, participants=few)
+    return work_precision._study(alone, 0.005, lambda sentence: None, quick=True)
 
 
 @pytest.mark.parametrize("make", [free_body, pendulum])

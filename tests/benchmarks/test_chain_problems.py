@@ -60,6 +60,7 @@ def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
         replace(case, participants=(*few, planted), net_time=False),
         0.001,
         lambda sentence: None,
+        quick=True,
     )
     wrong = rows["contender"] == "galvi, wrong weight"
     assert rows["error"][~wrong].max() < 1e-6 < 1e-2 < rows["error"][wrong].min()  # 3e-8; 0.10

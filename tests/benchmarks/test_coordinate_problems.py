@@ -105,6 +105,7 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
         replace(case, participants=(ours, planted), repeated_run=False, net_time=False),
         0.001,
         lambda sentence: None,
+        quick=True,
     )
     right, fault = (
         rows["error"][rows["contender"] == x].max() for x in (ours.label, planted.label)

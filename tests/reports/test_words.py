@@ -90,7 +90,14 @@ def test_what_all_rows_share_is_shared_parts():
 def matched(*times: tuple[str, float]) -> pd.DataFrame:
     return pd.DataFrame(
         [
-            {"problem": "kepler", "contender": who, "error": 1e-6, "seconds": time, "ratio": 1.0}
+            {
+                "problem": "kepler",
+                "contender": who,
+                "error": 1e-6,
+                "seconds": time,
+                "ratio": (time or math.nan) / (times[0][1] or math.nan),
+                "outcome": "",
+            }
             for who, time in times
         ]
     )
