@@ -28,7 +28,7 @@ MODELS = {
     f"{GYM}/swimmer.xml": ("limits", "actuators", "fluid"),
     f"{GYM}/walker2d_v5.xml": MOVED,
     f"{SUITE}/acrobot.xml": ("actuators",),
-    f"{SUITE}/ball_in_cup.xml": ("contacts", "actuators", "tendons"),
+    f"{SUITE}/ball_in_cup.xml": ("contacts", "actuators", "tendons", "limits"),
     f"{SUITE}/cartpole.xml": ("limits", "actuators"),
     f"{SUITE}/cheetah.xml": MOVED,
     f"{SUITE}/finger.xml": (*MOVED, "friction loss"),

@@ -129,7 +129,7 @@ def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
 
 BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true" range="-2 2"/>
 <geom size="0.1" pos="0 0 -1" mass="1"/></body><geom type="plane" size="1 1 1" pos="0 0 -5"/>
-</worldbody><actuator><motor joint="a"/></actuator>
+</worldbody><actuator><general joint="a" dyntype="filter"/></actuator>
 <keyframe><key qpos="0"/><key name="up" qpos="0.5"/></keyframe></mujoco>"""
 
 
