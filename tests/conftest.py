@@ -38,7 +38,8 @@ settings.load_profile("galvi")
 # Without galvi.fast the tests of the core alone: files that name none of these.
 OF_FAST = (
     "galvi.fast", "galvi.ensembles", "integrate_ensemble", "KeplerFrame", "HarmonicFrame", "sympy",
-    "elastic_pendulum", "clock_problems", "kepler_polar", "start_up", "problems.__all__", "recommend",
+    "elastic_pendulum", "clock_problems", "kepler_polar", "start_up", "problems.__all__",
+    "recommend",
 )  # fmt: skip
 
 
