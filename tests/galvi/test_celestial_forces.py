@@ -164,3 +164,16 @@ def test_lanes_agree_with_the_general_kernel(name, plane):
     general = galvi.integrate(problem, METHOD, 0.05, 40, solver="newton")
     assert (lanes.engine, general.engine) == ("lanes", "general")
     assert np.max(np.abs(lanes.q[-1] - general.q[-1])) < 1e-13
+
+
+def test_a_force_that_pushes_a_body_without_mass_later_ends_the_run_in_words():
+    def late(q, t):
+        push = 0.0 * q
+        if t > 0.5:
+            push[2, 0] = 1.0
+        return push
+
+    problem = bodies(galvi.Force(late, takes_time=True), [1.0, 1e-3, 0.0])
+    run = galvi.integrate(problem, METHOD, 0.05, 20)
+    assert not run.success and "push a body without mass" in run.status
+    assert 9 <= np.count_nonzero(np.isfinite(run.q[:, 0, 0])) <= 11

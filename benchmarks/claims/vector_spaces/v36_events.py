@@ -22,7 +22,7 @@ GAPS = (1e-2, 1e-3, 1e-4, 1e-5)  # of a pair of crossings, in steps
 PER_PERIOD = 16
 STEP = 0.25  # of uniform motion
 CLOSE = 0.3  # of an order: 0.15 was measured
-LATEST = 1e-9  # of a period
+LATEST = 2e-13  # of a period: 2e-14 was measured
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:

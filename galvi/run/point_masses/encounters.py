@@ -55,6 +55,11 @@ def encounter(
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
     if not closest[pair] > MEETING * apart[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
+    if system.acting.functions and solvable > abs(step):
+        return (
+            "with your Force the step cannot be solved: it is not finite (nor may it push a body "
+            "without mass), or it varies too fast. Check its function, or use a smaller step."
+        )
     remedy = "Use a smaller step or a higher degree"
     if not solvable > abs(step) / MANY:
         energy = 0.5 * rate[pair] - mu[pair] / apart[pair]

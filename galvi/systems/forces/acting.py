@@ -100,8 +100,11 @@ class Acting:
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
         a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
-        weights = np.where(self.masses > 0.0, self.masses, 1.0)[:, None]
-        return a + sum(function.at(q, v, t) for function in self.functions) / weights
+        pushed = np.sum([np.zeros(q.shape), *(f.at(q, v, t) for f in self.functions)], axis=0)
+        with np.errstate(divide="ignore"):  # infinite where a body without mass is pushed
+            return a + np.divide(
+                pushed, self.masses[:, None], out=np.zeros(q.shape), where=pushed != 0.0
+            )
 
     def force(self, dimension: int) -> Callable[..., Array]:
         """The function (q, v, t) -> force, (d,) each, of the functions and all of velocity."""
@@ -110,7 +113,14 @@ class Acting:
         if not self.compiled:
             masses = np.repeat(self.masses, dimension)
             shape = n, dimension
-            return lambda q, v, t: masses * self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
+
+            def called(q: Array, v: Array, t: float) -> Array:
+                rest = self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
+                with np.errstate(invalid="ignore"):  # NaN where a body without mass is pushed
+                    found: Array = masses * rest
+                return found
+
+            return called
         for one in self.functions:
             total = _with(total, one, (n, dimension))
         return total
