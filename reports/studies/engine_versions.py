@@ -76,9 +76,10 @@ ENGINE_VERSIONS = Section(
     title="Versions of MuJoCo",
     text="How MuJoCo rotates a free body depends on its version. H's free body for 10 units of "
     "time, on a ball joint and, translating too, on a free joint, there also with half of its "
-    "inertia in a body that is fixed in it (nested), by every integrator of each version: the order of the attitude, fitted over steps from 0.1 to 0.0004, and, at a step of "
-    "0.0125, the largest error of the attitude matrix against the closed form, and of the energy "
-    "relative to its initial value. The energy error is no measure of the attitude error.",
+    "inertia in a body that is fixed in it (nested), by every integrator of each version: the "
+    "order of the attitude, fitted over steps from 0.1 to 0.0004, and, at a step of 0.0125, the "
+    "largest error of the attitude matrix against the closed form, and of the energy relative to "
+    "its initial value. The energy error is no measure of the attitude error.",
     measure=engine_versions.engine_versions,
     table=engine_versions_table,
     summary=one_version,
