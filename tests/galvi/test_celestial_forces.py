@@ -127,6 +127,7 @@ def test_other_wrong_forces_are_refused():
         bodies(galvi.Oblateness(0, 1e-3, 0.1, pole=(1, 0, 1)), plane=True)
     for make, words in (
         (lambda: galvi.Relativity(1.0, form="other"), "form must be one of"),
+        (lambda: galvi.Relativity(1.0, form=np.zeros(0)), "form must be one of"),
         (lambda: galvi.Oblateness(0, 1e-3, 0.1, pole=(0, 0, 0)), "pole must have a length"),
         (lambda: galvi.Drag([-1.0]), "must not be negative"),
         (lambda: galvi.Tides(0, -1.0, 1.0, 1.0), "k2 must not be negative"),
@@ -135,6 +136,8 @@ def test_other_wrong_forces_are_refused():
             make()
     with pytest.raises(TypeError, match=r"one of \(q, v\)"):
         galvi.Force(3.0, takes_velocity=True)
+    with pytest.raises(TypeError, match="takes_velocity must be"):
+        galvi.Force(3.0, takes_velocity=np.zeros(0))
 
 
 def test_in_the_plane_a_run_is_that_of_space():
