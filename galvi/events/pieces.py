@@ -16,6 +16,7 @@ from galvi.run.clocked.run import run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
+from galvi.run.states import finite_states
 from galvi.trajectory import Trajectory
 
 NEAR = 1e-6  # of a step, by which times are those of its ends
@@ -27,7 +28,7 @@ class Piece(NamedTuple):
     run           has the states from which shortened steps are done
     curves        row k of them is that of step k
     times         (n + 1,) at which the steps begin and end
-    q, v          (n + 1, ...) states there; None where they are not known
+    known         whether the states of the run are those at these times
     first         number of steps of the run before
     after, until  times between which its events are the run's
     """
@@ -35,8 +36,7 @@ class Piece(NamedTuple):
     run: Trajectory
     curves: Any
     times: Array
-    q: Array | None
-    v: Array | None
+    known: bool
     first: int = 0
     after: float = -np.inf
     until: float = np.inf
@@ -44,7 +44,7 @@ class Piece(NamedTuple):
 
 def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Piece:
     """All steps of a run that kept its curves, up to a failure."""
-    good = int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
+    good = finite_states(run)
     curves: Any = run.curves
     if isinstance(curves, ClockCurves):
         grid = curves.times
@@ -56,9 +56,8 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
     begin = float(t[0]) if after is None else after
     far = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])
     if np.max(far / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < NEAR:
-        return Piece(run, curves, t, run.q[:good], run.v[:good], first, begin,
-                     np.copysign(np.inf, step))  # fmt: skip
-    return Piece(run, curves, grid, None, None, first, begin, last)
+        return Piece(run, curves, t, True, first, begin, np.copysign(np.inf, step))
+    return Piece(run, curves, grid, False, first, begin, last)
 
 
 def pieces(run: Trajectory) -> Iterator[Piece]:
@@ -70,7 +69,7 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
             grid = part.times if isinstance(part, ClockCurves) else (
                 part.t0 + np.arange(len(part.bases) + 1) * part.step
             )  # fmt: skip
-            yield Piece(run, part, grid, None, None, first, float(begin), float(end))
+            yield Piece(run, part, grid, False, first, float(begin), float(end))
             first += len(grid) - 1
     elif curves is not None:
         yield piece_of(run)
@@ -114,4 +113,4 @@ def _redone_in_clock(run: Trajectory, again: RedoneClockCurves) -> Iterator[Piec
 
 def _until(run: Trajectory) -> float:
     """The last time of a run."""
-    return float(run.t[np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)][-1])
+    return float(run.t[finite_states(run) - 1])

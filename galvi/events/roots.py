@@ -10,11 +10,12 @@ from numpy.polynomial import chebyshev
 from galvi.arrays import Array
 
 HALVINGS = 40
-PASSES, CLOSE = 60, 1e-14  # of Newton's method for a root of an interpolant, and its end
+PASSES, CLOSE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
 
 
-def roots(coefficients: Array, starts: Array, ends: Array) -> list[tuple[int, float, int, float]]:
-    """Row, place in (-1, 1], direction and slope of each root of n series with a change of sign.
+def roots(coefficients: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, Array]:
+    """Row, place in (-1, 1], direction and slope (k,) of the roots of n series with a change of
+    sign.
 
     starts, ends  (n,) values where the series begin and end, or their signs
     """
@@ -22,7 +23,7 @@ def roots(coefficients: Array, starts: Array, ends: Array) -> list[tuple[int, fl
     bends = chebyshev.chebder(slopes, axis=1) if slopes.shape[1] > 1 else 0.0 * slopes
     bounds = np.abs(slopes).sum(axis=1), np.abs(bends).sum(axis=1)
     rows, left = np.arange(len(coefficients)), np.full(len(coefficients), -1.0)
-    found: list[tuple[int, float, int, float]] = []
+    found = [(rows[:0], left[:0], rows[:0], left[:0])]
     half = 1.0
 
     def sides(rows: Any, low: Array, high: Array) -> tuple[Array, Array]:
@@ -45,35 +46,34 @@ def roots(coefficients: Array, starts: Array, ends: Array) -> list[tuple[int, fl
         one, low, high, begin, end = (x[crosses] for x in (one, low, high, begin, end))
         places = _places(coefficients[one], slopes[one], low, high, begin)
         places[end == 0.0] = high[end == 0.0]
-        found += zip(
-            one.tolist(), places.tolist(), np.sign(end - begin).astype(int).tolist(),
-            _at(slopes[one], places).tolist(), strict=True,
-        )  # fmt: skip
+        rises = np.sign(end - begin).astype(np.int64)
+        found.append((one, places, rises, _at(slopes[one], places)))
         more = maybe & ~single
         rows, left = rows[more], left[more]
         half *= 0.5
         rows, left = np.repeat(rows, 2), (left[:, None] + np.array([0.0, 2.0 * half])).ravel()
-    return found
+    one, places, rises, slope = (np.concatenate(x) for x in zip(*found, strict=True))
+    return one, places, rises, slope
 
 
 def _places(series: Array, slopes: Array, low: Array, high: Array, begin: Array) -> Array:
     """The places in (low, high) at which n series change their sign from that of ``begin``, by
     bracketed Newton iterations."""
-    x = 0.5 * (low + high)
+    found = 0.5 * (low + high)
+    rows = np.arange(len(found))
     for _ in range(PASSES):
-        if not x.size:
+        if not rows.size:
             break
-        f, slope = _at(series, x), _at(slopes, x)
-        before = f * begin > 0.0
+        x = found[rows]
+        f, slope = _at(series[rows], x), _at(slopes[rows], x)
+        before = f * begin[rows] > 0.0
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):
             new = x - f / slope
-        new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
-        done = np.abs(new - x) <= CLOSE
-        x = new
-        if np.all(done):
-            break
-    return x
+        found[rows] = np.where((new > low) & (new < high), new, 0.5 * (low + high))
+        left = np.abs(found[rows] - x) > CLOSE
+        rows, low, high = rows[left], low[left], high[left]
+    return found
 
 
 def _at(coefficients: Any, x: Any) -> Array:

@@ -180,7 +180,7 @@ class _Acting:
         if not (part.interrupted or reached or bound) and made < n and self.rest is None:
             part = self._steps(self.most - self.done) if not self.clocked else part
             made = part.counts["steps"]
-        found = Rows(*(np.zeros(0) for _ in range(6)))
+        found = self.search.none()
         if made or reached:
             found = self.search.on(piece_of(part, self.done, self.after))
             self.parts.append((float(part.t[0]), part.curves))
@@ -224,7 +224,7 @@ class _Acting:
         t, whole = float(found.t[k]), int(found.step[k]) - self.done - 1
         same = START * abs(part.t[whole + 1] - part.t[whole])
         last = int(np.count_nonzero((found.t - t) * np.sign(self.task.step) <= same))
-        self.search.rows[-1] = found.first(last)
+        self.search.rows[-1] = found.at(slice(last))
         self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
         if self.rest is None and whole:
             steps = self._steps(whole)

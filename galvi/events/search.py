@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.events.asked import Asked
+from galvi.events.asked import Asked, Function
 from galvi.events.block import CHUNK, Block
 from galvi.events.event import Event, several_events
 from galvi.events.pieces import Piece, pieces
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 MOST = 1_000_000  # events of a run
 SECANTS = 6
+TOGETHER = 1024  # roots that are refined at once
 START = 1e-9  # of the first step, within which a root is one at t0
 FINE = 4.0 * 2.0**-52  # of the time, at which a root's time is known
 
@@ -90,9 +91,14 @@ class Rows(NamedTuple):
     v: Array
     value: Array
 
-    def first(self, n: int) -> Rows:
-        """The first n."""
-        return Rows(*(array[:n] for array in self))
+    def at(self, rows: Any) -> Rows:
+        """Some of them."""
+        return Rows(*(array[rows] for array in self))
+
+
+def joined(parts: list[Rows]) -> Rows:
+    """All rows of several."""
+    return Rows(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 def find_events(run: Trajectory, events: Event | Any) -> Found:
@@ -139,67 +145,60 @@ class Search:
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
-        found: list[tuple[Any, ...]] = []
-        reaching, starts = Reaching(piece.run), [0.0] * len(self.asked)
+        reaching, starts, before = Reaching(piece.run), [0.0] * len(self.asked), self.count
+        parts = [self.none()]
         for first in range(0, len(piece.times) - 1, CHUNK):
             block = Block(piece, first, self.method)
-            for asked in self.asked:
-                found += self._of(asked, block, reaching, starts)
+            parts += [self._of(asked, block, reaching, starts) for asked in self.asked]
+            if before + sum(len(rows.t) for rows in parts) > MOST:
+                break
+        rows = joined(parts)
         sign = 1.0 if piece.times[-1] >= piece.times[0] else -1.0
-        found.sort(key=lambda row: (sign * row[0], row[2]))
-        rows = self._rows(found)
+        rows = rows.at(np.lexsort((rows.index, sign * rows.t)))
         self.rows.append(rows)
         return rows
 
-    def _of(
-        self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]
-    ) -> list[tuple[Any, ...]]:
+    def _of(self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]) -> Rows:
         """Those of one event in a block; ``starts`` has its values at the block's begin, if any."""
-        series, steps, joint, lost = block.series(asked, starts[asked.number])
+        series, steps, joint, lost = block.series(asked.function, starts[asked.number])
         starts[asked.number] = float(joint[-1])
         self.unresolved += lost
-        found: list[tuple[Any, ...]] = []
-        close: set[float] = set()
-        times, after = block.piece.times, block.piece.after
-        whole = times[1] - times[0]
-        for row, x, rises, slope in roots(series, joint[steps], joint[steps + 1]):
-            if asked.event.direction and rises != asked.event.direction:
-                continue
-            begin, end = block.begin[steps[row]], block.end[steps[row]]
-            half = 0.5 * (end - begin)
-            t, q, v = _refined(asked, reaching, begin + (1.0 + x) * half, begin, end, slope / half)
-            if (t - after) / whole <= START or t in close:  # at t0, or found in the step before
-                continue
-            if (t - block.piece.until) / whole > START:
-                continue
-            if asked.condition is not None:
-                held = asked.of(asked.condition, q[None], v[None], np.array([t]))
-                if not held[0] > 0.0:
-                    continue
-            number = block.piece.first + block.first + int(steps[row]) + 1
-            found.append((t, number, asked.number, q, v))
-            close = {t}
-        return found
+        if not steps.size:
+            return self.none()
+        row, x, rises, slope = roots(series, joint[steps], joint[steps + 1])
+        if asked.event.direction:
+            some = np.flatnonzero(rises == asked.event.direction)
+            row, x, rises, slope = row[some], x[some], rises[some], slope[some]
+        order = np.lexsort((x, row))
+        row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
+        begin, end = block.begin[row], block.end[row]
+        half = 0.5 * (end - begin)
+        given = begin + (1.0 + x) * half, begin, end, slope / half
+        parts = [_refined(asked.function, reaching, *(array[k : k + TOGETHER] for array in given))
+                 for k in range(0, len(row), TOGETHER)]  # fmt: skip
+        if not parts:
+            return self.none()
+        t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
+        whole = block.piece.times[1] - block.piece.times[0]
+        good = (t - block.piece.after) / whole > START  # not at t0, or found before
+        good &= (t - block.piece.until) / whole <= START
+        good[1:] &= (t[1:] != t[:-1]) | (rises[1:] != rises[:-1])
+        if asked.condition is not None:
+            good &= asked.condition.of(q, v, t) > 0.0
+        number = block.piece.first + block.first + row + 1
+        index, value = np.full(len(t), asked.number), asked.reported.of(q, v, t)
+        return Rows(t, number, index, q, v, value).at(good)
 
-    def _rows(self, found: list[tuple[Any, ...]]) -> Rows:
-        n, problem = len(found), self.problem
-        t, step, index, q, v = zip(*found, strict=True) if found else ((), (), (), (), ())
-        rows = Rows(
-            np.array(t), np.array(step, dtype=np.int64), np.array(index, dtype=np.int64),
-            np.array(q).reshape(n, *problem.q0.shape), np.array(v).reshape(n, *problem.v0.shape),
-            np.full(n, np.nan),
-        )  # fmt: skip
-        for asked in self.asked:
-            own = np.flatnonzero(rows.index == asked.number)
-            if own.size:
-                states = rows.q[own], rows.v[own], rows.t[own]
-                rows.value[own] = asked.of(asked.reported, *states)
-        return rows
+    def none(self) -> Rows:
+        """No events."""
+        whole, shapes = np.zeros(0, dtype=np.int64), (self.problem.q0.shape, self.problem.v0.shape)
+        q, v = (np.zeros((0, *shape)) for shape in shapes)
+        return Rows(np.zeros(0), whole, whole, q, v, np.zeros(0))
 
     def found(self) -> Found:
         """All of them."""
-        parts = self.rows or [self._rows([])]
-        t, step, index, q, v, value = (np.concatenate(x) for x in zip(*parts, strict=True))
+        self.rows = [joined(self.rows or [self.none()])]
+        t, step, index, q, v, value = self.rows[0]
         names = tuple(self.events[k].name for k in index.tolist())
         return Found(
             read_only(t), names, step, read_only(value), index, read_only(q), read_only(v),
@@ -209,7 +208,8 @@ class Search:
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [f"{one.name} ({one.refusal})" for one in self.asked if one.refusal]
+        said = [f"{one.name} ({one.function.refusal})" for one in self.asked
+                if one.function.refusal]  # fmt: skip
         text = ""
         if said:
             text = (
@@ -225,26 +225,40 @@ class Search:
 
 
 def _refined(
-    asked: Asked, reaching: Reaching, t: float, begin: float, end: float, slope: float
-) -> tuple[float, Array, Array]:
-    """Time, q and v of a root by secants, from one of the curve and the slope there, within its
-    step."""
-    within = sorted((begin, end))
-    run = sorted((float(reaching.run.t[0]), reaching.last))
-    low, high = max(within[0], run[0]), min(within[1], run[1])
-    known: list[tuple[float, float, Array, Array]] = []
-    t = min(max(t, low), high)
-    for _ in range(SECANTS):
-        q, _, v = reaching(t)
-        value = float(asked.many(q.reshape(-1, 1), v.reshape(-1, 1), np.array([t]))[0])
-        known.append((t, value, q, v))
-        if len(known) > 1 and known[-1][0] != known[-2][0]:
-            slope = (known[-1][1] - known[-2][1]) / (known[-1][0] - known[-2][0])
-        if value == 0.0 or slope == 0.0:
+    function: Function, reaching: Reaching, t: Array, begin: Array, end: Array, slope: Array
+) -> tuple[Array, Array, Array]:
+    """Times (n,), q and v of roots by secants, from those of the curve and the slopes there, each
+    within its step."""
+    problem, n = reaching.run.problem, len(t)
+    first, last = sorted((float(reaching.run.t[0]), reaching.last))
+    low = np.maximum(np.minimum(begin, end), first)
+    high = np.minimum(np.maximum(begin, end), last)
+    stages = np.zeros((n, problem.v0.size, reaching.run.method.stages))
+    found, size = np.empty(n), np.full(n, np.inf)
+    q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
+    t, before, values, active = (
+        np.minimum(np.maximum(t, low), high),
+        t.copy(),
+        t.copy(),
+        np.arange(n),
+    )
+    for k in range(SECANTS):
+        now, guess, steep = t[active], stages[active], slope[active]
+        places, _, rates = reaching(now, guess)
+        stages[active], value = guess, function.of(places, rates, now)
+        better = np.abs(value) < size[active]
+        at = active[better]
+        found[at], q[at], v[at] = now[better], places[better], rates[better]
+        size[at] = np.abs(value[better])
+        with np.errstate(all="ignore"):
+            if k:
+                moved = now - before[active]
+                steep = np.where(moved == 0.0, steep, (value - values[active]) / moved)
+            before[active], values[active], slope[active] = now, value, steep
+            new = np.minimum(np.maximum(now - value / steep, low[active]), high[active])
+        near = FINE * np.maximum(np.abs(new), np.abs(end - begin)[active])
+        t[active] = new
+        active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > near)]
+        if not active.size:
             break
-        new = min(max(t - value / slope, low), high)
-        if abs(new - t) <= FINE * max(abs(new), abs(end - begin)):
-            break
-        t = new
-    best = min(known, key=lambda one: abs(one[1]))
-    return best[0], best[2], best[3]
+    return found, q, v
