@@ -182,7 +182,8 @@ class Search:
         whole = block.piece.times[1] - block.piece.times[0]
         good = (t - block.piece.after) / whole > START  # not at t0, or found before
         good &= (t - block.piece.until) / whole <= START
-        good[1:] &= (t[1:] != t[:-1]) | (rises[1:] != rises[:-1])
+        alone = np.flatnonzero(np.append(True, t[1:] != t[:-1]))  # others cannot be told apart
+        good[np.setdiff1d(np.arange(len(t)), alone[np.add.reduceat(rises, alone) != 0])] = False
         if asked.condition is not None:
             good &= asked.condition.of(q, v, t) > 0.0
         number = block.piece.first + block.first + row + 1
