@@ -14,6 +14,7 @@ from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTI
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, picture, slug, write_files
+from reports.figures.profiles import PROFILES
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.chart_lines import chart_of
 from reports.figures.style.decades import error_label
@@ -126,7 +127,7 @@ def drawable(
     if table is not None:
         for problem, runs in table.groupby("problem", sort=False):
             yield comparison_figure(str(problem), runs), runs
-    for headline in HEADLINES:
+    for headline in (*HEADLINES, *PROFILES):
         yield headline, table
     yield COST_FIGURE, comparison.cost
     for one in sections:
