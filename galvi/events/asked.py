@@ -94,9 +94,7 @@ class Asked:
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.name = event, number, event.name or f"number {number}"
-        found, reported, condition = event.functions(problem)
-        self.function = Function(found, problem, self.name)
-        self.reported = (
-            self.function if reported is None else Function(reported, problem, self.name)
-        )
-        self.condition = None if condition is None else Function(condition, problem, self.name)
+        functions: Any = [one and Function(one, problem, self.name)
+                          for one in event.functions(problem)]  # fmt: skip
+        self.function, reported, self.condition = functions
+        self.reported = reported or self.function

@@ -12,6 +12,7 @@ from galvi.curves.curves import Curves, IdentityChart
 from galvi.events.asked import Function
 from galvi.events.entries import Entry, LaterEntry
 from galvi.events.pieces import Piece
+from galvi.events.roots import points_of
 from galvi.kernels.curve_bounds import compiled_curve_bounds
 from galvi.method import Galerkin
 from galvi.run.states import saved_velocities
@@ -55,14 +56,13 @@ class Block:
         found = self._interpolants(asked, steps)
         if joint is None:
             ends = np.stack([sure, sure], axis=1)
-            ends[steps] = np.stack([_values(found, -1.0), _values(found, 1.0)], axis=1)
+            ends[steps] = found @ _ends(found.shape[1])
             joint = np.append(start or ends[0, 0], ends[:, 1])
             outside = np.flatnonzero((sure[1:] != 0.0) & (sure[:-1] == 0.0)) + 1
             joint[outside] = sure[outside]
         else:
-            off = joint[steps] - _values(found, -1.0), joint[steps + 1] - _values(found, 1.0)
-            found[:, 0] += 0.5 * (off[0] + off[1])
-            found[:, 1] += 0.5 * (off[1] - off[0])
+            off = np.stack([joint[steps], joint[steps + 1]], axis=1) - found @ _ends(found.shape[1])
+            found[:, :2] += off @ np.array([[0.5, -0.5], [0.5, 0.5]])
         return found, steps, joint, int(np.sum(~is_resolved(found)))
 
     def _joint(self, asked: Function, sure: Array) -> Array | None:
@@ -135,7 +135,7 @@ class Block:
         if len(steps) > SAMPLED:
             return np.concatenate([self._sampled(asked, steps[k : k + SAMPLED], points)
                                    for k in range(0, len(steps), SAMPLED)])  # fmt: skip
-        x, matrix = _points(points)
+        x, matrix = points_of(points)
         share = 0.5 * (1.0 + x)
         begin, k = self.begin[steps], len(steps)
         t = begin[:, None] + share * (self.end[steps] - begin)[:, None]
@@ -155,19 +155,10 @@ class Block:
 
 
 @lru_cache(maxsize=16)
-def _points(n: int) -> tuple[Array, Array]:
-    """Chebyshev points in (-1, 1), and the matrix from values there to coefficients."""
-    angle = np.pi * (np.arange(n) + 0.5) / n
-    matrix = 2.0 / n * np.cos(np.arange(n)[:, None] * angle)
-    matrix[0] *= 0.5
-    return np.cos(angle), matrix
-
-
-@lru_cache(maxsize=16)
 def _basis(space: Any, n: int) -> tuple[Array, Array]:
     """The basis functions of a step's curve, less their values at its start, and their
     derivatives, (m, n) at the Chebyshev points."""
-    share = np.append(0.5 * (1.0 + _points(n)[0]), 0.0)
+    share = np.append(0.5 * (1.0 + points_of(n)[0]), 0.0)
     basis, slope = space.basis(share)[:, 1:], space.derivative(share)[:-1, 1:]
     return (basis[:-1] - basis[-1]).T.copy(), slope.T.copy()
 
@@ -176,7 +167,7 @@ def _basis(space: Any, n: int) -> tuple[Array, Array]:
 def _spans(space: Any, n: int) -> tuple[Array, Array]:
     """Of each of them two numbers (2, m): how far it is, at most, from the one by the other. These
     are its first Chebyshev coefficient and the sum of the other ones' sizes."""
-    both = (values @ _points(n)[1].T for values in _basis(space, n))
+    both = (values @ points_of(n)[1].T for values in _basis(space, n))
     places, rates = (np.stack([x[:, 0], np.abs(x[:, 1:]).sum(axis=1)]) for x in both)
     return places, rates
 
@@ -186,6 +177,6 @@ def is_resolved(coefficients: Array) -> Any:
     return sizes[:, -3:].max(axis=1) <= RESOLVED * sizes.max(axis=1)
 
 
-def _values(coefficients: Array, end: float) -> Array:
-    found: Array = coefficients @ (end ** np.arange(coefficients.shape[1]))
-    return found
+def _ends(n: int) -> Array:
+    """The values (n, 2) of the first n polynomials at -1 and 1."""
+    return np.stack([(-1.0) ** np.arange(n), np.ones(n)], axis=1)

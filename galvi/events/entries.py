@@ -83,10 +83,8 @@ class Entry:
     def __abs__(self) -> Entry:
         if self.exact:
             return _exactly(np.abs(self.low))
-        below = -self.low
-        return Entry(
-            np.maximum(np.maximum(self.low, -self.high), 0.0), np.maximum(below, self.high)
-        )
+        least = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return Entry(least, np.maximum(-self.low, self.high))
 
     def sqrt(self) -> Entry:
         """The root; that of what may be negative from 0 on."""

@@ -61,6 +61,11 @@ class Event:
         if input_checks.flag("terminal", self.terminal) and self.action is not None:
             raise ValueError("an event ends the run or acts on it; received terminal and action.")
 
+    @property
+    def ends_or_acts(self) -> bool:
+        """Whether a run does not go on as before."""
+        return self.terminal or self.action is not None
+
     def functions(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
         """As those of a `Quantity`."""
         if isinstance(self.function, Quantity):

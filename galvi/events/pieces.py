@@ -46,10 +46,7 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
     """All steps of a run that kept its curves, up to a failure."""
     good = finite_states(run)
     curves: Any = run.curves
-    if isinstance(curves, ClockCurves):
-        grid = curves.times
-    else:
-        grid = curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
+    grid = _grid(curves)
     t, last = run.t[:good], float(run.t[good - 1])
     step = grid[1] - grid[0]
     grid = grid[(grid - last) / step < 1.0 - NEAR]
@@ -60,23 +57,26 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
     return Piece(run, curves, grid, False, first, begin, last)
 
 
+def _grid(curves: Any) -> Array:
+    found: Array = curves.times if isinstance(curves, ClockCurves) else (
+        curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
+    )  # fmt: skip
+    return found
+
+
 def pieces(run: Trajectory) -> Iterator[Piece]:
     """The steps of a run, up to a failure; ValueError where its curves are not to be had."""
     curves: Any = run.curves
     if isinstance(curves, JoinedCurves):
         first = 0
         for part, begin, end in zip(curves.parts, curves.times, curves.times[1:], strict=False):
-            grid = part.times if isinstance(part, ClockCurves) else (
-                part.t0 + np.arange(len(part.bases) + 1) * part.step
-            )  # fmt: skip
+            grid = _grid(part)
             yield Piece(run, part, grid, False, first, float(begin), float(end))
             first += len(grid) - 1
     elif curves is not None:
         yield piece_of(run)
-    elif isinstance(run.again, RedoneCurves):
+    elif run.again is not None:
         yield from _redone(run, run.again)
-    elif isinstance(run.again, RedoneClockCurves):
-        yield from _redone_in_clock(run, run.again)
     else:
         raise ValueError(
             "events are found on curves, and this run with actions kept none. Integrate with "
@@ -84,33 +84,21 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
         )
 
 
-def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
-    known, engine = again.known, engine_for(run.problem, again.method)
-    ends = [*(one.first for one in known[1:]), known[0].first + again.done]
-    after: float | None = float(run.t[0])
-    for start, end in zip(known, ends, strict=True):
-        if end > start.first:
-            begin = replace(start, save_every=1, curves=True)
-            part = Run(run.problem, again.method, again.step, end - start.first, begin)
-            done = run_steps(engine, part, watched=False)
-            found = piece_of(done, start.first - known[0].first, after)
-            yield found._replace(until=_until(run))
-            after = -float(np.copysign(np.inf, again.step))
-
-
-def _redone_in_clock(run: Trajectory, again: RedoneClockCurves) -> Iterator[Piece]:
+def _redone(run: Trajectory, again: RedoneCurves | RedoneClockCurves) -> Iterator[Piece]:
     known, after = again.known, float(run.t[0])
     before: Trajectory | None = None
     for k, start in enumerate(known):
-        steps = known[k + 1].first - start.first if k + 1 < len(known) else None
         begin = replace(start, save_every=1, curves=True)
-        done = run_in_clock(
-            run.problem, again.method, again.step, begin, steps, again.end, first=before
-        )
-        yield piece_of(done, start.first - known[0].first, after)._replace(until=_until(run))
-        before, after = done, -float(np.copysign(np.inf, again.step))
-
-
-def _until(run: Trajectory) -> float:
-    """The last time of a run."""
-    return float(run.t[finite_states(run) - 1])
+        steps = known[k + 1].first - start.first if k + 1 < len(known) else None
+        if isinstance(again, RedoneClockCurves):
+            given = run.problem, again.method, again.step, begin, steps, again.end
+            before = run_in_clock(*given, first=before)
+        else:
+            left = known[0].first + again.done - start.first if steps is None else steps
+            if not left:
+                continue
+            part = Run(run.problem, again.method, again.step, left, begin)
+            before = run_steps(engine_for(run.problem, again.method), part, watched=False)
+        found = piece_of(before, start.first - known[0].first, after)
+        yield found._replace(until=float(run.t[finite_states(run) - 1]))
+        after = -float(np.copysign(np.inf, again.step))

@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial.chebyshev import chebder, chebpts1, chebval, chebvander
 
 from galvi.arrays import Array
 
@@ -29,19 +29,15 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     scale = sizes.max(axis=1)
     some = np.flatnonzero((sizes > NOTHING * scale[:, None]).any(axis=0))
     series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
-    halves, rows, left, half = (
-        _halves(series.shape[1]),
-        np.arange(len(series)),
-        -1.0 + 0.0 * scale,
-        1.0,
-    )
+    halves, rows = _halves(series.shape[1]), np.arange(len(series))
+    left, half = np.full(len(series), -1.0), 1.0
     found = [(rows[:0], left[:0], rows[:0], left[:0])]
     for k in range(HALVINGS + 1):
         if not rows.size:
             break
         middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
         maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
-        slopes = chebyshev.chebder(series, axis=1)
+        slopes = chebder(series, axis=1)
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
         single |= (np.abs(middle) + others <= FLAT * scale[rows]) | (k == HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
@@ -66,10 +62,17 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
 @lru_cache(maxsize=64)
 def _halves(n: int) -> tuple[Array, Array]:
     """The matrices (n, n) by which a series becomes those of its halves."""
-    x = chebyshev.chebpts1(n)
-    back = np.linalg.inv(chebyshev.chebvander(x, n - 1))
-    left, right = ((back @ chebyshev.chebvander(0.5 * (x + end), n - 1)).T for end in (-1.0, 1.0))
+    x, back = points_of(n)
+    left, right = ((back @ chebvander(0.5 * (x + end), n - 1)).T for end in (-1.0, 1.0))
     return left.copy(), right.copy()
+
+
+@lru_cache(maxsize=64)
+def points_of(n: int) -> tuple[Array, Array]:
+    """Chebyshev points in (-1, 1), and the matrix from values there to coefficients."""
+    x: Array = chebpts1(n)
+    back: Array = np.linalg.inv(chebvander(x, n - 1))
+    return x, back
 
 
 def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
@@ -81,7 +84,7 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
         if not rows.size:
             break
         x = found[rows]
-        f, slope[rows] = _values(series[rows], slopes[rows], x)
+        f, slope[rows] = (chebval(x, c[rows].T, tensor=False) for c in (series, slopes))
         before = f * starts[rows] > 0.0
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):
@@ -90,14 +93,3 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
         more = np.abs(found[rows] - x) > CLOSE
         rows, low, high = rows[more], low[more], high[more]
     return found, slope
-
-
-def _values(series: Array, slopes: Any, x: Array) -> tuple[Array, Array]:
-    """Those of n series, and of their derivatives, at x (n,)."""
-    terms = np.ones((series.shape[1], len(x)))
-    terms[1] = x
-    for k in range(2, len(terms)):
-        np.multiply(2.0 * x, terms[k - 1], out=terms[k])
-        terms[k] -= terms[k - 2]
-    one, other = (np.einsum("nk,kn->k", terms[: c.shape[1]], c) for c in (series, slopes))
-    return one, other

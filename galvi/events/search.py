@@ -1,13 +1,9 @@
 """Finds the events of a run on its curves, and refines them by shortened steps.
 
-A function that could be traced is bounded on each step, by bounds of the coordinates' Chebyshev
-series where these are polynomials: steps in which it cannot be 0 are left out. On the others it is
-interpolated at Chebyshev points, at least four times as many as the method has stages, and more
-until its last coefficients are small. Ends of steps are those of the steps themselves, to which a
-linear term adjusts the interpolant: no root is lost or found twice where two curves meet. Roots of
-the interpolant are isolated by bounds: an interval is without one where |f| at its middle exceeds
-the bound of |f'| times its half, and has at most one where the same holds of |f'| and the bound of
-|f''|; others are halved.
+Steps in which a traced function cannot be 0, by bounds of the coordinates, are left out. On the
+others it is interpolated at Chebyshev points, at least four times as many as the method has stages,
+and more until its last coefficients are small. Ends of steps are those of the steps themselves, to
+which a linear term adjusts the interpolant: no root is lost or found twice where two curves meet.
 """
 
 from __future__ import annotations
@@ -136,48 +132,38 @@ class Search:
         self.problem, self.method, self.events = problem, method, events
         self.asked = [Asked(event, problem, k) for k, event in enumerate(events)]
         self.rows: list[Rows] = []
-        self.unresolved = 0
-
-    @property
-    def count(self) -> int:
-        """How many were found."""
-        return sum(len(rows.t) for rows in self.rows)
+        self.unresolved = self.count = 0
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
-        reaching, starts, before = Reaching(piece.run), [0.0] * len(self.asked), self.count
+        reaching, starts = Reaching(piece.run), [0.0] * len(self.asked)
         parts = [self.none()]
         for first in range(0, len(piece.times) - 1, CHUNK):
             block = Block(piece, first, self.method)
             parts += [self._of(asked, block, reaching, starts) for asked in self.asked]
-            if before + sum(len(rows.t) for rows in parts) > MOST:
+            if self.count + sum(len(rows.t) for rows in parts) > MOST:
                 break
         rows = joined(parts)
-        sign = 1.0 if piece.times[-1] >= piece.times[0] else -1.0
-        rows = rows.at(np.lexsort((rows.index, sign * rows.t)))
-        self.rows.append(rows)
-        return rows
+        self.count += len(rows.t)
+        self.rows.append(rows.at(np.lexsort((rows.index, reaching.sign * rows.t))))
+        return self.rows[-1]
 
     def _of(self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]) -> Rows:
         """Those of one event in a block; ``starts`` has its values at the block's begin, if any."""
         series, steps, joint, lost = block.series(asked.function, starts[asked.number])
         starts[asked.number] = float(joint[-1])
         self.unresolved += lost
-        if not steps.size:
-            return self.none()
         row, x, rises, slope = roots(series, joint[steps], joint[steps + 1])
-        if asked.event.direction:
-            some = np.flatnonzero(rises == asked.event.direction)
-            row, x, rises, slope = row[some], x[some], rises[some], slope[some]
         order = np.lexsort((x, row))
+        order = order[(rises[order] == asked.event.direction) | (asked.event.direction == 0)]
+        if not order.size:
+            return self.none()
         row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
         begin, end = block.begin[row], block.end[row]
         half = 0.5 * (end - begin)
         given = begin + (1.0 + x) * half, begin, end, slope / half
         parts = [_refined(asked.function, reaching, *(array[k : k + TOGETHER] for array in given))
                  for k in range(0, len(row), TOGETHER)]  # fmt: skip
-        if not parts:
-            return self.none()
         t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
         whole = block.piece.times[1] - block.piece.times[0]
         good = (t - block.piece.after) / whole > START  # not at t0, or found before
@@ -186,9 +172,8 @@ class Search:
         good[np.setdiff1d(np.arange(len(t)), alone[np.add.reduceat(rises, alone) != 0])] = False
         if asked.condition is not None:
             good &= asked.condition.of(q, v, t) > 0.0
-        number = block.piece.first + block.first + row + 1
-        index, value = np.full(len(t), asked.number), asked.reported.of(q, v, t)
-        return Rows(t, number, index, q, v, value).at(good)
+        number, index = block.piece.first + block.first + row + 1, np.full(len(t), asked.number)
+        return Rows(t, number, index, q, v, asked.reported.of(q, v, t)).at(good)
 
     def none(self) -> Rows:
         """No events."""
@@ -209,14 +194,11 @@ class Search:
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [f"{one.name} ({one.function.refusal})" for one in self.asked
-                if one.function.refusal]  # fmt: skip
-        text = ""
-        if said:
-            text = (
-                f"Events sampled at {4 * self.method.stages} points of each step, since their "
-                f"functions could not be traced: {', '.join(said)}."
-            )
+        said = [f"{one.name} ({why})" for one in self.asked if (why := one.function.refusal)]
+        text = (
+            f"Events sampled at {4 * self.method.stages} points of each step, since their "
+            f"functions could not be traced: {', '.join(said)}."
+        ) * bool(said)
         if self.unresolved:
             text += (
                 f" In {self.unresolved} steps an event was too rough for the points: some may be "
@@ -237,12 +219,8 @@ def _refined(
     stages = np.zeros((n, problem.v0.size, reaching.run.method.stages))
     found, size = np.empty(n), np.full(n, np.inf)
     q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
-    t, before, values, active = (
-        np.minimum(np.maximum(t, low), high),
-        t.copy(),
-        t.copy(),
-        np.arange(n),
-    )
+    t, active = np.minimum(np.maximum(t, low), high), np.arange(n)
+    before, values = t.copy(), t.copy()
     for k in range(SECANTS):
         now, guess, steep = t[active], stages[active], slope[active]
         places, _, rates = reaching(now, guess)

@@ -21,12 +21,11 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.nystrom_steppers import general_stepper, reaching
+from galvi.run.nystrom_steppers import reaching
 from galvi.run.plan import Run
 from galvi.systems.velocities import momentum_at, velocity_at
 from galvi.trajectory import Trajectory
 
-GENERAL = replace(NYSTROM, stepper=general_stepper, stepper_from_guess=general_stepper)
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
@@ -39,12 +38,6 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     theirs. NaN where such a step fails. Raises ValueError outside the run and for a run of a
     reference.
     """
-    q, p, _ = states_between(run, times)
-    return (q, p) if np.ndim(times) else (q[0], p[0])
-
-
-def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
-    """As `states_at`, with the velocities, (k, ...) each."""
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(
             f"states between steps are those of a run of galvi.integrate; received {shown(run)}."
@@ -52,14 +45,15 @@ def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
     wanted = input_checks.array("times", times)
     if wanted.ndim > 1:
         raise ValueError(f"times must be a scalar or (k,); received shape {wanted.shape}.")
-    reaching, flat = Reaching(run), np.atleast_1d(wanted)
-    if not np.all((flat * reaching.sign >= reaching.grid[0])
-                  & (flat * reaching.sign <= reaching.grid[-1])):  # fmt: skip
+    states, flat = Reaching(run), np.atleast_1d(wanted)
+    first, last = states.grid[0], states.grid[-1]
+    if not np.all((flat * states.sign >= first) & (flat * states.sign <= last)):
         raise ValueError(
-            f"times must lie inside the run, from {float(run.t[0])!r} to {reaching.last!r}; "
+            f"times must lie inside the run, from {float(run.t[0])!r} to {states.last!r}; "
             f"received {shown(times)}."
         )
-    return reaching(flat)
+    q, p, _ = states(flat)
+    return (q, p) if np.ndim(times) else (q[0], p[0])
 
 
 class Reaching:
@@ -188,8 +182,6 @@ def _reach_in_time(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
     engine = engine_for(run.problem, run.method)
-    if engine is NYSTROM and engine.is_compiled(run.problem, run.method):
-        engine = GENERAL  # lanes make tables of each length of a step
 
     def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
         here = run.problem.moved(q, v, t)

@@ -9,15 +9,11 @@ from numba import types
 
 from galvi.kernels.compile.array_types import TENSOR3, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit
-from galvi.kernels.nystrom.solve import FORCE, NOT_FINITE, SOLVED, Force, solve
-from galvi.kernels.nystrom.step import (
-    TABLEAU,
-    NystromTableau,
-    all_finite,
-    complete_step,
-    copy_into,
-    predict,
-)
+from galvi.kernels.nystrom.advance import DONE, GUESS, HOLDS, advance
+from galvi.kernels.nystrom.solve import FORCE, SOLVED
+from galvi.kernels.nystrom.step import TABLEAU
+
+NEVER = 62  # 2^62 steps between those that are watched
 
 
 @jit
@@ -29,35 +25,20 @@ def reach(force, tableau, solver, tolerance, step, begin, whole, rest, states, s
            ends
     codes  (n,) <- the code of the step that failed, 0 for none
     """
-    force, tableau = Force(*force), NystromTableau(*tableau)
-    n, d, s = stages.shape
-    Q, work, a, t = np.empty((d, s)), np.empty((d, s)), np.zeros((d, s)), np.empty(s)
-    counts = np.zeros(8, dtype=np.int64)
-    for row in range(n):
-        state, streak, code = states[row], 0, SOLVED
-        for k in range(whole[row] + 1):
-            last = k == whole[row]
-            h = rest[row] if last else step
-            if h == 0.0:
-                break
-            for j in range(s):
-                t[j] = begin[row] + k * step + tableau.c[j] * h
-            if last:
-                copy_into(work, stages[row])
-            elif k == 0:
-                work = np.zeros((d, s))
-            else:
-                predict(tableau, a, work)
-            code, streak = solve(
-                force, tableau, h, t, state, solver, tolerance, streak, counts, work, Q
-            )
-            if code == SOLVED:
-                complete_step(tableau, h, work, state)
-                code = SOLVED if all_finite(state) else NOT_FINITE
-            if code != SOLVED:
-                break
-            copy_into(stages[row] if last else a, work)
-        codes[row] = code
+    none, counts, holds = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
+    kept = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])
+    for k in range(codes.size):
+        holds[:], n, code = 0, whole[k], SOLVED
+        if n > 0:
+            plan = (begin[k], step, tolerance, 0, n, n, NEVER)
+            progress = (states[k], np.zeros(stages[k].shape), holds, counts, none[0])
+            code = advance(force, tableau, plan, solver, n, progress, kept)
+        if code == SOLVED and rest[k] != 0.0:
+            holds[HOLDS], holds[DONE] = GUESS, 0
+            plan = (begin[k] + n * step, rest[k], tolerance, 0, 1, 1, NEVER)
+            progress = (states[k], stages[k], holds, counts, none[0])
+            code = advance(force, tableau, plan, solver, 1, progress, kept)
+        codes[k] = code
 
 
 @cache
