@@ -28,6 +28,7 @@ VERSIONS, DEFECTS = ROOT / "docs" / "engine_versions.csv", ROOT / "docs" / "defe
 ROUND_OFF, SHOWN = 1e-12, 0.0125  # of attitudes, not fitted; and the step of the errors
 OTHERWISE = 1.05  # ratio of errors from which two bodies, or versions, move otherwise
 ORDERS = {"RK4": 4}  # of convergence, by the engine's documentation; else 1
+DEFECT, CHANGE = "defect", "change"
 OF_VERSIONS = "galvi studies --only engine-versions"
 HERE = "python -m benchmarks.experiments.engine_defects STUDIES"
 
@@ -48,7 +49,7 @@ def signatures(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_versions(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
-    """(defect, versions, seen) that `signatures` show, versions from old to new."""
+    """(what, versions, seen) of the defects that `signatures` show, versions from old to new."""
     engines = list(table["engine"].drop_duplicates())
     for integrator, rows in table.groupby("integrator", sort=False):
         promised = ORDERS.get(str(integrator), 1)
@@ -64,16 +65,17 @@ def of_versions(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
         errors = rows.pivot(index="engine", columns="joint", values="attitude_error")
         if {NESTED, NESTED_ON} <= set(errors):
             pairs = errors[[NESTED, NESTED_ON]].dropna()
-            apart = _otherwise(pairs[NESTED], pairs[NESTED_ON])
+            apart = _ratio(pairs[NESTED], pairs[NESTED_ON]) > OTHERWISE
             names = [one for one in engines if one in set(pairs.index[apart])]
             if names:
-                told = pairs.loc[names[-1]]
+                worst = _ratio(pairs[NESTED], pairs[NESTED_ON]).idxmax()
+                told = pairs.loc[worst]
                 yield (
                     f"{integrator} moves a free body otherwise when half of its inertia is in a "
                     "body that is fixed in it",
                     span(names, engines),
-                    f"attitude error {told[NESTED]:.1e} for {told[NESTED_ON]:.1e} at a step of "
-                    f"{SHOWN:g}",
+                    f"in {str(worst).split()[-1]} attitude error {told[NESTED]:.3g} for "
+                    f"{told[NESTED_ON]:.3g} at a step of {SHOWN:g}",
                 )
 
 
@@ -87,10 +89,10 @@ def changes(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
             for one in (before, after)
         )
         both = old.index.intersection(new.index)
-        moved = both[_otherwise(old[both], new[both]).to_numpy()]
+        moved = both[(_ratio(old[both], new[both]) > OTHERWISE).to_numpy()]
         for integrator in dict.fromkeys(moved.get_level_values(0)):
             said = [
-                f"{joint} {old[integrator, joint]:.1e} to {new[integrator, joint]:.1e}"
+                f"{joint} {old[integrator, joint]:.3g} to {new[integrator, joint]:.3g}"
                 for name, joint in moved
                 if name == integrator
             ]
@@ -111,17 +113,18 @@ def span(names: Sequence[str], engines: Sequence[str]) -> str:
     return f"{names[0].split()[0]} {said}; ran: {', '.join(ran)}"
 
 
-def _otherwise(a: pd.Series, b: pd.Series) -> pd.Series:
-    return np.maximum(a / b, b / a) > OTHERWISE
+def _ratio(a: pd.Series, b: pd.Series) -> pd.Series:
+    return np.maximum(a / b, b / a)
 
 
 def defects(table: pd.DataFrame) -> pd.DataFrame:
-    """defect, versions, seen, command: what the versions show, then what is seen now."""
-    rows = [(*one, OF_VERSIONS) for one in (*of_versions(table), *changes(table))]
-    rows += [
-        (name, rebound_version(), seen, HERE) for name, seen in of_rebound.seen().items() if seen
-    ]
-    return pd.DataFrame(rows, columns=["defect", "versions", "seen", "command"])
+    """kind, what, versions, seen, command: defects that the versions show and that are seen now,
+    then changes from version to version."""
+    now = ((name, rebound_version(), seen) for name, seen in of_rebound.seen().items() if seen)
+    rows = [(DEFECT, *one, OF_VERSIONS) for one in of_versions(table)]
+    rows += [(DEFECT, *one, HERE) for one in now]
+    rows += [(CHANGE, *one, OF_VERSIONS) for one in changes(table)]
+    return pd.DataFrame(rows, columns=["kind", "what", "versions", "seen", "command"])
 
 
 def main(folder: Path) -> None:

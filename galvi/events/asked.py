@@ -24,6 +24,7 @@ class Function:
 
     def __init__(self, value: Value, problem: Problem, name: str) -> None:
         self.value, self.name, self.refusal = value, name, ""
+        self._traceable = getattr(value, "py_func", value)  # of Python where it is compiled
         self.shapes = problem.q0.shape, problem.v0.shape
         shares = 1.0 + 1e-3 * np.arange(TRIED)
         q, v = (np.outer(x.ravel(), shares) for x in (problem.q0, problem.v0))
@@ -58,11 +59,6 @@ class Function:
         """The least and the greatest value on steps, from entries that are bounds."""
         q, v = q.reshape(self.shapes[0]), v.reshape(self.shapes[1])
         return computed(self._traceable, q, v, t, t.low.shape)
-
-    @property
-    def _traceable(self) -> Any:
-        """The function, that of Python where it is compiled."""
-        return getattr(self.value, "py_func", self.value)
 
     def _computed(self, q: Array, v: Array, t: Any) -> Array:
         states = entries(q, self.shapes[0]), entries(v, self.shapes[1])

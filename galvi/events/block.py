@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -108,11 +108,10 @@ class Block:
             compiled_curve_bounds()(base, parts, *spans, low, high)
             return low, high
 
-        def later(fast: bool, k: int) -> LaterEntry:
-            return LaterEntry(lambda: (around(fast)[0][k], around(fast)[1][k]))
-
         both = np.empty((2, d), dtype=object)
-        both[:] = [[later(fast, k) for k in range(d)] for fast in (False, True)]
+        both[:] = [
+            [LaterEntry(partial(around, fast), k) for k in range(d)] for fast in (False, True)
+        ]
         time = Entry(np.minimum(self.begin, self.end), np.maximum(self.begin, self.end))
         return both[0], both[1], time
 

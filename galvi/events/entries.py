@@ -138,15 +138,15 @@ class Entry:
 
 
 class LaterEntry(Entry):
-    """An entry that is computed when a function uses it."""
+    """Row k of bounds that are found when a function uses it."""
 
-    def __init__(self, find: Callable[[], tuple[Array, Array]]) -> None:
-        self._find = find
+    def __init__(self, find: Callable[[], tuple[Array, Array]], k: int) -> None:
+        self._find, self._k = find, k
 
     def __getattr__(self, name: str) -> Any:
         if name not in ("low", "high"):
             raise AttributeError(name)
-        self.low, self.high = self._find()
+        self.low, self.high = (bounds[self._k] for bounds in self._find())
         return vars(self)[name]
 
 

@@ -71,8 +71,7 @@ def _halves(n: int) -> tuple[Array, Array]:
 def points_of(n: int) -> tuple[Array, Array]:
     """Chebyshev points in (-1, 1), and the matrix from values there to coefficients."""
     x: Array = chebpts1(n)
-    back: Array = np.linalg.inv(chebvander(x, n - 1))
-    return x, back
+    return x, np.linalg.inv(chebvander(x, n - 1)).astype(np.float64)
 
 
 def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:

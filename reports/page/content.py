@@ -13,7 +13,7 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from references.stored.provenance import HEADINGS, truths
-from reports.figures.drawing import COST_FIGURE, Gallery
+from reports.figures.drawing import Gallery
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
 from reports.figures.profiles import PROFILES
@@ -226,7 +226,6 @@ def content(
         "targets": _targets(tables.targets, quick),
         "quick": quick,
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
-        "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
         "studies_left_out": [_left_out(one) for one in sections if one.frame is None],
         "failures": comparison.failures,

@@ -22,9 +22,12 @@ def kept() -> pd.DataFrame:
 def test_what_is_said_of_versions_follows_from_what_is_kept_of_them(kept: pd.DataFrame) -> None:
     written = pd.read_csv(DEFECTS)
     said = written.loc[written["command"] == engine_defects.OF_VERSIONS]
-    found = [*of_versions(kept), *changes(kept)]
-    assert list(said[["defect", "versions", "seen"]].itertuples(index=False, name=None)) == found
-    assert any(one.startswith("RK4 turns a body") for one in said["defect"])
+    found = [("defect", *one) for one in of_versions(kept)]
+    found += [("change", *one) for one in changes(kept)]
+    assert (
+        list(said[["kind", "what", "versions", "seen"]].itertuples(index=False, name=None)) == found
+    )
+    assert any(one.startswith("RK4 turns a body") for one in said["what"])
     assert written["date"].notna().all() and written["seen"].notna().all()
 
 
@@ -54,7 +57,7 @@ def test_versions_between_are_named_where_they_are_not_all() -> None:
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "present")
 def test_what_was_seen_of_rebound_is_seen_again_or_the_page_is_old() -> None:
-    written = pd.read_csv(DEFECTS).set_index("defect")
+    written = pd.read_csv(DEFECTS).set_index("what")
     for defect, seen in of_rebound.seen().items():
         if seen or defect in written.index:
             assert seen == written.loc[defect, "seen"] or "AVX" in defect or "512" in defect

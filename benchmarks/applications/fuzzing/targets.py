@@ -15,7 +15,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 import galvi
-from benchmarks.applications.fuzzing import events, files
+from benchmarks.applications.fuzzing import events, files, forces
 from benchmarks.applications.fuzzing.arguments import (
     CHARTS,
     CLOCKS,
@@ -231,6 +231,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "run.to_scipy": (lambda self: self.to_scipy(), {"self": RUNS}),
     "run.to_frame": (lambda self: self.to_frame(), {"self": RUNS}),
     **events.FUNCTIONS,
+    **forces.VALUES,
 }
 
 
@@ -351,6 +352,7 @@ TARGETS: Mapping[str, Target] = {
     "bodies at random": bodies,
     "clocks": clocks,
     "events": events.events,
+    "forces": forces.forced,
     "a saved run": files.saved_run,
     "a model of MuJoCo's": files.mujoco_model,
     "an archive of REBOUND's": files.rebound_file,
