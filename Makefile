@@ -13,7 +13,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test core slow check report docs studies mutants fuzz bench clean help
+.PHONY: install test core slow check report docs studies mutants fuzz bench newest native clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -59,6 +59,18 @@ fuzz: $(STAMP) ## call what is public with odd arguments for MINUTES=10; resumes
 
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
+
+newest: $(STAMP) ## install the newest engines in .venv/newest, and say what moves otherwise with them
+	$(PYTHON) -m venv .venv/newest
+	.venv/newest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade \
+	    --upgrade-strategy eager -e '.[suite,peers]'
+	.venv/newest/bin/python -m benchmarks.experiments.signatures --write .venv/newest/signatures.csv
+	$(BIN)/python -m benchmarks.experiments.signatures .venv/newest/signatures.csv
+
+native: $(STAMP) ## build REBOUND for this processor, as a further contender of the comparisons
+	CFLAGS='-O3 -march=native' $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --no-cache-dir --no-deps --no-binary rebound --upgrade --target .venv/native \
+	    -c constraints.txt rebound
 
 clean: ## remove .venv, caches and build output, but not reports/out
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \

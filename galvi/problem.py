@@ -70,10 +70,10 @@ class Problem:
         if q0.ndim < 2 and shape != q0.shape:
             remedy = f"So must q0; received shape {q0.shape}."
         v0 = input_checks.array("v0", self.v0, shape, remedy)
-        self.system.check_state(q0, v0)
+        object.__setattr__(self, "t0", input_checks.real("t0", self.t0))
+        self.system.check_state(q0, v0, self.t0)
         object.__setattr__(self, "q0", q0)
         object.__setattr__(self, "v0", v0)
-        object.__setattr__(self, "t0", input_checks.real("t0", self.t0))
         if not isinstance(self.parameters, Mapping):
             raise TypeError(
                 f"parameters must be a dict of names; received {shown(self.parameters)}."

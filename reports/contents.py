@@ -19,6 +19,7 @@ from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
 from reports.studies.events import FLYBYS, TRANSITS
 from reports.studies.faults import FUZZ, MUTANTS
+from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
 from reports.studies.planets import DRAWS, EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED, SURVIVAL
@@ -41,6 +42,7 @@ SECTIONS = (  # in the order of the page
     TAXONOMY,
     EPHEMERIS,
     HIGH_ECCENTRICITY,
+    FORCES,
     STIFF_SPRINGS,
     SURVIVAL,
     DRAWS,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import datetime
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,7 +42,8 @@ COLUMNS: Mapping[str, type] = {
     "commit": str,
     "date": str,
 }
-OLDER = ("mujoco==3.6.0", "mujoco==3.10.0", "mujoco==3.17.0")
+OLDER = tuple(f"mujoco=={one}" for one in ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"))
+NESTED, NESTED_ON = "free, nested", "free"  # half of the inertia in a body that is fixed in it
 DURATION, SAMPLES = 10.0, 10
 STEPS = tuple(0.1 / 2.0**k for k in range(9))
 FOLDER = "engine_versions"  # subfolder of the studies
@@ -128,7 +130,8 @@ def judged(engine: str, answer: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _row(engine: str, truth: Array, run: Mapping[str, Any]) -> dict[str, Any]:
-    q, v = from_mujoco(run["joint"], np.array(run["qpos"]), np.array(run["qvel"]))
+    joint = NESTED_ON if run["joint"] == NESTED else run["joint"]
+    q, v = from_mujoco(joint, np.array(run["qpos"]), np.array(run["qvel"]))
     problem = _bodies()["ball"]
     with np.errstate(all="ignore"):
         attitude = float(np.max(np.abs(q[:, :3, :3] - truth)))
@@ -171,7 +174,19 @@ def _job() -> dict[str, Any]:
         qpos, qvel = to_mujoco(joint, problem.q0, problem.v0)
         mjcf = mujoco_body(problem.system).mjcf()
         models[joint] = {"mjcf": mjcf, "qpos": qpos.tolist(), "qvel": qvel.tolist()}
+    models[NESTED] = {**models[NESTED_ON], "mjcf": _nested(models[NESTED_ON]["mjcf"])}
     return {"models": models, "steps": STEPS, "duration": DURATION, "samples": SAMPLES}
+
+
+def _nested(mjcf: str) -> str:
+    """The same body, with half of its mass and moments in a body that is fixed in it."""
+    (whole,) = re.findall(r"<inertial [^>]*/>", mjcf)
+
+    def halved(found: re.Match[str]) -> str:
+        return f'{found[1]}="{" ".join(repr(0.5 * float(one)) for one in found[2].split())}"'
+
+    half = re.sub(r'(mass|diaginertia)="([^"]*)"', halved, whole)
+    return mjcf.replace(whole, f"{half}<body>{half}</body>")
 
 
 @cache

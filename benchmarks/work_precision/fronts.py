@@ -139,6 +139,21 @@ def _time(row: pd.Series) -> float:
     return interval(again).median if again else float(row["seconds"])
 
 
+def retimed(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with the median of the rounds after a setting was chosen as its `seconds`, and
+    their interval as `seconds_low` and `seconds_high`, where it has them."""
+    if "rounds" not in table:
+        return table
+    found = [interval([s for s in read(text) if s > 0.0]) for text in table["rounds"]]
+    again = {
+        "seconds": [one.median for one in found],
+        "seconds_low": [one.low for one in found],
+        "seconds_high": [one.high for one in found],
+    }
+    taken = pd.DataFrame(again, index=table.index, dtype=float)
+    return table.assign(**{name: taken[name].fillna(table[name]) for name in taken})
+
+
 def _cell(row: pd.Series | None, ours: pd.Series | None) -> dict[str, Any]:
     nan = math.nan
     cell: dict[str, Any] = dict.fromkeys(COLUMNS[3:], nan) | {"settings": "", "outcome": ""}

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from references.heyoka import taylor
-from references.rebound import ias15, saba, whfast, whfast512
+from references.rebound import ias15, native, saba, whfast, whfast512
 
 Named = Mapping[str, Any]
 
@@ -32,13 +32,14 @@ class Options(NamedTuple):
 
 
 WHEEL = "wheel of the package index, for any x86-64: no AVX but where it chooses at run time"
+BOTH = f"{WHEEL}; IAS15, WHFast and SABA also {native.BUILT}, after `make native`"
 COMPILED_HERE = "compiled at run time for this processor by LLVM"
 REBOUND = "https://rebound.readthedocs.io/en/latest/integrators/"
 MUJOCO = "https://mujoco.readthedocs.io/en/stable/computation/index.html"
 SCIPY = "https://docs.scipy.org/doc/scipy/reference/generated/scipy.integrate.DOP853.html"
 PEERS: Mapping[str, Options] = {
     "REBOUND IAS15": Options(
-        ias15.DEFAULT, {"PRS23": ias15.DEFAULT, "GLOBAL": ias15.GLOBAL}, WHEEL, REBOUND
+        ias15.DEFAULT, {"PRS23": ias15.DEFAULT, "GLOBAL": ias15.GLOBAL}, BOTH, REBOUND
     ),
     "REBOUND WHFast": Options(
         whfast.DEFAULT,
@@ -46,7 +47,7 @@ PEERS: Mapping[str, Options] = {
             "corrector 17, lazy kernel": whfast.BEST,
             "corrector 17, default kernel": {**whfast.BEST, "kernel": "DEFAULT"},
         },
-        WHEEL,
+        BOTH,
         REBOUND,
     ),
     "REBOUND WHFast512": Options(
@@ -58,7 +59,7 @@ PEERS: Mapping[str, Options] = {
             f"type {name}": {**saba.BEST, "type": name}
             for name in ("10_6_4", "8_6_4", "10_4", "CL_4")
         },
-        WHEEL,
+        BOTH,
         REBOUND,
     ),
     "REBOUND BS": Options({"tolerance": 1e-8}, {"tolerances": {}}, WHEEL, REBOUND),

@@ -234,7 +234,7 @@ def changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tup
         raise ValueError(f"{name} must return (q, v); received {shown(found)}.")
     q = input_checks.array(f"q of {name}", found[0], problem.q0.shape)
     v = input_checks.array(f"v of {name}", found[1], problem.v0.shape)
-    problem.system.check_state(q, v)
+    problem.system.check_state(q, v, t)
     if conserves_energy(problem.system):
         energy = start_energies(problem.moved(q, v, t)).total
         if not math.isfinite(energy):

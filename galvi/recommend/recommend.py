@@ -8,8 +8,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from galvi import input_checks
+from galvi.clocks.clock import AnyClock
 from galvi.input_checks import shown
 from galvi.problem import Problem
+from galvi.recommend.extrapolation import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
 from galvi.recommend.scan import (
     BUDGET_ENDED,
@@ -19,9 +21,10 @@ from galvi.recommend.scan import (
     WITH_CHECK,
     Scan,
     collocation,
-    extrapolation_objection,
     fewest_steps,
+    length_in,
 )
+from galvi.run.group_system import group_system
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
@@ -32,6 +35,7 @@ ROUGH = 1 / 16  # share of the measured part that a first, rough search integrat
 ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
 MOST = 60
+UNEVEN = 5.0  # steps because of the closest passage over those of a clock, from which on it is said
 
 
 def recommend(
@@ -40,6 +44,7 @@ def recommend(
     duration: float,
     *,
     degrees: Sequence[int] = DEGREES,
+    clock: AnyClock | None = None,
     by: str = TIME,
     budget: float | None = None,
     measured: float | None = None,
@@ -50,6 +55,8 @@ def recommend(
               length
     duration  length of the run, in the problem's unit of time
     degrees   degrees to try, in this order, from 1 to 60
+    clock     of the steps, on vector spaces; ``step`` is then in its units, ``steps`` about how
+              many there are, and ``duration`` is what the run is given
     by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
               gives the same answer every time on one machine
     budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
@@ -83,15 +90,19 @@ def recommend(
     some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
     room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
     part = length if measured is None else min(length, input_checks.positive("measured", measured))
+    if clock is not None and group_system(problem) is not None:
+        raise ValueError("recommend scans clocks on vector spaces; this problem is on a group.")
+    whole = length if clock is None else length_in(clock, problem, length)
+    unit = whole / length
 
-    scan = Scan(problem, length, part, by, room)
+    scan = Scan(problem, whole, unit * part, by, room, clock=clock, unit=unit)
     steps = scan.first_guess(some[0], asked)
     if measured is None:
         steps = _fit_to_budget(scan, some[0], steps, asked, RUNS * len(some))
     scan.budget = FOR_SEARCH * room
     whys: dict[str, list[int]] = {}
     for k, s in enumerate(some):
-        start = steps if k == 0 else max(1, math.ceil(steps * some[k - 1] / s))
+        start = steps if k == 0 else max(scan.fewest, math.ceil(steps * some[k - 1] / s))
         steps, why = fewest_steps(scan, s, start, MARGIN * asked)
         if why:
             whys.setdefault(why, []).append(s)
@@ -100,8 +111,9 @@ def recommend(
     scan.budget = room
     if not scan.tried:
         nothing = Candidate(
-            some[0], steps, length / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
-            f"One run over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
+            some[0], steps, whole / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
+            f"One run over a time of {scan.measured / unit:.3g} takes more than the budget, "
+            f"{room:g}.",
         )  # fmt: skip
         return _answer(scan, nothing, asked, BUDGET_ENDED)
     good = [one for one in scan.tried if one.error <= MARGIN * asked]
@@ -206,7 +218,7 @@ def _named(degrees: list[int]) -> str:
 
 def _parting(scan: Scan) -> str:
     """Until when any run predicts a motion on which neighbouring starts part."""
-    until = max(one.parted for one in scan.tried if math.isfinite(one.parted))
+    until = max(one.parted for one in scan.tried if math.isfinite(one.parted)) / scan.unit
     return (
         f"Neighbouring starts part: rounding alone decides where bodies are after a time of about "
         f"{until:.3g}, whichever integrator is used. Ask for a shorter duration; galvi.judge says "
@@ -216,6 +228,7 @@ def _parting(scan: Scan) -> str:
 
 def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendation:
     reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
+    measured, duration = best.measured / scan.unit, scan.duration / scan.unit
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
     if PART in why and not reached:
@@ -227,7 +240,7 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
         reached, error = False, math.inf
         status += (
             f"The error found, {best.error:.1e}, is unreliable. It was measured over too short a "
-            f"part, the first {best.measured:.4g} of {scan.duration:.4g}: {doubts}. Raise budget "
+            f"part, the first {measured:.4g} of {duration:.4g}: {doubts}. Raise budget "
             f"or measured, or ask for a shorter duration."
         )
     elif not reached:
@@ -236,8 +249,13 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
     elif whole:
         status = "Its error was measured over the whole duration."
     else:
-        status = f"Its error was measured over the first {best.measured:.4g} and extrapolated."
+        status = f"Its error was measured over the first {measured:.4g} and extrapolated."
+    if scan.uneven >= UNEVEN:
+        status += (
+            f" The closest passage sets all steps, about {scan.uneven:.1g} times as many as the "
+            f"motion needs in the mean: try clock=galvi.DynamicalTime()."
+        )
     return Recommendation(
-        collocation(scan.problem, best.degree), best.step, best.steps, scan.duration, asked, error,
-        best.seconds, best.evaluations, reached, status, best.measured, tuple(scan.tried),
+        collocation(scan.problem, best.degree, scan.clock), best.step, best.steps, duration, asked,
+        error, best.seconds, best.evaluations, reached, status, measured, tuple(scan.tried),
     )  # fmt: skip

@@ -12,6 +12,8 @@ from galvi.method import Galerkin
 class Candidate:
     """One degree and step that a scan tried; error and costs are those of the whole duration.
 
+    With a clock, lengths of time are in its units.
+
     degree       s of Galerkin(Polynomials(s), gauss(s))
     steps, step  N and h, with N h the duration
     error        largest distance from a better run at any time, in the problem's unit of length;
@@ -46,10 +48,10 @@ class Candidate:
 class Recommendation:
     """The cheapest degree and step found that stay within an error.
 
-    ``galvi.integrate(problem, choice.method, choice.step, choice.steps)`` is the run.
+    ``galvi.integrate(problem, choice.method, choice.step, duration=choice.duration)`` is the run.
 
     method       a `galvi.Galerkin`
-    step, steps  h and N, with N h the duration
+    step, steps  h and N, with N h the duration; with a clock h is in its units, N about how many
     duration     length of the run
     asked        the required error
     error        estimated error over the duration, see `Candidate`; infinite if unknown
@@ -76,8 +78,9 @@ class Recommendation:
     scanned: tuple[Candidate, ...]
 
     def __str__(self) -> str:
+        unit = "" if self.method.clock is None else " of its clock"
         return (
-            f"{self.method.name}, {self.steps} steps of {self.step:.6g}: error {self.error:.1g} "
-            f"after {self.duration:.6g}, for {self.evaluations:.2g} force evaluations. "
-            f"{self.status}"
+            f"{self.method.name}, {self.steps} steps of {self.step:.6g}{unit}: "
+            f"error {self.error:.1g} after {self.duration:.6g}, "
+            f"for {self.evaluations:.2g} force evaluations. {self.status}"
         )

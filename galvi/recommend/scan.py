@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.diagnostics.invariants import energy
+from galvi.charts.chart import Cayley, Exponential
+from galvi.clocks.clock import AnyClock, DynamicalTime
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
@@ -26,6 +26,7 @@ from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
+from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
 
 TRIES = 14  # numbers of steps tried
@@ -82,11 +83,11 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
                 return high or steps, "" if high else "rounding decides"
             if flat and math.isfinite(found.parted) and not high:
                 return steps, PART
-        if high and (high <= CLOSE * low or high - low <= 1):
+        if high and (high <= CLOSE * low or high - low <= 1 or high == scan.fewest):
             break
         if not high and low >= scan.most:
             break
-        steps = min(_next(found, low, high, error), scan.most)
+        steps = max(scan.fewest, min(_next(found, low, high, error), scan.most))
     return high or steps, "" if high else "no number of steps that was tried is enough"
 
 
@@ -121,6 +122,8 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     return math.log(before.error / after.error) < 0.5 * promised
 
 
+PACE, PACED = 0.25, 4096  # step of a first run in a clock, and the most of them
+HALVINGS = 12
 MORE = 4  # additional degrees of the run used for comparison
 SAMPLES = 64  # times at which two runs are compared
 POWERS = (1.5, 3.0)  # range of the power of time with which an unmeasured error may grow
@@ -134,11 +137,25 @@ ROUNDED = 1e-8  # relative position error below which an error may be round-off
 TIME, EVALUATIONS = "time", "evaluations"
 
 
-def collocation(problem: Problem, degree: int) -> Galerkin:
+def collocation(problem: Problem, degree: int, clock: AnyClock | None = None) -> Galerkin:
     """The cheapest method of order 2 s; on a group with the exponential chart."""
     space, rule = Polynomials(degree), gauss(degree)
     on_group = group_system(problem) is not None
-    return Galerkin(space, rule, Exponential()) if on_group else Galerkin(space, rule)
+    return Galerkin(space, rule, Exponential() if on_group else Cayley(), clock)
+
+
+def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
+    """A duration in units of a clock, by a run in steps of a fraction of its unit, or by the first
+    ``PACED`` of these. ValueError where none can be done."""
+    step = PACE
+    for _ in range(HALVINGS):
+        run = uninterrupted(integrate(
+            problem, collocation(problem, 8, clock), step, PACED, duration=duration, curves=False,
+        ))  # fmt: skip
+        if run.tau is not None and (run.success or run.counts["steps"] == PACED):
+            return float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
+        step *= 0.5
+    raise ValueError(f"no run in this clock was possible: {run.status}")
 
 
 def distances(one: Array, other: Array) -> Array:
@@ -148,12 +165,28 @@ def distances(one: Array, other: Array) -> Array:
     return largest
 
 
+def elapsed(run: Trajectory) -> Array:
+    """Times (saved,) since the start; with a clock, in its units."""
+    found: Array = np.abs(run.t - run.t[0]) if run.tau is None else run.tau
+    return found
+
+
+def at_times_of(run: Trajectory, better: Trajectory) -> Array:
+    """Places of a better run at the times of a run; in a clock the two differ by an error."""
+    if run.tau is None:
+        return better.q
+    late = (run.t - better.t).reshape(-1, *(1,) * (better.q.ndim - 1))
+    found: Array = better.q + late * better.v
+    return found
+
+
 @dataclass
 class Scan:
     """Runs of one problem over the first part of a duration, within a budget.
 
     problem   the problem integrated
-    duration  length for which errors and costs are stated
+    duration  length for which errors and costs are stated; with a clock, here and in all that
+              follows, in its units
     measured  length of the integrated part, at most the duration; longer if it would have fewer
               than LEAST stages
     by        "time" or "evaluations": the unit of cost, budget and spent
@@ -161,6 +194,10 @@ class Scan:
     spent     cost so far
     tried     candidates tried so far
     size      largest coordinate seen
+    clock     of the steps; None for equal ones
+    unit      length in the clock of a unit of time, in the mean
+    uneven    of point masses in equal steps: the shortest time of `DynamicalTime` seen, in which
+              steps must be short, goes so often into its mean
     """
 
     problem: Problem
@@ -171,6 +208,9 @@ class Scan:
     spent: float = 0.0
     tried: list[Candidate] = field(default_factory=list)
     size: float = 0.0
+    clock: AnyClock | None = None
+    unit: float = 1.0
+    uneven: float = 1.0
     _per_step: dict[int, float] = field(
         default_factory=dict
     )  # cost per step of each degree, with its comparison
@@ -180,6 +220,11 @@ class Scan:
         """Largest number of steps in the duration such that each still changes the time."""
         apart = math.ulp(abs(self.problem.t0) + self.duration)
         return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
+
+    @property
+    def fewest(self) -> int:
+        """Least number of steps in the duration that the clock takes."""
+        return math.ceil(self.duration / getattr(self.clock, "longest", math.inf)) or 1
 
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
         """Whether ``runs`` runs with their comparisons are expected to fit into the budget."""
@@ -209,8 +254,9 @@ class Scan:
         """
         began = time.perf_counter()
         run = uninterrupted(integrate(
-            self.problem, collocation(self.problem, degree), self.duration / (steps * finer),
-            part * finer, save_every=max(1, part // samples) * finer, curves=False, solver=solver,
+            self.problem, collocation(self.problem, degree, self.clock),
+            self.duration / (steps * finer), part * finer,
+            save_every=max(1, part // samples) * finer, curves=False, solver=solver,
         ))  # fmt: skip
         seconds = time.perf_counter() - began
         counts, size = run.counts, self.problem.v0.size
@@ -223,14 +269,16 @@ class Scan:
 
         Not charged to the budget, since it includes compilation and loading.
         """
-        size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
+        size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, self.fewest
         method = collocation(self.problem, degree)
-        plain = engine_for(self.problem, method).solves_by_iteration(self.problem, method)
+        plain = self.clock is None and engine_for(self.problem, method).solves_by_iteration(
+            self.problem, method
+        )
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
             if one.success and other.success:
-                off = float(np.max(distances(one.q, other.q)))
+                off = float(np.max(distances(one.q, at_times_of(one, other))))
                 if off * steps <= error or off <= 1e-14 * size:
                     break
             if 2 * steps > self.most:
@@ -277,19 +325,20 @@ class Scan:
         part = self.part(found.degree, found.steps)
         run, _, _ = self.run(found.degree, found.steps, part)
         half, _, _ = self.run(found.degree, found.steps, part, finer=2)
-        return self._error(run, half)[0]
+        return math.inf if _failure(run) or _failure(half) else self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str, float]:
         """The error over the duration, the power of time it grew with, why it is unusable, and
         from when on."""
         if wrong := _failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}", math.inf
-        apart = np.maximum.accumulate(distances(run.q, better.q))
+        apart = np.maximum.accumulate(distances(run.q, at_times_of(run, better)))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
         self.size = max(self.size, float(np.max(np.abs(better.q))))
         last, quarter = len(apart) - 1, max(1, (len(apart) - 1) // 4)
         error, early = float(apart[last]), float(apart[quarter])
-        t = np.abs(run.t - run.t[0])
+        t = elapsed(run)
+        self._watch(better)
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
             growth = math.log(error / early) / math.log(t[last] / t[quarter])
@@ -302,72 +351,15 @@ class Scan:
             error *= min(FAR, self.duration / float(t[last])) ** power
         return error, growth, "", math.inf
 
+    def _watch(self, run: Trajectory) -> None:
+        """Note how uneven the motion of point masses is."""
+        if self.clock is None and isinstance(run.problem.system, NBody):
+            flat = run.q.reshape(len(run.t), -1).T
+            with np.errstate(all="ignore"):
+                pace = 1.0 / DynamicalTime().rate(run.problem)(flat)
+                self.uneven = max(self.uneven, float(np.max(pace) / np.mean(pace)))
+
 
 def _failure(run: Trajectory) -> str:
     """Why a run is unusable, or an empty string."""
     return "" if run.success and run.status.startswith(COMPLETED) else run.status
-
-
-FARTHEST = 100.0  # largest ratio of the duration to the part over which an error is extrapolated
-TURNS = 6  # turning points of a coordinate, two a revolution, that the part must contain
-MOVES = 1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
-FASTER = 2.0  # ratio of speeds to those in the part above which the rest is a different motion
-WORSE = 10.0  # largest ratio of the energy error to that in the part, per unit of time
-ROUNDING = 1e-12  # relative energy error that counts as round-off
-FAST = 1e-3  # speeds below this share of the fastest body's are not compared
-MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; total number of pairs of coordinates
-
-
-def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
-    """The reason why the extrapolated error of a choice is unreliable; empty if it is reliable.
-
-    If the budget allows, the choice is run once over the whole duration; the run has to complete
-    and to resemble the measured part: no body much faster, no larger energy error.
-    """
-    times = scan.duration / choice.measured
-    if times > FARTHEST:
-        return f"an error is not extrapolated to {times:.3g} times the measured length"
-    if choice.growth > POWERS[1]:
-        return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
-    if scan.spent + choice.cost(scan.by) > scan.budget:
-        return "a run over the whole duration does not fit into the budget"
-    samples = min(MOST, max(FEWEST, ROOM // scan.problem.v0.size**2))
-    run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
-    if not run.success:
-        return f"a run over the whole duration failed. {run.status.rstrip('.')}"
-    part = int(np.sum(np.abs(run.t - run.t[0]) <= choice.measured * (1.0 + 1e-9)))
-    turns = turning_points(run.q[:part].reshape(part, -1))
-    if turns < TURNS:
-        return f"it contains {turns} turning points of a coordinate, and {TURNS} are needed"
-    speeds = np.linalg.norm(run.v, axis=-1)
-    speeds = speeds.reshape(len(run.t), -1)
-    before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
-    faster = float(np.max(np.max(speeds, axis=0) / np.where(before > 0.0, before, 1.0)))
-    if not faster <= FASTER:
-        return f"later a body is {faster:.1f} times as fast"
-    energies = _energies(run)
-    off = np.abs(energies - energies[0])
-    allowed = WORSE * times * np.max(off[:part]) + ROUNDING * np.max(np.abs(energies))
-    if not np.max(off) <= allowed:
-        return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
-    return ""
-
-
-def turning_points(q: Array) -> int:
-    """The largest number of turning points of a coordinate; q is (saved, d).
-
-    Coordinates that hardly change are ignored.
-    """
-    if len(q) < 3:
-        return 0
-    moves = np.ptp(q, axis=0)
-    ahead = np.diff(q[:, moves >= MOVES * np.max(moves)], axis=0)
-    return int(np.max(np.sum(ahead[1:] * ahead[:-1] < 0.0, axis=0)))
-
-
-def _energies(run: Trajectory) -> Array:
-    """Energies (saved,), one state at a time, since many bodies need much memory."""
-    one_by_one = (slice(k, k + 1) for k in range(len(run.t)))
-    return np.concatenate(
-        [energy(replace(run, t=run.t[k], q=run.q[k], p=run.p[k])) for k in one_by_one]
-    )

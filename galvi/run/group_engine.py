@@ -80,20 +80,21 @@ def rates_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array 
     q = work.state[0, : problem.q0.size].reshape(group.shape)
     for parts in SUBSTEPS:
         begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
-        here = Problem(problem.system, q, v, t)
+        here = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
         fine = substeps(Run(here, method, step / parts, parts, begin))
         for row, name in enumerate(COUNTED):
             work.counts[row] += fine.counts[name]
         if fine.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-            path, turning = fine(t + step * places), Exponential()
+            path = fine(t + step * places).reshape(-1, *group.shape)
+            turning = Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
             work.step_angle[0] = _farthest_of(group, turns)
             if work.step_angle[0] > chart.limit:
                 return None
             xi = unwrapped(chart, group, coordinates(chart, group, q, path))
             xi = xi[np.searchsorted(places, method.table.c)]
-            velocities = fine.velocity(t + method.table.c * step)
+            velocities = fine.velocity(t + method.table.c * step).reshape(-1, v.size)
             rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
             return np.ascontiguousarray(rates.T)
     return None

@@ -80,7 +80,7 @@ class Canonical:
         """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless q is (d,) and the mass and the functions fit d."""
         if q.ndim != 1 or q.size == 0:
             raise ValueError(

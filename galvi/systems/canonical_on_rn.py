@@ -30,9 +30,9 @@ class CanonicalOnRn:
         """The shape of a configuration: velocities and momenta are like q."""
         return self.canonical.velocity_shape(shape)
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """Raise ValueError as `Canonical.check_state`."""
-        self.canonical.check_state(q, v)
+        self.canonical.check_state(q, v, t)
 
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""

@@ -92,7 +92,7 @@ class FreeBody:
         """(6,): angular velocity, then velocity, in the body's frame."""
         return (6,)
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless q is a rigid motion."""
         self.group.check("q0", q)
 

@@ -112,7 +112,7 @@ class Lagrangian:
         """(d,), d the dimension of the group."""
         return (self.group.dimension,)
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless q is an element of the group."""
         self.group.check("q0", q)
 

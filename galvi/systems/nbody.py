@@ -63,7 +63,7 @@ class NBody:
         """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless q is (bodies, 2 or 3) with all bodies apart."""
         bodies = self.masses.size
         if q.shape not in ((bodies, 2), (bodies, 3)):
@@ -81,7 +81,7 @@ class NBody:
                     f"bodies must start at different places; received bodies {i} and "
                     f"{i + 1 + int(same[0])} at the same point. Move one of them or merge the two."
                 )
-        self.acting.check_state(q, v)
+        self.acting.check_state(q, v, t)
 
     def momentum(self, v: Array) -> Array:
         """p = m v."""

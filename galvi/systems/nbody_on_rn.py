@@ -34,9 +34,10 @@ class NBodyOnRn:
         """The shape of a configuration."""
         return shape
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """Raise ValueError as `NBody.check_state`."""
-        self.bodies.check_state(*(x.reshape(-1, self.dimension) for x in (q, v)))
+        q, v = (x.reshape(-1, self.dimension) for x in (q, v))
+        self.bodies.check_state(q, v, t)
 
     def momentum(self, v: Array) -> Array:
         """p = m v, v of shape (..., d)."""

@@ -102,7 +102,7 @@ class RigidBody:
         """(3,): angular velocity in the body's frame."""
         return (3,)
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless q is a rotation matrix."""
         self.group.check("q0", q)
 

@@ -115,8 +115,8 @@ class System(Protocol):
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """Shape of velocities and momenta, from the shape of a configuration."""
 
-    def check_state(self, q: Array, v: Array) -> None:
-        """Raise ValueError, in one sentence, when (q, v) cannot be a state of this system."""
+    def check_state(self, q: Array, v: Array, t: float) -> None:
+        """Raise ValueError, in one sentence, when (q, v) at t cannot be a state of this system."""
 
     def momentum(self, v: Array) -> Array:
         """p = M v, for v of shape (..., *shape)."""

@@ -1,6 +1,6 @@
 """Celestial forces by formulas of their own: in polar form, by differences of energies, in vectors.
 
-q and v have shape (bodies, 2 or 3).
+q and v have shape (bodies, 2 or 3), of numbers or of another engine's expressions.
 """
 
 from __future__ import annotations
@@ -20,6 +20,11 @@ def accelerations(system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
     q, v = (np.pad(x.reshape(shape), ((0, 0), (0, 3 - x.size // shape[0]))) for x in (q, v))
     total = sum((_of(force, system, q, v, t) for force in system.forces), np.zeros_like(q))
     return np.asarray(total)
+
+
+def length(x: Array) -> Any:
+    """Of vectors (..., D)."""
+    return np.sum(x * x, axis=-1) ** 0.5
 
 
 @singledispatch
@@ -42,7 +47,7 @@ def _(force: galvi.Oblateness, system: galvi.NBody, q: Array, v: Array, t: float
     mu, R, pole = system.G * system.masses[force.body], force.radius, np.array(force.pole)
 
     def pull(x: Array) -> Array:
-        r = np.linalg.norm(x)
+        r = length(x)
         up = x / r
         sine = up @ pole
         north = pole - sine * up  # cos(latitude) times the unit vector to the north
@@ -59,7 +64,7 @@ def _(force: galvi.Oblateness, system: galvi.NBody, q: Array, v: Array, t: float
 @_of.register
 def _(force: galvi.PowerLaw, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
     def pull(x: Array) -> Array:
-        r = np.linalg.norm(x)
+        r = length(x)
         found: Array = force.strength * r**force.power * x / r
         return found
 
@@ -78,7 +83,7 @@ def _(force: galvi.Relativity, system: galvi.NBody, q: Array, v: Array, t: float
     for k in range(len(q)):
         if k != source:
             x, w = q[k] - q[source], v[k] - v[source]
-            r = np.linalg.norm(x)
+            r = length(x)
             up, rate = x / r, w @ x / r
             found[k] = M / (c * r) ** 2 * ((4 * M / r - w @ w) * up + 4 * rate * w)
             found[source] -= mu[k] / M * found[k]
@@ -90,8 +95,9 @@ def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
     in Gravitational Physics (1993), 6.80), accelerations in them replaced by Newton's."""
     n = len(mu)
     gaps = q[:, None] - q  # from the second to the first
-    r = np.linalg.norm(gaps, axis=2) + np.eye(n)
-    pull = -np.einsum("j,ijx->ix", mu, gaps / r[:, :, None] ** 3)
+    r, apart = np.eye(n).astype(gaps.dtype), ~np.eye(n, dtype=bool)
+    r[apart] = length(gaps[apart])
+    pull = -np.sum(mu[:, None] * gaps / r[:, :, None] ** 3, axis=1)
     found = np.zeros_like(q)
     for a in range(n):
         for b in (k for k in range(n) if k != a):
@@ -111,7 +117,7 @@ def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
 @_of.register
 def _(force: galvi.Radiation, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
     x, w = q - q[force.source], v - v[force.source]
-    r = np.linalg.norm(x, axis=1)
+    r = length(x)
     r[force.source] = 1.0
     up = x / r[:, None]
     push = force.beta * system.G * system.masses[force.source] / r**2
@@ -121,9 +127,10 @@ def _(force: galvi.Radiation, system: galvi.NBody, q: Array, v: Array, t: float)
 
 @_of.register
 def _(force: galvi.Drag, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
-    speed = np.linalg.norm(v, axis=1)
-    unit = v / np.where(speed > 0.0, speed, 1.0)[:, None]
-    return np.asarray(-(force.coefficients * speed**force.power)[:, None] * unit)
+    found, some = np.zeros_like(v), np.flatnonzero(force.coefficients)
+    size = force.coefficients[some] * length(v[some]) ** (force.power - 1.0)
+    found[some] = -size[:, None] * v[some]
+    return found
 
 
 @_of.register
@@ -134,7 +141,7 @@ def _(force: galvi.Tides, system: galvi.NBody, q: Array, v: Array, t: float) -> 
         if k == body or (force.raised_by is not None and k != force.raised_by):
             continue
         x, w = q[k] - q[body], v[k] - v[body]
-        r = np.linalg.norm(x)
+        r = length(x)
         up = x / r
         size = 3 * system.G * mass**2 / r**2 * (force.radius / r) ** 5 * force.k2
         turning = np.cross(np.array(force.spin), x) - (w - (w @ up) * up)

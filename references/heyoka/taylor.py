@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
+from galvi import Canonical, CentralForce, Force, NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
+from references.forces import celestial
 from references.heyoka import engine
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
@@ -125,7 +126,8 @@ class HeyokaTaylor:
         return heyoka_engine.missing(self.precision)
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre in 2 or 3 dimensions."""
+        """N bodies, with forces that are not functions, or a scalar mass about a fixed centre in 2
+        or 3 dimensions."""
         return bool(_law(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -154,7 +156,8 @@ class HeyokaTaylor:
         since the start, the first 0; NaN past a failure. The steps taken, and the failure.
         """
         number = heyoka_engine.kind(self.precision)
-        engine = _compiled(_law(problem), self.precision, *heyoka_engine.switches(options))
+        forces = getattr(problem.system, "forces", ())
+        engine = _compiled(_law(problem), forces, self.precision, *heyoka_engine.switches(options))
         pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
         start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
         state = np.concatenate(start, axis=1).ravel().astype(number)
@@ -164,7 +167,9 @@ class HeyokaTaylor:
 def _law(problem: Problem) -> tuple[Any, ...]:
     """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
-    if isinstance(system, NBody) and not system.forces:
+    if isinstance(system, NBody):
+        if any(isinstance(force, Force) for force in system.forces):
+            return ()
         return ("bodies", system.G, 1.0, *system.masses.tolist())
     if not isinstance(system, Canonical) or not isinstance(system.potential, CentralForce):
         return ()
@@ -178,8 +183,9 @@ def _law(problem: Problem) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=8)
 def _compiled(
-    law: tuple[Any, ...], precision: str, tolerance: float, accurate: bool, compact: bool
-) -> Any:
+    law: tuple[Any, ...], forces: tuple[Any, ...], precision: str, tolerance: float,
+    accurate: bool, compact: bool,
+) -> Any:  # fmt: skip
     """heyoka's integrator; G times mass is formed in its precision, not in double."""
     import heyoka
 
@@ -188,6 +194,12 @@ def _compiled(
     options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
     if system == "bodies":
         equations = heyoka.model.nbody(len(masses), **options)
+        if forces:
+            names = np.array([name for name, _ in equations]).reshape(-1, 2, 3)
+            falls = np.array([right for _, right in equations]).reshape(-1, 2, 3)
+            pushed = NBody(masses, strength / divisor, forces)
+            falls[:, 1] += celestial.accelerations(pushed, names[:, 0], names[:, 1], 0.0)
+            equations = list(zip(names.ravel(), falls.ravel(), strict=True))
     else:
         equations = heyoka.model.fixed_centres(positions=np.zeros((1, 3)).astype(kind), **options)
     return heyoka.taylor_adaptive(

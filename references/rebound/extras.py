@@ -9,6 +9,20 @@ import numpy as np
 
 from galvi import Problem
 from galvi.arrays import Array
+from references.rebound import simulation as rebound_simulation
+
+ADAPTIVE = ("ias15", "bs")
+
+
+def missing() -> str:
+    """One sentence saying why it cannot be used here; empty when it can."""
+    if rebound_simulation.missing():
+        return rebound_simulation.missing()
+    try:
+        import reboundx  # noqa: F401
+    except ImportError as error:
+        return f"{error}. Install reboundx, which is built from its source."
+    return ""
 
 
 def versions() -> str:
@@ -21,34 +35,39 @@ def versions() -> str:
 
 def states(
     problem: Problem, integrator: str, dt: float, times: Array, name: str,
-    own: Mapping[str, Any], first: Mapping[str, Any],
+    own: Mapping[str, Any], of_bodies: Mapping[int, Mapping[str, Any]],
 ) -> tuple[Array, Array]:  # fmt: skip
-    """q and v (n, bodies, 3) of bodies in space at times; steps end there.
+    """q and v (n, bodies, 3) of bodies in space at even times, which are multiples of dt.
 
-    name   of REBOUNDx's force, "" for none; own are its parameters, first those of the first body
+    name   of REBOUNDx's force, "" for none; own are its parameters, of_bodies those of bodies,
+           their radius "r" among them
     """
-    import rebound
     import reboundx
 
-    system: Any = problem.system
-    sim = rebound.Simulation()
-    sim.G, sim.t = system.G, problem.t0
-    for mass, q, v in zip(
-        system.masses.tolist(), problem.q0.tolist(), problem.v0.tolist(), strict=True
-    ):
-        sim.add(m=mass, x=q[0], y=q[1], z=q[2], vx=v[0], vy=v[1], vz=v[2])
+    count = round((times[1] - times[0]) / dt)
+    batch = {"concatenate_steps": count} if integrator == "whfast512" else {}
+    made = rebound_simulation.simulation(problem, integrator, batch)
+    sim, found = made.engine, []
+    sim.dt, sim.exact_finish_time = dt, integrator in ADAPTIVE
     extras = reboundx.Extras(sim)
     if name:
         force = extras.load_force(name)
         extras.add_force(force)
         for key, value in own.items():
             force.params[key] = value
-        for key, value in first.items():
-            sim.particles[0].params[key] = value
-    sim.integrator, sim.dt = integrator, dt
-    found = []
-    for t in times:
-        sim.integrate(t)
-        found.append([[p.xyz, p.vxyz] for p in sim.particles])
-    rows = np.array(found)
-    return rows[:, :, 0], rows[:, :, 1]
+        for body, parameters in of_bodies.items():
+            particle = sim.particles[int(made.place[body])]
+            for key, value in parameters.items():
+                if key == "r":
+                    particle.r = value
+                else:
+                    particle.params[key] = value
+    with rebound_simulation.arithmetic_kept(), rebound_simulation.interrupts_kept():
+        for k, t in enumerate(times):
+            if integrator in ADAPTIVE:
+                sim.integrate(t - problem.t0)
+            elif k:
+                sim.steps(1 if batch else count)
+            found.append(made.states())
+    q, v = (np.array(x) for x in zip(*found, strict=True))
+    return q, v

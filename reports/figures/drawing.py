@@ -9,21 +9,21 @@ from typing import Any
 
 import pandas as pd
 
+from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, picture, slug, write_files
-from reports.figures.style.chart_lines import LEGEND as CHART_LINES
-from reports.figures.style.chart_lines import chart_of
+from reports.figures.profiles import PROFILES
 from reports.figures.style.decades import error_label
-from reports.figures.work_precision import FEWER, shown, step_cost, work_precision
+from reports.figures.work_precision import work_precision
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.section import Figure
 from reports.results.section_result import SectionResult
-from reports.tables.comparison_tables import is_ours
-from reports.tables.number_format import capital
+from reports.tables.comparison_tables import is_ours, matched
+from reports.tables.summary_sentences import summary_sentences
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +44,26 @@ UNITS = {
 
 
 NOT_COMPACT = ("heyoka, chains", "heyoka, Lagrangians")
+NOT_DONE = {  # by galvi, of what the codes beside it do
+    POSITION: "galvi merges and bounces nothing, and sums all pairs of bodies directly.",
+    COORDINATES: "galvi has no constraints between coordinates.",
+}
+BODIES_NOT_DONE = "galvi has no contacts, joint limits or closed loops, which MuJoCo has."
 
 
 def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
-    """Errors against times on one problem."""
+    """Errors against times on one problem; who is fastest where is its title."""
     quantity = str(runs["quantity"].iloc[0])
+    who = summary_sentences(matched(dependable(runs)))
     return Figure(
         name=slug(problem),
-        title=f"{label_of(problem).title}: error against time",
+        title=who[0].rstrip(".") if who else f"{label_of(problem).title}: error against time",
         draw=work_precision,
         options={"ylabel": error_label(problem, quantity)},
-        caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
-        "Blue: galvi, darker with the degree; hollow: dominated by another run of the same "
-        f"contender; broken lines: other codes. {_of_drawn(runs)}".rstrip(),
+        caption=f"{UNITS[quantity]}. The fronts: settings that no other of the code beats in both; "
+        "of galvi one line for each degree, whatever points and chart, darker with the degree. "
+        "Bars: where the time lies in 95 % of cases, or between the fastest and the slowest round. "
+        f"{_of_drawn(runs)} {NOT_DONE.get(quantity, BODIES_NOT_DONE)}".replace("  ", " "),
         size=(6.4, 4.8),
     )
 
@@ -65,13 +72,12 @@ def _of_drawn(runs: pd.DataFrame) -> str:
     """Sentences of the caption on what not every such figure shows."""
     measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
     names = list(dict.fromkeys(measured["contender"]))
-    ours = [name for name in names if is_ours(name)]
     said = {
-        f"{capital(CHART_LINES)}.": len({chart_of(name) for name in ours}) > 1,
-        FEWER: len(shown(measured)) < len(names),
-        "Dotted stars and crosses: 2 passes of the iteration.": any("passes" in n for n in ours),
+        "Dotted stars and crosses: 2 passes of the iteration.": any(
+            is_ours(name) and "passes" in name for name in names
+        ),
         'The general kernel is galvi\'s with solver="newton".': any(
-            name.endswith("general kernel") for name in ours
+            name.endswith("general kernel") for name in names
         ),
         "heyoka without its compact mode.": any(name in NOT_COMPACT for name in names),
         "The dotted vertical line marks the time of the run that is the reference.": bool(
@@ -81,22 +87,13 @@ def _of_drawn(runs: pd.DataFrame) -> str:
     return " ".join(sentence for sentence, so in said.items() if so)
 
 
-COST_FIGURE = Figure(
-    name="step-cost",
-    title="Time for one step",
-    draw=step_cost,
-    caption="galvi's methods, at the step sizes they are intended for.",
-    size=(6.4, 4.6),
-)
-
-
 def draw(
     checked: Sequence[ClaimResult],
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
     each: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
 ) -> Gallery:
-    """Draw the figures of the claims, of the studies, of each compared problem, and of the cost.
+    """Draw the figures of the claims, of the studies, and of each compared problem.
 
     each  map, or one that does the same in several processes
     """
@@ -126,9 +123,8 @@ def drawable(
     if table is not None:
         for problem, runs in table.groupby("problem", sort=False):
             yield comparison_figure(str(problem), runs), runs
-    for headline in HEADLINES:
+    for headline in (*HEADLINES, *PROFILES):
         yield headline, table
-    yield COST_FIGURE, comparison.cost
     for one in sections:
         for figure in one.section.figures:
             yield figure, one.frame

@@ -13,9 +13,10 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from references.stored.provenance import HEADINGS, truths
-from reports.figures.drawing import COST_FIGURE, Gallery
+from reports.figures.drawing import Gallery
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
+from reports.figures.profiles import PROFILES
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.motion import motions
@@ -37,7 +38,9 @@ from reports.tables.comparison_tables import (
     readable_ratios,
 )
 from reports.tables.cost_table import readable_cost
+from reports.tables.energies import energies
 from reports.tables.number_format import known as number_known
+from reports.tables.profiles import profile_table
 from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
@@ -135,7 +138,7 @@ class TargetsSection:
 @dataclass(frozen=True)
 class ComparisonSection:
     """The comparison of contenders on one problem; notes and advice are derived from the times, and
-    elsewhere has the table of each other machine."""
+    elsewhere has the table of each other machine, energies that of energy beside position."""
 
     anchor: str
     title: str
@@ -147,7 +150,16 @@ class ComparisonSection:
     notes: tuple[str, ...]
     is_truth: tuple[str, ...]
     elsewhere: tuple[tuple[str, Grid], ...]
+    energies: Grid | None
     remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """All problems together: figures, and a line for each code and error."""
+
+    pictures: tuple[Picture, ...]
+    rows: Grid
 
 
 def content(
@@ -206,6 +218,7 @@ def content(
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery, lacking, others),
+        "profiles": _profiles(runs, gallery),
         "processor": origin.get("cpu", ""),
         "compiled": origin.get("compiled for", ""),
         "built": grid(built()),
@@ -213,7 +226,6 @@ def content(
         "targets": _targets(tables.targets, quick),
         "quick": quick,
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
-        "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
         "studies_left_out": [_left_out(one) for one in sections if one.frame is None],
         "failures": comparison.failures,
@@ -249,6 +261,19 @@ def _study(one: SectionResult, frame: pd.DataFrame, gallery: Gallery) -> StudySe
         rows=grid(table, kinds),
         notes=(*filter(None, (common, one.failure, one.note)), *undrawn),
     )
+
+
+def _profiles(runs: pd.DataFrame | None, gallery: Gallery) -> Profiles | None:
+    table = pd.DataFrame() if runs is None else profile_table(runs)
+    if table.empty:
+        return None
+    drawn = tuple(gallery.pictures[f.name] for f in PROFILES if f.name in gallery.pictures)
+    return Profiles(drawn, _numbers(table, 2))
+
+
+def _numbers(table: pd.DataFrame, texts: int = 1) -> Grid:
+    """A grid whose columns are numbers, after the first ones."""
+    return grid(table, dict.fromkeys(table.columns[texts:], "number"))
 
 
 def _left_out(one: SectionResult) -> tuple[str, str, str]:
@@ -299,6 +324,7 @@ def _comparisons(
                     for one in others
                     if (one.runs["problem"] == name).any()
                 ),
+                energies=None if (kept := energies(runs)).empty else _numbers(kept),
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"
                     for _, row in noted.iterrows()

@@ -139,6 +139,7 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
             for item in group.claims:
                 yield item.claim.id, f"{item.claim.id}: {item.claim.title}", 3
     elif part.name == "comparisons":
+        yield from ((("profiles", "All problems together", 2),) if content["profiles"] else ())
         yield from ((item.anchor, item.title, 2) for item in content["comparisons"])
         yield from ((("targets", "Targets", 2),) if content["targets"] else ())
         yield "cost", "Cost of a step", 2

@@ -16,7 +16,7 @@ from benchmarks.work_precision.run import problems
 from reports.contents import CHECKS, SECTIONS
 from reports.figures.drawing import slug
 from reports.page.render import PARTS
-from reports.site import commands, peers, reference
+from reports.site import commands, defects, peers, reference
 
 OUTSIDE = "external_links.txt"
 
@@ -86,7 +86,7 @@ MATHJAX = "mathjax/tex-svg.js"  # under _static
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed, and remove those that no longer are."""
     folder = source / FOLDER
-    pages = dict(chain(reference.pages(), commands.pages(), peers.pages()))
+    pages = dict(chain(reference.pages(), commands.pages(), peers.pages(), defects.pages()))
     for path in folder.rglob("*.md"):
         if str(path.relative_to(folder)) not in pages:
             path.unlink()

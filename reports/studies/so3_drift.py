@@ -12,7 +12,14 @@ from benchmarks.studies import so3_drift
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles, growths
 from reports.figures.style.decades import decades, whole_decades
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import NoData, contender_legend, legend, panels, share_y_label
+from reports.figures.style.layout import (
+    NoData,
+    contender_legend,
+    legend,
+    mark_rounding,
+    panels,
+    share_y_label,
+)
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
 from reports.tables.study_table import without_empty_status
@@ -49,6 +56,7 @@ def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
         one.plot(ends, least * np.sqrt(ends / first), color=GUIDE, linestyle=DASHES, linewidth=1.0)
         decades(one.xaxis)
         decades(one.yaxis)
+        mark_rounding(one)
     contender_legend(one, names)
     legend(one, [Line2D([], [], color=GUIDE, linestyle=DASHES)], ["square root of the steps"])
 

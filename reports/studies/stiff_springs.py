@@ -54,7 +54,7 @@ def energy_exchange(axes: Axes, frame: pd.DataFrame) -> None:
     for name in table:
         axes.plot(table.index, table[name], linewidth=0.8, label=f"${name}$")
     axes.plot(table.index, table.sum(axis=1), linewidth=0.8, color=GUIDE, label="sum")
-    axes.set(xlabel="t", ylabel="energy [problem's unit]")
+    axes.set(xlabel="time $t$ [problem's unit]", ylabel="energy [problem's unit]")
     legend(axes)
 
 

@@ -88,7 +88,7 @@ def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_
     rows = stored(tmp_path, said.append)
     assert "mujoco 3.6.0: No matching distribution found." in said
     assert rows["status"].iloc[0] == "No matching distribution found."
-    assert len(rows) == 1 + 2 * 5 * len(STEPS) and rows["commit"].ne("").all()
+    assert len(rows) == 1 + 3 * 5 * len(STEPS) and rows["commit"].ne("").all()
     assert list(rows) == list(COLUMNS)
     monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
     assert stored(tmp_path, said.append).empty

@@ -19,6 +19,7 @@ from benchmarks.work_precision.fronts import (
     at_smallest,
     front,
     ratios,
+    retimed,
     seconds_at,
     unfounded,
 )
@@ -170,3 +171,11 @@ def test_a_winner_that_was_never_run_is_told() -> None:
         row = {**cells[cells["contender"] == "peer"].iloc[0], **planted}
         (said,) = unfounded(pd.concat([cells, pd.DataFrame([row])], ignore_index=True), rows)
         assert "peer" in said and row["settings"] in said
+
+
+def test_a_time_is_drawn_as_that_of_the_rounds_in_which_it_was_not_chosen() -> None:
+    rows = in_rounds([2.0, 3.0, 4.0, 2.0, 3.0, 4.0, 3.0], [])
+    rows["seconds_low"] = rows["seconds_high"] = rows["seconds"]
+    found = retimed(rows)
+    assert list(found["seconds"]) == [3.0, 1.5] and list(found["seconds_low"]) == [2.0, 1.5]
+    assert list(found["seconds_high"]) == [4.0, 1.5]

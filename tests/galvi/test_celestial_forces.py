@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 import galvi
 from galvi.kernels.forces import celestial
 from references.forces.celestial import accelerations
-from tests.galvi.celestial_cases import CASES, MASSES, OF_VELOCITY, PAIRS, WITH_ENERGY, bodies
+from tests.galvi.celestial_cases import (
+    CASES,
+    MASSES,
+    OF_VELOCITY,
+    PAIRS,
+    WITH_ENERGY,
+    Q,
+    V,
+    bodies,
+)
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 
@@ -118,6 +127,7 @@ def test_other_wrong_forces_are_refused():
         bodies(galvi.Oblateness(0, 1e-3, 0.1, pole=(1, 0, 1)), plane=True)
     for make, words in (
         (lambda: galvi.Relativity(1.0, form="other"), "form must be one of"),
+        (lambda: galvi.Relativity(1.0, form=np.zeros(0)), "form must be one of"),
         (lambda: galvi.Oblateness(0, 1e-3, 0.1, pole=(0, 0, 0)), "pole must have a length"),
         (lambda: galvi.Drag([-1.0]), "must not be negative"),
         (lambda: galvi.Tides(0, -1.0, 1.0, 1.0), "k2 must not be negative"),
@@ -126,6 +136,8 @@ def test_other_wrong_forces_are_refused():
             make()
     with pytest.raises(TypeError, match=r"one of \(q, v\)"):
         galvi.Force(3.0, takes_velocity=True)
+    with pytest.raises(TypeError, match="takes_velocity must be"):
+        galvi.Force(3.0, takes_velocity=np.zeros(0))
 
 
 def test_in_the_plane_a_run_is_that_of_space():
@@ -177,3 +189,19 @@ def test_a_force_that_pushes_a_body_without_mass_later_ends_the_run_in_words():
     run = galvi.integrate(problem, METHOD, 0.05, 20)
     assert not run.success and "push a body without mass" in run.status
     assert 9 <= np.count_nonzero(np.isfinite(run.q[:, 0, 0])) <= 11
+
+
+def test_a_function_of_time_is_asked_at_the_time_of_the_start():
+    force = galvi.Force(lambda q, t: -1e-3 * q / (t - 1.0), takes_time=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        with pytest.raises(ValueError, match="a Force must be finite at the start"):
+            galvi.Problem(galvi.NBody(MASSES, forces=force), Q, V, t0=1.0)
+        again = galvi.Force(lambda q, t: -1e-3 * q / t, takes_time=True)
+        problem = galvi.Problem(galvi.NBody(MASSES, forces=again), Q, V, t0=1.0)
+    assert galvi.integrate(problem, METHOD, 0.05, 2).success
+
+
+def test_a_step_that_newton_cannot_solve_is_tried_in_parts_and_ends_the_run_in_words():
+    problem = bodies([one for name in ("tides", "EIH", "power laws") for one in CASES[name]])
+    run = galvi.integrate(problem, METHOD, 3.0, 5)
+    assert not run.success and "Newton's method did not solve" in run.status

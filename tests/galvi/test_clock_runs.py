@@ -199,6 +199,26 @@ def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
         assert np.max(np.abs(run.q[-1] - grid.q[-1])) < 1e-14
 
 
+@pytest.mark.parametrize(("ulps", "met"), [(40, True), (100, False)])
+def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met: bool) -> None:
+    """Planted: steps whose times come in grains, the time asked for between two of them."""
+    grain = ulps * math.ulp(1.0)
+    plain = method(4, CIRCLES)
+    motion = motion_of(KEPLER, plain, "auto", ROUND_OFF)
+
+    def advance(*call: Any) -> Any:
+        found = motion.advance(*call)
+        times = np.zeros_like(found.taken.t)
+        times[:, 0] = grain * np.round(found.taken.t.sum(axis=1) / grain)
+        return found._replace(taken=found.taken._replace(t=times))
+
+    start = motion.at(KEPLER.q0, KEPLER.v0, KEPLER.t0)
+    time = grain * (round(0.3 / grain) + 0.5)
+    loop = Loop(KEPLER, plain, 1.0, replace(motion, advance=advance), start, time)
+    end, _ = loop.to_time()
+    assert (end is not None) == met and bool(loop.reason) != met
+
+
 def test_a_step_that_is_shortened_at_once_is_judged() -> None:
     problem = galvi.problems.kepler(0.9)
     g = 0.1**1.5

@@ -269,3 +269,37 @@ def test_of_a_chaotic_motion_it_says_that_neighbouring_starts_part(duration) -> 
     assert "raise budget" not in choice.status.lower()
     until = float(choice.status.split("a time of about ")[1].split(",")[0])
     assert 15.0 < until < 40.0, until
+
+
+BURRAU = galvi.Problem(
+    galvi.NBody([3.0, 4.0, 5.0]), [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]], np.zeros((3, 2))
+)
+
+
+@pytest.mark.parametrize("error", [1e-4, 1e-7])
+def test_steps_in_a_clock_keep_the_error_asked_for(error):
+    orbit, duration = galvi.problems.kepler(0.95), 40.0
+    choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8, 12))
+    assert choice.reached and choice.duration == choice.measured == pytest.approx(duration)
+    assert found(orbit, choice, KEPLER) <= 1.1 * choice.error <= 1.1 * error
+    run = galvi.integrate(orbit, choice.method, choice.step, duration=duration)
+    assert choice.method.clock == galvi.Sundman() and "of its clock: error" in str(choice)
+    assert abs(len(run.t) - 1 - choice.steps) <= 0.05 * choice.steps + 1.0
+
+
+def test_equal_steps_through_an_encounter_point_to_the_clock_which_needs_fewer():
+    equal = recommend(BURRAU, 1e-5, 5.0)
+    clock = recommend(BURRAU, 1e-5, 5.0, clock=galvi.DynamicalTime())
+    assert equal.reached and clock.reached
+    assert "try clock=galvi.DynamicalTime()" in equal.status
+    assert "try clock" not in clock.status and "try clock" not in recommend(ORBIT, 1e-5, 9.0).status
+    assert clock.evaluations < 0.1 * equal.evaluations  # 0.03 when this was written
+
+
+def test_an_error_that_only_shows_in_the_times_of_a_clock_counts():
+    """Planted: places at equal tau compared as if they were at equal times."""
+    method = scan.collocation(ORBIT, 4, galvi.Sundman(1.0))
+    run = galvi.integrate(ORBIT, method, 0.4, 40)
+    late = replace(run, t=run.t + 1e-3)
+    off = np.abs(scan.at_times_of(late, run) - run.q - 1e-3 * run.v)
+    assert np.max(off) < 1e-13

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.recommend.scan import turning_points
+from galvi.recommend.extrapolation import turning_points
 from references.closed_forms.kepler import KEPLER
 
 ORBIT = galvi.problems.kepler(0.6)

@@ -9,6 +9,7 @@ import galvi
 from references.closed_forms.kepler import KEPLER
 from references.heyoka.taylor import BEST, HEYOKA, HEYOKA_QUADRUPLE
 from references.stored.planets import STORED_TRUTH
+from tests.galvi.celestial_cases import CASES, MASSES, Q, V
 
 needs_heyoka = pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing or "present")
 needs_real128 = pytest.mark.skipif(
@@ -46,6 +47,19 @@ def test_quadruple_precision_is_exact_in_double_at_any_eccentricity():
         run = HEYOKA_QUADRUPLE.run(problem, 30.0, {"samples": 8})
         exact = KEPLER.run(problem, 30.0, {"samples": 8})
         np.testing.assert_allclose(run.q, exact.q, rtol=4e-16, atol=4e-16)
+
+
+@needs_real128
+def test_in_quadruple_precision_all_forces_together_are_those_of_galvi():
+    forces = [one for case in CASES.values() for one in case if not isinstance(one, galvi.Force)]
+    problem = galvi.Problem(galvi.NBody(MASSES, forces=forces), Q, V)
+    assert len({type(one) for one in forces}) == 6 and HEYOKA_QUADRUPLE.supports(problem)
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    run = galvi.integrate(problem, method, 0.01, 40)
+    truth = HEYOKA_QUADRUPLE.run(problem, 0.4, {})
+    assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-13
+    own = galvi.NBody(MASSES, forces=galvi.Force(lambda q: 0.0 * q))
+    assert not HEYOKA_QUADRUPLE.supports(galvi.Problem(own, Q, V))
 
 
 @needs_heyoka

@@ -38,7 +38,7 @@ def frame_for(figure: Figure) -> pd.DataFrame:
     if figure.draw in (convergence_in_n, convergence_in_h, convergence_in_degree):
         rows = [one for rate in figure.options["rates"] for one in _errors(rate)]
     elif figure.draw is history:
-        rows = _history(figure.options["quantity"])
+        rows = _history(figure.options["quantity"], figure.options.get("rounding", False))
     elif figure.draw is energies:
         rows = _energies(figure.options)
     elif figure.draw is paths:
@@ -108,9 +108,10 @@ def _errors(rate) -> list[dict[str, object]]:
     ]
 
 
-def _history(quantity: str) -> list[dict[str, object]]:
+def _history(quantity: str, rounding: bool) -> list[dict[str, object]]:
+    size = 1e-14 if rounding else 0.01
     return [
-        row(study="history", quantity=quantity, t=2.0 * k, value=0.01 * np.sin(k))
+        row(study="history", quantity=quantity, t=2.0 * k, value=size * np.sin(k))
         for k in range(100)
     ]
 
@@ -128,7 +129,7 @@ def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
     return [
         row(study=study, quantity="position", label=body, t=t, x=k + np.cos(t), y=np.sin(t), z=0.0)
         for panel in options["panels"]
-        for k, study in enumerate(panel.studies)
+        for k, study in enumerate((panel.study,))
         for body in options["bodies"]
         for t in np.linspace(0.0, 6.0, 50)
     ]

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import frame
 from reports.figures.catalogue.all import FIGURES
-from reports.figures.drawing import COST_FIGURE, comparison_figure
+from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
+from reports.figures.profiles import PROFILES
 from reports.figures.style.layout import NoData
+from reports.figures.work_precision import line_of
+from reports.studies.free_body_drift import PANELS, together
+from reports.tables.profiles import profile_table
 from tests.reports.figure_frames import lay_out
 
 NAMES = [figure.name for figure in FIGURES]
@@ -53,12 +58,44 @@ def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_f
         assert rate.fit(table).rate in stated
 
 
-def test_comparisons_and_costs_draw_without_warnings(make_suite):
+def test_comparisons_draw_without_warnings(make_suite):
     suite = make_suite()
     runs = suite.work_precision(True, print)
     lay_out(comparison_figure("kepler e=0.6", runs), runs)
-    lay_out(COST_FIGURE, suite.cost(True, print))
     with pytest.raises(NoData):
         lay_out(comparison_figure("kepler", runs), runs[runs["status"] == "truth"])
-    with pytest.raises(NoData):
-        lay_out(COST_FIGURE, suite.cost(True, print).tail(1))
+
+
+def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_own():
+    names = ["galvi degree 8, Gauss 8, Cayley", "galvi degree 8, Gauss 9", "galvi clock, Gauss 8",
+             "galvi degree 8, Gauss 8, general kernel", "MuJoCo RK4"]  # fmt: skip
+    assert list(map(line_of, names)) == ["galvi degree 8", "galvi degree 8", *names[2:]]
+
+
+def test_contenders_whose_errors_are_alike_share_a_line_and_others_do_not():
+    def run(name, factor):
+        errors = {one: [1e-3 * factor, 1e-2 * factor] for one in PANELS}
+        return pd.DataFrame({"contender": name, "turn": [1, 10], **errors})
+
+    names = ["MuJoCo implicit, free joint", "MuJoCo discrete, free joint", "MuJoCo RK4, free joint",
+             "galvi degree 4"]  # fmt: skip
+    shown = pd.concat(map(run, names, (1.0, 1.01, 2.0, 1.0)))
+    assert together(shown, names) == {
+        "MuJoCo implicit, discrete, free joint": names[0], names[2]: names[2], names[3]: names[3]
+    }  # fmt: skip
+
+
+def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
+    errors = {"galvi degree 8": 1e-9, "peer": 1e-5, "useless": 1e-2}
+    rows = pd.DataFrame(
+        [{"problem": f"p{k}", "contender": who, "settings": "step=1", "error": error, "status": "",
+          "seconds": 20.0 - len(who)} for k in range(6) for who, error in errors.items()]
+    )  # fmt: skip
+    for figure in PROFILES:
+        lay_out(figure, rows)
+        with pytest.raises(NoData, match="5 problems"):
+            lay_out(figure, rows[rows["contender"] == "useless"])
+    table = profile_table(rows).set_index(["error", "code"])
+    assert table.loc[("10⁻⁴", "peer"), "fastest"] == "0 % (0 to 46)"
+    assert table.loc[("10⁻⁸", "galvi"), "solved"] == "100 % (54 to 100)"
+    assert table.loc[("10⁻⁸", "useless"), "galvi faster, tie, slower"] == "6, 0, 0"

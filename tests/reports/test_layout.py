@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import Text3D
 from benchmarks.work_precision.problem import POSITION
 from reports.contents import SECTIONS
 from reports.figures.catalogue.all import FIGURES
-from reports.figures.drawing import COST_FIGURE, comparison_figure
+from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
@@ -119,7 +119,7 @@ def compared(headline: Figure) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def test_comparisons_and_costs_fit_in_any_width(make_suite):
+def test_comparisons_fit_in_any_width(make_suite):
     suite = make_suite()
     history = pd.DataFrame({"commit": [f"{k:040x}" for k in range(30)]})
     values = np.linspace(1.0, 1.6, 30)
@@ -131,7 +131,6 @@ def test_comparisons_and_costs_fit_in_any_width(make_suite):
     runs = suite.work_precision(True, print)
     for width in ALL.values():
         for figure, frame in ((comparison_figure("kepler e=0.6", runs), runs),
-                              (COST_FIGURE, suite.cost(True, print)),
                               (tracked, history),
                               *((one, compared(one)) for one in HEADLINES)):  # fmt: skip
             assert not list(faults(laid_out(figure, frame, width)))

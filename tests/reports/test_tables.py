@@ -11,6 +11,8 @@ from rich.console import Console
 
 from benchmarks.studies.taxonomy import COLUMNS
 from benchmarks.work_precision.asked import ERRORS, errors_of
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import fastest
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
@@ -34,7 +36,8 @@ from reports.tables.comparison_tables import (
     readable_ratios,
     smallest,
 )
-from reports.tables.number_format import TIMES
+from reports.tables.energies import energies
+from reports.tables.number_format import TIMES, readable
 from reports.tables.targets_table import ALONE, QUICK, readable_targets, summary
 
 KEPLER = "kepler e=0.6"
@@ -267,9 +270,18 @@ def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
     figure = comparison_figure("body", runs())
     assert figure.options["ylabel"].startswith("error of the attitude at the end")
-    assert "exponential" not in figure.caption and "R_true" in figure.caption
-    other = runs()[-1:].assign(contender="galvi degree 8, Gauss 8, Cayley")
-    two = pd.concat([runs(), other], ignore_index=True)
-    assert "exponential" in comparison_figure("body", two).caption
+    assert "contacts" in figure.caption and "R_true" in figure.caption
+    assert figure.title == "Body: galvi is fastest from 0.01 to 10⁻¹²"
     assert picture(figure, runs()).png.startswith(b"\x89PNG")
     assert "true position" in comparison_figure("kepler", runs(quantity=POSITION)).caption
+
+
+def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_fastest() -> None:
+    rows = runs(quantity=POSITION)
+    assert energies(rows).empty
+    rows["energy"] = [10.0 ** -(k + 3) for k in range(len(rows))]
+    table = energies(rows).set_index("contender")
+    assert set(table.index) >= {"galvi, best", OF_RK4}
+    best = fastest(dependable(rows[rows["contender"] == OF_RK4]), 1e-4)
+    assert table.loc[OF_RK4, "10⁻⁴"] == readable(best["energy"], 2)
+    assert "not reached" in set(table.to_numpy().ravel())

@@ -27,7 +27,7 @@ from benchmarks.work_precision.problems.pendulums import on_coordinates
 from galvi import KeplerFrame, Problem
 from references.closed_forms.kepler import KEPLER
 from references.heyoka import taylor as heyoka_taylor
-from references.rebound import ias15, saba, whfast, whfast512
+from references.rebound import ias15, native, saba, whfast, whfast512
 from references.scipy.ivp import DOP853, ODE45
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
 from references.stored.planets import STORED_TRUTH
@@ -85,6 +85,15 @@ def planets(
     taylor += (
         [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": one} for one in (1e-6, 1e-9, 1e-12)]
     )
+    whole = [
+        Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+        Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
+        Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
+    ]
+    built = [] if native.missing() else [
+        Participant(f"{label}, native", native.Native(contender), settings)
+        for label, contender, settings in whole
+    ]  # fmt: skip
     return WorkPrecisionProblem(
         problem,
         duration,
@@ -105,15 +114,16 @@ def planets(
                 )
                 for (s, passes), per_period in IN_FRAME.items()
             ),
-            Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+            whole[0],
             Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
             Participant(
                 "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
             ),
-            Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
+            whole[1],
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
+            whole[2],
             Participant("REBOUND SABA, default", saba.SABA, steps(5, 20, **saba.DEFAULT)),
+            *built,
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
             Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10))),
             *(

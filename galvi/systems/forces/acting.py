@@ -55,7 +55,7 @@ class Acting:
                 f"the first of them body {light[0]}. Give them small ones."
             )
 
-    def check_state(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array, t: float) -> None:
         """ValueError for an axis out of the plane, and for functions that return no finite force of
         q's shape, or one on a massless body."""
         for force in self.forces if q.shape[1] == 2 else ():
@@ -67,7 +67,7 @@ class Acting:
                         f"received {axis}."
                     )
         for function in self.functions:
-            value = function.at(q, v, 0.0)
+            value = function.at(q, v, t)
             if not np.all(np.isfinite(value)):
                 raise ValueError(
                     f"a Force must be finite at the start; received {value.tolist()}. Check its "

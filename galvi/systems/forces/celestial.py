@@ -98,7 +98,7 @@ class Relativity(_Builtin):
     def __post_init__(self) -> None:
         _set(self, c=input_checks.positive("c", self.c))
         _set(self, source=input_checks.whole("source", self.source, 0))
-        if self.form not in FORMS:
+        if not isinstance(self.form, str) or self.form not in FORMS:
             raise ValueError(f"form must be one of {FORMS}; received {shown(self.form)}.")
 
     @property
@@ -315,11 +315,11 @@ class Force:
     spatial = ()
 
     def __post_init__(self) -> None:
+        for name in ("takes_velocity", "takes_time"):
+            _set(self, **{name: input_checks.flag(name, getattr(self, name))})
         if not callable(self.function):
             raise TypeError(f"function must be one of {self.arguments}; received "
                             f"{shown(self.function)}.")  # fmt: skip
-        for name in ("takes_velocity", "takes_time"):
-            _set(self, **{name: input_checks.flag(name, getattr(self, name))})
 
     @property
     def arguments(self) -> str:

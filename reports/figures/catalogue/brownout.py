@@ -111,9 +111,10 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         draw=clouds,
         options={"study": v25.SHOWN, "labels": v25.LABELS, "times": v25.TIMES},
         caption="A stated model, not M's, which prints neither wind nor emission; its times are "
-        f"ours. {v25.PICTURED} super-particles of each size, of the same mass, seen from the side; "
-        "those on the ground are not shown. Line: the rotor. Dashed: the pilot's ray.",
-        size=(8.4, 4.6),
+        f"ours. {v25.PICTURED} super-particles of each size, of the same mass, seen from the side, "
+        "the coarsest in front; those on the ground are not shown. Line: the rotor. Dashed: the "
+        "pilot's ray.",
+        size=(8.4, 3.6),
     ),
     Figure(
         name="m-fig-2-moving",

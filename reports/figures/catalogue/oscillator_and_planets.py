@@ -81,16 +81,15 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=paths,
         options={
             "panels": (
-                Panel(v11.EXPLICIT, (v11.EXPLICIT,), HALF),
-                Panel(v11.IMPLICIT, (v11.IMPLICIT, v11.BLIND), HALF),
-                Panel(v11.SYMPLECTIC, (v11.SYMPLECTIC,), HALF),
+                Panel(v11.EXPLICIT, v11.EXPLICIT, HALF),
+                Panel(v11.IMPLICIT, v11.IMPLICIT, HALF, stops=True),
+                Panel(v11.SYMPLECTIC, v11.SYMPLECTIC, HALF),
             ),
             "bodies": v11.INNER,
         },
         caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
         "equatorial plane of the ICRF; explicit Euler leaves the frame. "
-        "Implicit Euler ends at the crosses, where its solver stops converging; thin lines: the "
-        "continuation when that is ignored, which leaves the frame too.",
+        "Implicit Euler ends at the crosses, where its solver stops converging.",
         size=(9.6, 3.5),
     ),
     Figure(
@@ -217,9 +216,15 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             title=f"Kepler: {quantity} in time, n = 8, h = 2, {v08.STEPS} steps",
             claims=("V8",),
             draw=history,
-            options={"quantity": quantity, "ylabel": f"relative {quantity} [1]"},
-            caption="At step ends, from (q, p). An error that grows with time leaves the band "
-            "for good, as round-off does that adds up.",
+            options={
+                "quantity": quantity,
+                "ylabel": f"relative {quantity} [{'eps' if number == 13 else '1'}]",
+                "rounding": number == 13,
+            },
+            caption="At step ends, from (q, p). "
+            + ("In units of the machine epsilon. Independent roundings grow like the dashed "
+               "line, biased ones like the dotted one."
+               if number == 13 else "An error that grows with time leaves the band for good."),
         )
         for quantity, number in (("energy error", 12), ("angular momentum error", 13))
     ),

@@ -116,11 +116,18 @@ RIGID_BODIES: tuple[Figure, ...] = (
             title=f"Free rigid body: energy error in time, n = {n}, h = 0.5, {l04.STEPS} steps",
             claims=("L4",),
             draw=history,
-            options={"quantity": quantity, "ylabel": "relative energy error [1]",
-                     "xlabel": "time $t$"},
-            caption="At every second step end, from (R, p). An error that grows leaves the band; "
-            + ("the truncation error is below round-off here, whose sign changes (see the checks)."
-               if n == l04.N else "this is the truncation error."),
+            options={
+                "quantity": quantity,
+                "ylabel": f"relative energy error [{'eps' if n == l04.N else '1'}]",
+                "xlabel": "time $t$",
+                "rounding": n == l04.N,
+            },
+            caption="At every second step end, from (R, p). "
+            + ("In units of the machine epsilon, below which the truncation error is. Independent "
+               "roundings grow like the dashed line, biased ones like the dotted one: the checks "
+               "say which."
+               if n == l04.N else
+               "An error that grows leaves the band; this is the truncation error."),
         )
         for n, quantity in l04.QUANTITIES.items()
     ),

@@ -1,4 +1,4 @@
-"""Grains in the air below a rotor: a picture for each size and time, and one that moves."""
+"""Grains in the air below a rotor: a picture for each time, and one that moves."""
 
 from __future__ import annotations
 
@@ -18,36 +18,29 @@ from reports.figures.style.layout import WIDE, NoData, legend, panels
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 BESIDE = 0.7  # inches of labels, beside and below a picture
-FLAT, TITLE = 0.28, 0.24  # height over width of a panel; inches of its title
 
 
 def clouds(
     axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
-    """x and z of the grains in the air, seen from the side: panels for each label, one for each
-    time. The rotor is a line, the ray along which the optical depth is taken is dashed."""
+    """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
+    each label, the last in front. The rotor is a line, the ray along which the optical depth is
+    taken is dashed."""
     _known(frame, study)
     canvas = axes.figure
-    columns = len(times) if canvas.get_figwidth() > WIDE else len(times) // 2
-    titled = columns < len(times)
-    high = TITLE * titled + FLAT * canvas.get_figwidth() / columns
-    canvas.set_figheight(high * len(labels) * len(times) / columns + 3.0 * TITLE)
-    places = iter(panels(axes, len(labels) * len(times), columns=columns))
-    for i, label in enumerate(labels):
-        for k, t in enumerate(times):
-            one = next(places)
+    columns = 2 if canvas.get_figwidth() > WIDE else 1
+    across = canvas.get_figwidth() / columns - BESIDE
+    rows = -(-len(times) // columns)
+    canvas.set_figheight(rows * (across * HEIGHT / (2.0 * WIDTH) + BESIDE))
+    places = panels(axes, len(times), columns=columns)
+    for one, t in zip(places, times, strict=True):
+        for i, label in enumerate(labels):
             x, z = _places(frame, study, label, t)
-            one.plot(x, z, ".", color=COLOURS[i], markersize=1.6, markeredgewidth=0.0,
+            one.plot(x, z, ".", color=COLOURS[i], markersize=2.2, markeredgewidth=0.0,
                      rasterized=True)  # fmt: skip
-            _scene(one, t)
-            first, last = k % columns == 0, i == len(labels) - 1 and k >= len(times) - columns
-            if i == 0 or titled:
-                one.set_title(f"{t:g} s", pad=3, fontweight="normal")
-            if k == 0:
-                one.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
-                legend(one)
-            one.set(xlabel="$x$ [m]" if last else "", ylabel="$z$ [m]" if first else "")
-            one.tick_params(labelbottom=last, labelleft=first)
+        _scene(one, t)
+        one.set(title=f"{t:g} s", xlabel="$x$ [m]", ylabel="$z$ [m]")
+    _sizes(one, labels)
 
 
 def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
@@ -61,13 +54,18 @@ def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequenc
         (rotor,) = axes.plot([-R, R], [rotor_height(t)] * 2, color="#222222", linewidth=1.5)
         in_frame(rotor, k, len(times))
         in_frame(axes.text(-19.0, 10.8, f"{t:.2f} s"), k, len(times))
-    for i, label in enumerate(labels):
-        axes.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
-    legend(axes)
+    _sizes(axes, labels)
     canvas = axes.figure
     canvas.set_figheight(BESIDE + (canvas.get_figwidth() - BESIDE) * HEIGHT / (2.0 * WIDTH))
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal", yticks=[0, 5, 10],
              xlabel="$x$ [m]", ylabel="$z$ [m]")  # fmt: skip
+
+
+def _sizes(axes: Axes, labels: Sequence[str]) -> None:
+    """The legend."""
+    for i, label in enumerate(labels):
+        axes.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
+    legend(axes)
 
 
 def _known(frame: pd.DataFrame, study: str) -> pd.DataFrame:

@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from benchmarks.store.frames import pick
+from galvi.arrays import Array
 from reports.figures.style.decades import decades, powers, readable
-from reports.figures.style.identities import BAND, COLOURS, line_color
-from reports.figures.style.layout import Label, NoData, label_ends, legend, panels
+from reports.figures.style.identities import BAND, COLOURS, GUIDE, line_color
+from reports.figures.style.layout import Label, NoData, label_ends, legend, mark_rounding, panels
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
@@ -61,19 +62,34 @@ MANY = 300  # above this many, points are not joined
 
 
 def history(
-    axes: Axes, frame: pd.DataFrame, *, quantity: str, ylabel: str, xlabel: str = TIME
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    ylabel: str,
+    xlabel: str = TIME,
+    rounding: bool = False,
 ) -> None:
     """Values at step ends, over a band that spans the values of the first half.
 
     An error that grows with time leaves the band in the second half.
+
+    rounding  in units of the machine epsilon, with guides in place of the band that grow as the
+              square root of the time and as the time, to the mean of the last tenth
     """
     rows = pick(frame, study="history", quantity=quantity).sort_values("t")
     rows = rows[rows["value"].notna()]
     if rows.empty:
         raise NoData(f"no step has a finite {quantity}.")
     t, value = rows["t"].to_numpy(float), rows["value"].to_numpy(float)
-    first = value[t <= 0.5 * (t[0] + t[-1])]
-    axes.axhspan(first.min(), first.max(), color=BAND, zorder=0, label="range over the first half")
+    if rounding:
+        value = value / np.finfo(float).eps
+        _growths(axes, t, float(np.mean(value[-max(1, len(t) // 10) :])))
+    else:
+        first = value[t <= 0.5 * (t[0] + t[-1])]
+        axes.axhspan(
+            first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
+        )
     many = len(t) > MANY
     axes.plot(
         t,
@@ -89,6 +105,15 @@ def history(
     axes.ticklabel_format(axis="x", style="plain")
     axes.margins(x=0.01, y=0.15)
     legend(axes)
+
+
+def _growths(axes: Axes, t: Array, end: float) -> None:
+    """Guides that grow to this value like the root of the time, as of errors of rounding that are
+    independent, and like the time, as of biased ones."""
+    share = (t - t[0]) / (t[-1] - t[0])
+    for power, dash, text in ((0.5, (0, (5, 3)), "square root of the time"),
+                              (1.0, (0, (1, 1.5)), "the time")):  # fmt: skip
+        axes.plot(t, end * share**power, color=GUIDE, linestyle=dash, linewidth=1.2, label=text)
 
 
 SMALLEST = 1e-17  # drawn in place of 0
@@ -118,4 +143,5 @@ def departures(
             ends.append(Label(t[-1], away[-1], text, color))
         decades(one.xaxis)
         decades(one.yaxis)
+        mark_rounding(one)
         label_ends(one, ends)

@@ -59,11 +59,12 @@ def _places(frame: pd.DataFrame, quantity: str, body: str) -> tuple[np.ndarray, 
 
 @dataclass(frozen=True)
 class Panel:
-    """Title; the study of its paths, followed by its continuations; half the width of the panel."""
+    """Title; the study of its paths; half the width of the panel; whether they stop early."""
 
     title: str
-    studies: tuple[str, ...]
+    study: str
     half: float
+    stops: bool = False
 
 
 def paths(
@@ -74,22 +75,18 @@ def paths(
     bodies: Sequence[str],
     unit: str = "au",
 ) -> None:
-    """Each body's positions as a line in its colour; the centre as a disc.
-
-    A path with a continuation ends in a cross; continuations are thin.
-    """
+    """Each body's positions as a line in its colour, with a cross where it stops early; the centre
+    as a disc."""
     places = side_by_side(axes, len(panels))
     share_y_label(places, f"$y$ [{unit}]")
     for one, panel in zip(places, panels, strict=True):
         for k, body in enumerate(bodies):
-            color, parts = COLOURS[k % len(COLOURS)], [_path(frame, s, body) for s in panel.studies]
-            if not parts[0][0].size:
+            color, (x, y) = COLOURS[k % len(COLOURS)], _path(frame, panel.study, body)
+            if not x.size:
                 raise NoData(f"{panel.title}: the positions of {body} are not known.")
-            for rank, (x, y) in enumerate(parts):
-                one.plot(x, y, color=color, linewidth=0.5 if rank else 0.7,
-                         alpha=0.5 if rank else 0.9, zorder=2 - rank)  # fmt: skip
-            if len(parts) > 1:
-                one.plot(*(z[-1] for z in parts[0]), "X", color=color, markersize=6, zorder=3,
+            one.plot(x, y, color=color, linewidth=0.7, alpha=0.9)
+            if panel.stops:
+                one.plot(x[-1], y[-1], "X", color=color, markersize=6, zorder=3,
                          markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
         one.plot(0.0, 0.0, "o", color=SUN, markeredgecolor="#222222", markeredgewidth=0.5,
                  markersize=5)  # fmt: skip
@@ -97,7 +94,7 @@ def paths(
         one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
     lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
     names = list(bodies)
-    if any(len(panel.studies) > 1 for panel in panels):
+    if any(panel.stops for panel in panels):
         lines.append(Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6))
         names.append("the solver stops")
     legend(one, lines, names)

@@ -35,7 +35,12 @@ def darker(color: str) -> tuple[float, float, float]:
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
 MOST = 8  # entries of a legend
-VARIANTS = {"GLOBAL": DOTTED, "looser": DASH_DOT, "default": DOTTED}  # what ends a name: its line
+VARIANTS = {
+    "GLOBAL": DOTTED,
+    "looser": DASH_DOT,
+    "default": DOTTED,
+    "native": DOTTED,
+}  # what ends a name: its line
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation, Text
 
 from reports.figures.style.decades import fewer
-from reports.figures.style.identities import darker, grouped, identity
+from reports.figures.style.identities import GUIDE, darker, grouped, identity
+from reports.tables.number_format import readable
 
 
 class NoData(Exception):
@@ -131,6 +132,12 @@ def legend(
     _canvas(axes).entries.update(zip(labels, handles, strict=True))
 
 
+def mark_rounding(axes: Axes) -> None:
+    """A line at the machine epsilon, below which errors are rounding, and its entry."""
+    line = axes.axhline(np.finfo(float).eps, color=GUIDE, linestyle=(0, (1, 2)), linewidth=1.0)
+    legend(axes, [line], [f"machine epsilon, {readable(np.finfo(float).eps, 2)}"])
+
+
 def label_ends(axes: Axes, labels: Sequence[Label]) -> None:
     """Write each label right of the axes, beside the end of its line; in the legend where they are
     too long for that, or a line ends elsewhere. Call when the limits of the axes are final."""
@@ -225,7 +232,7 @@ def _at_the_right(axes: Axes, label: Label) -> bool:
 
 def _legend(canvas: Canvas) -> None:
     """Right of the axes where it is slim, else below them in as many columns as fit."""
-    across = canvas.get_figwidth() - 2.0 * PAD
+    across = canvas.get_figwidth() - 4.0 * PAD
     found = _drawn_legend(canvas, "outside right upper", 1)
     if across > WIDE and not canvas.ends and _inches(found, canvas)[0] <= BESIDE * across:
         return

@@ -1,0 +1,87 @@
+"""How each peer moves, in a few numbers, so that a new version that moves otherwise is told.
+
+    python -m benchmarks.experiments.signatures --write FILE     what the installed engines do
+    python -m benchmarks.experiments.signatures FILE             the same, compared with a file
+
+`make newest` does the first with the newest engines in an environment of their own, and the second
+with those of constraints.txt; exit 1 where they differ.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.store.provenance import versions
+from benchmarks.work_precision.asked import code_of
+from benchmarks.work_precision.participants import readable_setting
+from benchmarks.work_precision.problems import work_precision_problems
+
+CASES = ("kepler e=0.6", "outer solar system", "free rigid body", "3D pendulum, m g = 9.81")
+ENGINES = ("rebound", "mujoco-core", "heyoka", "scipy")
+KEYS = ["problem", "contender", "settings"]
+ROUNDING = 1e-10  # errors below it are no signature
+OTHERWISE = 1.02  # ratio of errors from which a code moves otherwise
+
+
+def signatures() -> pd.DataFrame:
+    """KEYS, error, status, engines: of each peer's coarsest setting on each of CASES in its quick
+    form, the error at the end; a sentence where it fails or is missing; and the versions."""
+    rows = []
+    for case in work_precision_problems(quick=True):
+        if case.problem.name not in CASES:
+            continue
+        truth = case.truth().end
+        for label, contender, settings in case.participants:
+            if code_of(label) == "galvi":
+                continue
+            row = {"problem": case.problem.name, "contender": label,
+                   "settings": readable_setting(settings[0]), "error": float("nan")}  # fmt: skip
+            try:
+                run = contender.run(case.problem, case.duration, settings[0])
+                row["status"] = "" if run.success else run.status
+                if run.success:
+                    row["error"] = case.distance(run.q[-1], truth)
+            except Exception as error:  # whatever a new version does
+                row["status"] = f"{type(error).__name__}: {error}"
+            rows.append(row)
+    found = {name: text for name, text in versions().items() if name in ENGINES}
+    text = ", ".join(f"{name} {version}" for name, version in found.items())
+    return pd.DataFrame(rows).assign(engines=text)
+
+
+def differences(here: pd.DataFrame, other: pd.DataFrame) -> Iterator[str]:
+    """A sentence for each peer that another environment's engines do not have, or that fails or
+    moves otherwise there."""
+    there = other.set_index(KEYS)
+    for row in here.to_dict("records"):
+        name = ", ".join(row[key] for key in KEYS)
+        key = tuple(row[key] for key in KEYS)
+        if key not in there.index:
+            yield f"{name}: not there."
+            continue
+        before, now = (max(one, ROUNDING) for one in (row["error"], there.loc[key, "error"]))
+        if bool(row["status"]) != bool(there.loc[key, "status"]):
+            yield f"{name}: '{row['status']}' became '{there.loc[key, 'status']}'."
+        elif max(before / now, now / before) > OTHERWISE:
+            yield f"{name}: the error {row['error']:.3g} became {there.loc[key, 'error']:.3g}."
+
+
+def main(arguments: list[str]) -> int:
+    """Write, or compare; the exit status."""
+    if arguments[0] == "--write":
+        signatures().to_csv(arguments[1], index=False)
+        return 0
+    other = pd.read_csv(Path(arguments[0])).fillna({"status": ""})
+    here = signatures()
+    said = list(differences(here, other))
+    print(f"{here['engines'].iloc[0]}\n{other['engines'].iloc[0]}")
+    print("\n".join(said) or f"{len(here)} signatures are the same.")
+    return int(bool(said))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,350 @@
+"""Which force works under which integrator: secular rates of a planet's orbit."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from galvi.arrays import Array
+from references.heyoka.engine import QUADRUPLE
+from references.heyoka.taylor import HEYOKA_QUADRUPLE
+from references.rebound import extras
+
+COLUMNS = (
+    "force", "eccentricity", "contender", "verdict", "steps", "error", "error_quarter", "bound",
+    "status", "versions",
+)  # fmt: skip
+ORBITS = 20
+MASS, NODE, ARGUMENT, TILT = 1e-6, 0.5, 0.7, 0.3
+MU = 1.0 + MASS
+PERIOD = 2.0 * np.pi / np.sqrt(MU)
+C, J2, RADIUS, STRENGTH, BETA, SLOWING = 300.0, 1e-3, 0.1, 1e-5, 1e-3, 1e-5
+K2, OWN_RADIUS, LAG = 0.3, 6e-3, 0.1  # of the planet
+SHARE = 10.0  # times its size: how far a force of this size may be from its first order
+FINER = 4
+ORDER = 1.7  # from which an error falls as the square of the step
+RIGHT, LATER, WRONG, REFUSED, ABSENT = (
+    "right", "right for short steps", "wrong", "refused", "not here",
+)  # fmt: skip
+GALVI, THEORY, NO_KICK, WRONG_SIGN = (
+    "galvi degree 8, Gauss 8", "theory, first order", "galvi, kick left out", "galvi, sign changed",
+)  # fmt: skip
+PLANTED = (NO_KICK, WRONG_SIGN)
+REBOUND = ("ias15", "bs", "whfast", "whfast512", "saba", "leapfrog", "mercurius", "trace")
+SETTINGS: Mapping[float, tuple[int, int, int]] = {  # e: samples, REBOUND's steps, galvi's, an orbit
+    0.2: (20, 40, 16),
+    0.9: (80, 80, 200),
+}
+EXPLANATION = (
+    "A planet of 1e-6 of its star's mass with one force, started at apocentre, 0.3 from the "
+    "equator: rates of the orbit's mean elements (ln a, e, node and argument of pericentre, means "
+    "over each of 20 orbits) under galvi and under REBOUND's integrators with "
+    "REBOUNDx's forces, less their rates without the force. The error is that of the worst rate "
+    "over the largest one, against heyoka in quadruple precision, whose run is itself held to the "
+    f"formulas of first order by the bound: {SHARE:g} times the largest rate over the mean motion, "
+    "the size of what the first order, and one post-Newtonian form against another, leave out. "
+    "Right is within the bound at 40 steps an orbit (80 at e = 0.9; galvi: 16 and 200) and at four "
+    "times as many; right for short steps is within it at the second, or falling as the square of "
+    "the step; anything else is wrong. REBOUND's integrators are at their defaults. Planted in "
+    "galvi's runs are a force of the other sign and a force that never acts. That TRACE misapplies "
+    "forces where it switches at a pericentre is reported as hannorein/rebound#833."
+)
+Report = Callable[[str], None]
+Formula = Callable[[float, float, float], tuple[float, float, float, float]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A force, as galvi's and as REBOUNDx's.
+
+    rates    (a, e, i) of mean elements -> rates of ln a, e, node and argument, to first order
+    other    galvi's with the sign changed, None where it can have none
+    pull     of the star at rest, as a share of gravity, with which elements are osculating
+    """
+
+    force: Any
+    name: str
+    rates: Formula
+    own: Mapping[str, Any] = field(default_factory=dict)
+    of_bodies: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    other: Any = None
+    pull: float = 1.0
+    eccentricities: tuple[float, ...] = (0.2,)
+
+
+def motion(a: float) -> float:
+    """n, of the mean semi-major axis."""
+    return float(np.sqrt(MU / a**3))
+
+
+def oblate(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Node -3/2 n J2 (R / p)^2 cos i, argument 3/4 n J2 (R / p)^2 (5 cos^2 i - 1)."""
+    size = motion(a) * J2 * (RADIUS / (a * (1.0 - e * e))) ** 2
+    return 0.0, 0.0, -1.5 * size * np.cos(i), 0.75 * size * (5.0 * np.cos(i) ** 2 - 1.0)
+
+
+def relativistic(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Argument 6 pi G M / (c^2 p) an orbit, M of both."""
+    return 0.0, 0.0, 0.0, 3.0 * motion(a) * MU / (C * C * a * (1.0 - e * e))
+
+
+def inverse_fourth(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Of an attraction A / r^4: argument A / (n a^5 (1 - e^2)^2), by Lagrange's equations."""
+    return 0.0, 0.0, 0.0, STRENGTH * MU / (motion(a) * a**5 * (1.0 - e * e) ** 2)
+
+
+def radiated(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Poynting-Robertson drag (Wyatt and Whipple, Astrophys. J. 111 (1950) 134)."""
+    size, left = BETA / (C * a * a), 1.0 - e * e
+    return -size * (2.0 + 3.0 * e * e) / left**1.5, -2.5 * size * e / left**0.5, 0.0, 0.0
+
+
+def dragged(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Of -k v: energy and angular momentum fall as exp(-2kt) and exp(-kt)."""
+    return -2.0 * SLOWING, 0.0, 0.0, 0.0
+
+
+def tidal(a: float, e: float, i: float) -> tuple[float, float, float, float]:
+    """Hut (1981), eqs. 9 and 10, without spin; the bulge at rest turns the pericentre."""
+    x, left = e * e, 1.0 - e * e
+    size = K2 * MU / MASS * OWN_RADIUS**5 / a**8  # 3 size: of the force, at a
+    f1 = 1.0 + 31.0 / 2.0 * x + 255.0 / 8.0 * x**2 + 185.0 / 16.0 * x**3 + 25.0 / 64.0 * x**4
+    f3 = 1.0 + 15.0 / 4.0 * x + 15.0 / 8.0 * x**2 + 5.0 / 64.0 * x**3
+    turn = 7.5 * size / motion(a) * (1.0 + 1.5 * x + x * x / 8.0) / left**5
+    return -6.0 * LAG * size * f1 / left**7.5, -27.0 * LAG * size * e * f3 / left**6.5, 0.0, turn
+
+
+def _oblate(J2: float) -> Any:
+    return galvi.Oblateness(0, J2, RADIUS)
+
+
+CASES: Mapping[str, Case] = {
+    "J2": Case(_oblate(J2), "gravitational_harmonics", oblate, {}, {0: {"J2": J2, "R_eq": RADIUS}},
+               _oblate(-J2), eccentricities=(0.2, 0.9)),
+    "attraction as r^-4": Case(
+        galvi.PowerLaw(0, -STRENGTH, -4.0), "central_force", inverse_fourth, {},
+        {0: {"Acentral": -STRENGTH, "gammacentral": -4.0}}, galvi.PowerLaw(0, STRENGTH, -4.0),
+    ),
+    "relativity, potential": Case(galvi.Relativity(C, form="potential"), "gr_potential",
+                                  relativistic, {"c": C}, eccentricities=(0.2, 0.9)),
+    "relativity, one source": Case(galvi.Relativity(C), "gr", relativistic, {"c": C},
+                                   eccentricities=(0.2, 0.9)),
+    "relativity, EIH": Case(galvi.Relativity(C, form="EIH"), "gr_full", relativistic, {"c": C}),
+    "radiation": Case(galvi.Radiation([0.0, BETA], C), "radiation_forces", radiated, {"c": C},
+                      {0: {"radiation_source": 1}, 1: {"beta": BETA}}, pull=1.0 - BETA),
+    "drag": Case(galvi.Drag([0.0, SLOWING]), "modify_orbits_forces", dragged, {},
+                 {1: {"tau_a": -0.5 / SLOWING}}),
+    "tides": Case(galvi.Tides(1, K2, OWN_RADIUS, LAG), "tides_constant_time_lag", tidal, {},
+                  {1: {"r": OWN_RADIUS, "tctl_k2": K2, "tctl_tau": LAG}},
+                  eccentricities=(0.2,)),
+}  # fmt: skip
+
+
+QUICK = ("J2", "relativity, one source")
+
+
+def problem(e: float, forces: Any = ()) -> galvi.Problem:
+    """The star and its planet at apocentre."""
+    far, slow = 1.0 + e, np.sqrt(MU * (1.0 - e) / (1.0 + e))
+    turn = _about(2, NODE) @ _about(0, TILT) @ _about(2, ARGUMENT)
+    x, v = turn @ [-far, 0.0, 0.0], turn @ [0.0, -slow, 0.0]
+    share = np.array([[-MASS / MU], [1.0 / MU]])
+    return galvi.Problem(galvi.NBody([1.0, MASS], forces=forces), share * x, share * v)
+
+
+def _about(axis: int, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    i, j = [k for k in range(3) if k != axis]
+    matrix = np.eye(3)
+    matrix[i, i] = matrix[j, j] = c
+    matrix[i, j], matrix[j, i] = -s, s
+    return matrix
+
+
+def mean_elements(q: Array, v: Array, samples: int, pull: float = 1.0) -> Array:
+    """(orbits, 5) of ln a, e, node, argument and inclination from states (n, 2, 3)."""
+    mu = MU * pull
+    x, w = q[:, 1] - q[:, 0], v[:, 1] - v[:, 0]
+    r, h = np.linalg.norm(x, axis=1), np.cross(x, w)
+    node = np.unwrap(np.arctan2(h[:, 0], -h[:, 1]))
+    vector = np.cross(w, h) / mu - x / r[:, None]
+    n = np.stack([np.cos(node), np.sin(node), 0.0 * node], axis=1)
+    unit = h / np.linalg.norm(h, axis=1)[:, None]
+    along, across = np.sum(vector * n, axis=1), np.sum(vector * np.cross(unit, n), axis=1)
+    a = 1.0 / (2.0 / r - np.sum(w * w, axis=1) / mu)
+    a[a < 0.0] = np.nan  # not bound
+    each = [np.log(a), np.hypot(along, across), node, np.unwrap(np.arctan2(across, along)),
+            np.arccos(unit[:, 2])]  # fmt: skip
+    means: Array = np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
+    return means
+
+
+def slopes(means: Array) -> Array:
+    """The rates (4,) of ln a, e, node and argument, by least squares over the orbits."""
+    fit: Array = np.polyfit(PERIOD * np.arange(len(means)), means[:, :4], 1)[0]
+    return fit
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A case at an eccentricity."""
+
+    case: Case
+    e: float
+
+    @property
+    def times(self) -> Array:
+        """(orbits samples + 1,)."""
+        samples = SETTINGS[self.e][0]
+        return PERIOD * np.arange(ORBITS * samples + 1) / samples
+
+    def rates(self, q: Array, v: Array) -> Array:
+        """Of states at the times."""
+        return slopes(mean_elements(q, v, SETTINGS[self.e][0], self.case.pull))
+
+    def truth(self) -> tuple[Array, Array]:
+        """Rates, and those of theory at the mean elements, by a run in quadruple precision."""
+        start = problem(self.e, self.case.force)
+        states = HEYOKA_QUADRUPLE.states(start, self.times, QUADRUPLE)[0]
+        rows = states.astype(np.float64).reshape(len(self.times), 2, 2, 3)
+        means = mean_elements(rows[:, :, 0], rows[:, :, 1], SETTINGS[self.e][0], self.case.pull)
+        middle = means.mean(axis=0)
+        theory = self.case.rates(float(np.exp(middle[0])), float(middle[1]), float(middle[4]))
+        return slopes(means), np.array(theory)
+
+    def by_galvi(self, force: Any, finer: int) -> Array:
+        """Its rates, with a force that may be a fault."""
+        method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+        steps = SETTINGS[self.e][2] * finer
+        start = problem(self.e, force)
+        run = galvi.integrate(start, method, PERIOD / steps, ORBITS * steps)
+        if not run.success:
+            raise ValueError(run.status)
+        q, p = galvi.states_at(run, self.times)
+        return self.rates(q, p / start.system.masses[:, None])
+
+    def by_rebound(self, integrator: str, finer: int) -> Array:
+        """The rates with REBOUNDx's force less those without, which are the integrator's own."""
+        case, dt = self.case, PERIOD / (SETTINGS[self.e][1] * finer)
+        q, v = extras.states(
+            problem(self.e), integrator, dt, self.times, case.name, case.own, case.of_bodies
+        )
+        return self.rates(q, v) - self.rates(*_without(self.e, integrator, dt))
+
+
+@cache
+def _without(e: float, integrator: str, dt: float) -> tuple[Array, Array]:
+    times = Orbit(CASES["J2"], e).times
+    return extras.states(problem(e), integrator, dt, times, "", {}, {})
+
+
+def forces_table(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
+    """A row for each force, eccentricity and contender; see COLUMNS.
+
+    quick                 the forces of QUICK, at the first eccentricity
+    error, error_quarter  of the worst rate over the largest one, and that with a quarter of the
+                          step; nan without steps of a length
+    Raises ModuleNotFoundError without heyoka in quadruple precision.
+    """
+    if HEYOKA_QUADRUPLE.missing:
+        raise ModuleNotFoundError(HEYOKA_QUADRUPLE.missing)
+    rows = []
+    for name, case in CASES.items():
+        for e in case.eccentricities[: 1 if quick else None] if name in QUICK or not quick else ():
+            report(f"{name}, e = {e:g}")
+            for row in judged(Orbit(case, e)):
+                rows.append({"force": name, "eccentricity": e, **row})
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def verdict(errors: Array, bound: float) -> str:
+    """Of an error, or of that and the one at a quarter of the step; nan is none."""
+    if np.all(errors <= bound):
+        return RIGHT
+    if errors[-1] <= bound or FINER**ORDER * errors[-1] <= errors[0]:
+        return LATER
+    return WRONG
+
+
+def _first_sentence(text: str) -> str:
+    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."
+
+
+def judged(orbit: Orbit) -> list[dict[str, Any]]:
+    """The rows of one force and eccentricity."""
+    case, (_, theirs, ours) = orbit.case, SETTINGS[orbit.e]
+    true, theory = orbit.truth()
+    largest = float(np.max(np.abs(true)))
+    bound = SHARE * largest * PERIOD / (2.0 * np.pi)
+
+    def row(contender: str, steps: int, run: Callable[[int], Array]) -> dict[str, Any]:
+        own = {"contender": contender, "steps": steps, "bound": bound}
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            try:
+                found = np.array([run(finer) for finer in ((1, FINER) if steps else (1,))])
+            except (ValueError, RuntimeError, AttributeError) as error:
+                return {**own, "verdict": REFUSED, "status": _first_sentence(str(error))}
+        said = dict.fromkeys(_first_sentence(str(one.message)) for one in warned)
+        if np.all(np.abs(found) <= bound * largest):
+            said["The force does not act."] = None
+        if not np.all(np.isfinite(found)):
+            said["The planet is lost."] = None
+        errors = np.max(np.abs(found - true), axis=1) / largest
+        ends = dict(zip(("error", "error_quarter"), errors, strict=False))
+        return {**own, "verdict": verdict(errors, bound), **ends, "status": " ".join(said)}
+
+    rows = [
+        row(THEORY, 0, lambda finer: theory),
+        row(GALVI, ours, lambda finer: orbit.by_galvi(case.force, finer))
+        | {"versions": f"galvi {galvi.__version__}"},
+        row(NO_KICK, ours, lambda finer: orbit.by_galvi((), finer)),
+    ]
+    if case.other is not None:
+        rows.append(row(WRONG_SIGN, ours, lambda finer: orbit.by_galvi(case.other, finer)))
+    why = extras.missing()
+    for one in REBOUND:
+        if why:
+            rows.append({"contender": f"REBOUND {one}", "verdict": ABSENT, "status": why})
+            continue
+        adaptive = one in extras.ADAPTIVE
+        found = row(f"REBOUND {one}", 0 if adaptive else theirs,
+                    lambda finer, one=one: orbit.by_rebound(one, finer))  # fmt: skip
+        rows.append(found | {"versions": extras.versions()})
+    return rows
+
+
+SHORT = {THEORY: "theory", GALVI: "galvi", NO_KICK: "no kick", WRONG_SIGN: "other sign"}
+
+
+def matrix(frame: pd.DataFrame) -> pd.DataFrame:
+    """A line for each force and eccentricity, a column for each contender: the verdict, and by how
+    much it is wrong at a quarter of the step."""
+
+    def cell(row: Any) -> str:
+        if row["verdict"] != WRONG:
+            return str(row["verdict"])
+        last = 100.0 * (row["error_quarter"] if row["steps"] else row["error"])
+        return f"wrong by {last:.{0 if last >= 10.0 else 1}f} %"
+
+    lines: dict[tuple[str, float], dict[str, Any]] = {}
+    for row in frame.to_dict("records"):
+        where = row["force"], row["eccentricity"]
+        line = lines.setdefault(where, {"force": where[0], "e": f"{where[1]:g}"})
+        contender = str(row["contender"]).removeprefix("REBOUND ")
+        line[SHORT.get(contender, contender)] = cell(row)
+    table = pd.DataFrame(lines.values())
+    own = [name for name in SHORT.values() if name in table]
+    first = ["force", "e", *own]
+    return table[[*first, *(name for name in table if name not in first)]].fillna("")
+
+
+if __name__ == "__main__":
+    print(matrix(forces_table(report=print)).to_markdown(index=False))

@@ -1,0 +1,90 @@
+"""All problems together: performance profiles and data profiles, with bands.
+
+A performance profile (Dolan and More, Math. Program. 91 (2002) 201) is the share of problems on
+which a code takes at most so many times as long as the fastest; a data profile (More and Wild, SIAM
+J. Optim. 20 (2009) 172) that which it solves within a budget, here of time. Codes take part on
+different problems, and a ratio depends on who else does (Gould and Scott, ACM TOMS 43 (2016) 15):
+shares are of the problems of each code; two codes are compared on those of both.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binom
+
+from benchmarks.statistics.paired import COVERAGE, FASTER, SLOWER
+from benchmarks.work_precision.asked import code_of, errors_of
+from benchmarks.work_precision.fronts import OURS
+
+FAILED = math.inf  # what a problem costs that a code does not solve
+TRACES = ("error", "seconds", "steps", "evaluations")  # what a run leaves; a missing engine nothing
+
+
+class Share(NamedTuple):
+    """A share of problems with the ends of its band."""
+
+    low: float
+    share: float
+    high: float
+
+
+def share(solved: int, problems: int) -> Share:
+    """Of problems drawn again from these, with replacement (the bootstrap): the share is binomial,
+    so that its quantiles need no draws. Where it is 0 or 1 all draws are equal, and the band ends
+    where such a result still has the probability (1 - COVERAGE) / 2. NaN without problems."""
+    if not problems:
+        return Share(math.nan, math.nan, math.nan)
+    tail, found = 0.5 * (1.0 - COVERAGE), solved / problems
+    low, high = (float(binom.ppf(one, problems, found)) / problems for one in (tail, 1.0 - tail))
+    end = tail ** (1.0 / problems)
+    return Share(end if solved == problems else low, found, 1.0 - end if solved == 0 else high)
+
+
+def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame:
+    """problem, code, cost, ratio, outcome: of each code one row for each problem on which it was
+    run and of which the truth can tell this error.
+
+    cost     seconds of its fastest run that reaches the error; FAILED where none does, however many
+             were tried
+    ratio    to the least cost of the problem; FAILED where that is
+    outcome  FASTER where galvi is, with the interval of `fronts.ratios` where there is one, SLOWER,
+             TIE, or '' for galvi itself and where neither solves it
+
+    runs   of `benchmarks.work_precision.run`, errors `dependable`
+    cells  of `fronts.ratios`
+    """
+    asked = [name for name, rows in runs.groupby("problem", sort=False) if error in errors_of(rows)]
+    left = [name for name in TRACES if name in runs]
+    tried = runs[runs["problem"].isin(asked) & runs[left].notna().any(axis=1)]
+    found = tried[["problem"]].assign(code=tried["contender"].map(code_of)).drop_duplicates()
+    here = cells[(cells["error"] == error) & (cells["contender"] != OURS)]
+    here = here.assign(code=here["contender"].map(code_of)).dropna(subset="seconds")
+    best = here.loc[here.groupby(["problem", "code"])["seconds"].idxmin()]
+    found = found.merge(best[["problem", "code", "seconds", "outcome"]], how="left")
+    found["cost"] = found.pop("seconds").fillna(FAILED)
+    least = found.groupby("problem")["cost"].transform("min")
+    found["ratio"] = found["cost"] / least.where(np.isfinite(least), 1.0)
+    ours = found[found["code"] == "galvi"].set_index("problem")["cost"]
+    found["outcome"] = [
+        _outcome(row.code, row.cost, ours.get(row.problem, FAILED), row.outcome)
+        for row in found.itertuples()
+    ]
+    return found
+
+
+def _outcome(code: str, theirs: float, ours: float, told: object) -> str:
+    if code == "galvi" or theirs == ours:
+        return ""
+    if isinstance(told, str) and told:
+        return told
+    return FASTER if ours < theirs else SLOWER
+
+
+def profile(values: pd.Series, bounds: Sequence[float]) -> list[Share]:
+    """The share of the problems whose value is at most each bound; FAILED is above all."""
+    return [share(int((values <= bound).sum()), len(values)) for bound in bounds]

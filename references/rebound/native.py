@@ -1,0 +1,98 @@
+"""REBOUND compiled for this processor, beside the wheel: `make native` builds it from its source.
+
+A process has one module `rebound`. The other build is imported from a folder of its own, and takes
+the module's place for as long as a run lasts.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from galvi import Problem, Trajectory
+from references.contender import Contender
+from references.rebound import simulation as rebound_simulation
+
+FOLDER = Path(sys.prefix) / "native"
+BUILT = "built from its source with -O3 -march=native"
+
+
+def missing() -> str:
+    """One sentence saying why this build cannot be used here; empty when it can."""
+    if why := rebound_simulation.missing():
+        return why
+    if not (FOLDER / "rebound").is_dir():
+        return "REBOUND is not built for this processor: make native."
+    wheel = rebound_simulation.version()
+    with native():
+        own = rebound_simulation.version()
+    if own == wheel:
+        return ""
+    return f"{own} is built for this processor, beside {wheel}. Build it again: make native."
+
+
+@contextmanager
+def native() -> Iterator[None]:
+    """`import rebound` means this build."""
+    before = _taken_out()
+    try:
+        sys.modules.update(_modules(FOLDER))
+        yield
+    finally:
+        _taken_out()
+        sys.modules.update(before)
+
+
+@cache
+def _modules(folder: Path) -> Mapping[str, ModuleType]:
+    """The modules of the build in this folder."""
+    sys.path.insert(0, str(folder))
+    importlib.invalidate_caches()
+    try:
+        importlib.import_module("rebound")
+    finally:
+        sys.path.remove(str(folder))
+    return _taken_out()
+
+
+def _taken_out() -> dict[str, ModuleType]:
+    names = [name for name in sys.modules if name.partition(".")[0] in ("rebound", "librebound")]
+    return {name: sys.modules.pop(name) for name in names}
+
+
+@dataclass(frozen=True, eq=False)
+class Native:
+    """A contender of REBOUND's, run by this build."""
+
+    contender: Contender
+
+    @property
+    def name(self) -> str:
+        """The contender's name, marked."""
+        return f"{self.contender.name}, native"
+
+    @property
+    def exact(self) -> bool:
+        """Whether the contender is exact."""
+        return self.contender.exact
+
+    @property
+    def missing(self) -> str:
+        """Why this build, or the contender, cannot be used here, or ""."""
+        return missing() or self.contender.missing
+
+    def supports(self, problem: Problem) -> bool:
+        """Whether the contender supports the problem."""
+        return self.contender.supports(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """See `references.Contender`."""
+        with native():
+            return self.contender.run(problem, duration, setting)

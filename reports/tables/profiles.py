@@ -1,0 +1,52 @@
+"""All problems together: what share of its problems a code solves, and beside galvi."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from benchmarks.statistics.paired import FASTER, SLOWER, TIE
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.profiles import Share, costs, profile, share
+from reports.tables.comparison_tables import heading, matched
+
+SHOWN = (1e-4, 1e-8)  # errors
+FEWEST = 5  # problems, of which a share is said
+FACTORS = (1.0, 10.0)  # of the fastest
+
+
+def costs_at(runs: pd.DataFrame) -> dict[float, pd.DataFrame]:
+    """Error -> `benchmarks.work_precision.profiles.costs` of the rows of a comparison."""
+    counted = dependable(runs)
+    cells = matched(counted)
+    return {error: costs(counted, cells, error) for error in SHOWN}
+
+
+def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
+    """As text, a line for each code and error: problems, shares with their bands, and on how many
+    of them galvi is faster, ties, is slower."""
+    lines = []
+    for error, table in costs_at(runs).items():
+        for code, rows in table.groupby("code", sort=False):
+            if len(rows) < FEWEST:
+                continue
+            fastest, near = profile(rows["ratio"], FACTORS)
+            solved = int((rows["cost"] < float("inf")).sum())
+            beside = [int((rows["outcome"] == one).sum()) for one in (FASTER, TIE, SLOWER)]
+            lines.append(
+                {
+                    "error": heading(error),
+                    "code": str(code),
+                    "problems": str(len(rows)),
+                    "solved": _percent(share(solved, len(rows))),
+                    "within 10 times the fastest": _percent(near),
+                    "fastest": _percent(fastest),
+                    "galvi faster, tie, slower": ", ".join(map(str, beside)) * (code != "galvi"),
+                }
+            )
+    return pd.DataFrame(lines)
+
+
+def _percent(found: Share) -> str:
+    """E.g. 80 % (60 to 100)."""
+    low, middle, high = (round(100.0 * one) for one in found)
+    return f"{middle} % ({low} to {high})"
