@@ -86,7 +86,9 @@ def several(value: Any) -> tuple[Any, ...]:
 
 def returned(name: str, value: Any) -> float:
     """A user function's result as a float, finite or not; ValueError unless a real number."""
-    number = np.asarray(value)
+    number = np.asarray(None)
+    with suppress(ValueError):  # of lists of different lengths
+        number = np.asarray(value)
     if number.ndim:
         raise ValueError(f"{name} must return a number; received an array of shape {number.shape}.")
     if number.dtype.kind not in "iuf":

@@ -13,6 +13,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.events.event import Angle, Approach, Distance, Event, Plane, Transit
+from galvi.input_checks import shown
 
 __all__ = [
     "angle", "apsis", "closest_approach", "plane_crossing", "section", "transit", "within",
@@ -70,5 +71,5 @@ def section(function: Callable[..., Any]) -> Event:
 def _direction(name: str, vector: Any) -> tuple[float, ...]:
     found = input_checks.array(name, vector)
     if found.ndim != 1 or not np.any(found):
-        raise ValueError(f"{name} must be a vector other than 0; received {vector!r}.")
+        raise ValueError(f"{name} must be a vector other than 0; received {shown(vector)}.")
     return tuple(found.tolist())

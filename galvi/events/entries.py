@@ -36,6 +36,12 @@ class Entry:
             return _exactly(self.low + one.low)
         return Entry(self.low + one.low, self.high + one.high)
 
+    def __sub__(self, other: Any) -> Entry:
+        one = _entry(other)
+        if self.exact and one.exact:
+            return _exactly(self.low - one.low)
+        return Entry(self.low - one.high, self.high - one.low)
+
     def __neg__(self) -> Entry:
         return _exactly(-self.low) if self.exact else Entry(-self.high, -self.low)
 
@@ -45,6 +51,9 @@ class Entry:
         one = _entry(other)
         if self.exact and one.exact:
             return _exactly(self.low * one.low)
+        if type(one.low) is float:
+            ends = [self.low * one.low, self.high * one.low]
+            return Entry(*(ends if one.low >= 0.0 else ends[::-1]))
         ends = [a * b for a in (self.low, self.high) for b in (one.low, one.high)]
         return Entry(np.minimum.reduce(ends), np.maximum.reduce(ends))
 
@@ -52,6 +61,8 @@ class Entry:
         one = _entry(other)
         if self.exact and one.exact:
             return _exactly(self.low / one.low)
+        if one.exact and type(one.low) is float and one.low != 0.0:
+            return self * (1.0 / one.low)
         apart = (one.low > 0.0) | (one.high < 0.0)
         low, high = (np.where(apart, 1.0 / x, y) for x, y in ((one.high, -np.inf),
                                                              (one.low, np.inf)))  # fmt: skip
@@ -72,8 +83,8 @@ class Entry:
     def __abs__(self) -> Entry:
         if self.exact:
             return _exactly(np.abs(self.low))
-        most = np.maximum(np.abs(self.low), np.abs(self.high))
-        return Entry(np.maximum(np.maximum(self.low, -self.high), 0.0), most)
+        least = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return Entry(least, np.maximum(-self.low, self.high))
 
     def sqrt(self) -> Entry:
         """The root; that of what may be negative from 0 on."""
@@ -113,11 +124,8 @@ class Entry:
     def _none(self, *given: Any) -> Any:
         raise TypeError("it needs a value, as a branch does")
 
-    def __sub__(self, other: Any) -> Entry:
-        return self + -_entry(other)
-
     def __rsub__(self, other: Any) -> Entry:
-        return -self + other
+        return _entry(other) - self
 
     def __rtruediv__(self, other: Any) -> Entry:
         return _entry(other) / self
@@ -130,15 +138,15 @@ class Entry:
 
 
 class LaterEntry(Entry):
-    """An entry that is computed when a function uses it."""
+    """Row k of bounds that are found when a function uses it."""
 
-    def __init__(self, find: Callable[[], tuple[Array, Array]]) -> None:
-        self._find = find
+    def __init__(self, find: Callable[[], tuple[Array, Array]], k: int) -> None:
+        self._find, self._k = find, k
 
     def __getattr__(self, name: str) -> Any:
         if name not in ("low", "high"):
             raise AttributeError(name)
-        self.low, self.high = self._find()
+        self.low, self.high = (bounds[self._k] for bounds in self._find())
         return vars(self)[name]
 
 

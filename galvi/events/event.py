@@ -61,12 +61,16 @@ class Event:
         if input_checks.flag("terminal", self.terminal) and self.action is not None:
             raise ValueError("an event ends the run or acts on it; received terminal and action.")
 
-    def functions(self, problem: Problem) -> tuple[Value, Value, Value | None]:
-        """The function of one state, what is reported, and what must be positive."""
+    @property
+    def ends_or_acts(self) -> bool:
+        """Whether a run does not go on as before."""
+        return self.terminal or self.action is not None
+
+    def functions(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
+        """As those of a `Quantity`."""
         if isinstance(self.function, Quantity):
-            found, reported, condition = self.function.of(problem)
-            return found, reported or found, condition
-        return self.function, self.function, None
+            return self.function.of(problem)
+        return self.function, None, None
 
 
 def several_events(events: Any) -> tuple[Event, ...]:
@@ -97,12 +101,18 @@ def _number(kind: str, one: Any, names: list[Any]) -> int:
     raise ValueError(f"{kind} must be one of {names}, or its number; received {shown(one)}.")
 
 
+def _two_bodies(problem: Problem, one: Any, other: Any) -> tuple[int, int]:
+    """The numbers of two bodies."""
+    i, j = _body(problem, one), _body(problem, other)
+    if i == j:
+        raise ValueError(f"an event needs two bodies; received {shown(one)} twice.")
+    return i, j
+
+
 def _dot(one: Any, other: Any) -> Any:
     """The sum of products of entries."""
-    total: Any = 0.0
-    for a, b in zip(one, other, strict=True):
-        total = total + a * b
-    return total
+    first, *others = (a * b for a, b in zip(one, other, strict=True))
+    return sum(others, first)
 
 
 @dataclass(frozen=True)
@@ -114,9 +124,7 @@ class Approach:
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
         """As `Quantity`."""
-        i, j = _body(problem, self.one), _body(problem, self.other)
-        if i == j:
-            raise ValueError(f"an event needs two bodies; received {shown(self.one)} twice.")
+        i, j = _two_bodies(problem, self.one, self.other)
 
         def distance(q: Any, v: Any, t: Any) -> Any:
             gap = q[i] - q[j]
@@ -127,7 +135,7 @@ class Approach:
 
 @dataclass(frozen=True)
 class Distance:
-    """The distance of two bodies less a number, relative to that."""
+    """The square of two bodies' distance, relative to that of a number, less 1."""
 
     one: Any
     other: Any
@@ -135,9 +143,15 @@ class Distance:
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
         """As `Quantity`."""
-        _, apart, _ = Approach(self.one, self.other).of(problem)
-        far = self.distance
-        return lambda q, v, t: (apart(q, v, t) / far) ** 2 - 1.0, apart, None
+        i, j = _two_bodies(problem, self.one, self.other)
+        _, apart, _ = Approach(i, j).of(problem)
+        square = self.distance**2
+
+        def relative(q: Any, v: Any, t: Any) -> Any:
+            gap = q[i] - q[j]
+            return _dot(gap, gap) / square - 1.0
+
+        return relative, apart, None
 
 
 @dataclass(frozen=True)
@@ -150,9 +164,7 @@ class Transit:
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         """As `Quantity`."""
-        i, j = _body(problem, self.one), _body(problem, self.other)
-        if i == j:
-            raise ValueError(f"an event needs two bodies; received {shown(self.one)} twice.")
+        i, j = _two_bodies(problem, self.one, self.other)
         towards = np.array(self.observer) / np.linalg.norm(self.observer)
         if towards.size != problem.q0.shape[1]:
             raise ValueError(

@@ -16,6 +16,7 @@ from galvi.run.clocked.run import run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
+from galvi.run.states import finite_states
 from galvi.trajectory import Trajectory
 
 NEAR = 1e-6  # of a step, by which times are those of its ends
@@ -27,7 +28,7 @@ class Piece(NamedTuple):
     run           has the states from which shortened steps are done
     curves        row k of them is that of step k
     times         (n + 1,) at which the steps begin and end
-    q, v          (n + 1, ...) states there; None where they are not known
+    known         whether the states of the run are those at these times
     first         number of steps of the run before
     after, until  times between which its events are the run's
     """
@@ -35,8 +36,7 @@ class Piece(NamedTuple):
     run: Trajectory
     curves: Any
     times: Array
-    q: Array | None
-    v: Array | None
+    known: bool
     first: int = 0
     after: float = -np.inf
     until: float = np.inf
@@ -44,21 +44,24 @@ class Piece(NamedTuple):
 
 def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Piece:
     """All steps of a run that kept its curves, up to a failure."""
-    good = int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
+    good = finite_states(run)
     curves: Any = run.curves
-    if isinstance(curves, ClockCurves):
-        grid = curves.times
-    else:
-        grid = curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
+    grid = _grid(curves)
     t, last = run.t[:good], float(run.t[good - 1])
     step = grid[1] - grid[0]
     grid = grid[(grid - last) / step < 1.0 - NEAR]
     begin = float(t[0]) if after is None else after
     far = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])
     if np.max(far / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < NEAR:
-        return Piece(run, curves, t, run.q[:good], run.v[:good], first, begin,
-                     np.copysign(np.inf, step))  # fmt: skip
-    return Piece(run, curves, grid, None, None, first, begin, last)
+        return Piece(run, curves, t, True, first, begin, np.copysign(np.inf, step))
+    return Piece(run, curves, grid, False, first, begin, last)
+
+
+def _grid(curves: Any) -> Array:
+    found: Array = curves.times if isinstance(curves, ClockCurves) else (
+        curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
+    )  # fmt: skip
+    return found
 
 
 def pieces(run: Trajectory) -> Iterator[Piece]:
@@ -67,17 +70,13 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
     if isinstance(curves, JoinedCurves):
         first = 0
         for part, begin, end in zip(curves.parts, curves.times, curves.times[1:], strict=False):
-            grid = part.times if isinstance(part, ClockCurves) else (
-                part.t0 + np.arange(len(part.bases) + 1) * part.step
-            )  # fmt: skip
-            yield Piece(run, part, grid, None, None, first, float(begin), float(end))
+            grid = _grid(part)
+            yield Piece(run, part, grid, False, first, float(begin), float(end))
             first += len(grid) - 1
     elif curves is not None:
         yield piece_of(run)
-    elif isinstance(run.again, RedoneCurves):
+    elif run.again is not None:
         yield from _redone(run, run.again)
-    elif isinstance(run.again, RedoneClockCurves):
-        yield from _redone_in_clock(run, run.again)
     else:
         raise ValueError(
             "events are found on curves, and this run with actions kept none. Integrate with "
@@ -85,33 +84,21 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
         )
 
 
-def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
-    known, engine = again.known, engine_for(run.problem, again.method)
-    ends = [*(one.first for one in known[1:]), known[0].first + again.done]
-    after: float | None = float(run.t[0])
-    for start, end in zip(known, ends, strict=True):
-        if end > start.first:
-            begin = replace(start, save_every=1, curves=True)
-            part = Run(run.problem, again.method, again.step, end - start.first, begin)
-            done = run_steps(engine, part, watched=False)
-            found = piece_of(done, start.first - known[0].first, after)
-            yield found._replace(until=_until(run))
-            after = -float(np.copysign(np.inf, again.step))
-
-
-def _redone_in_clock(run: Trajectory, again: RedoneClockCurves) -> Iterator[Piece]:
+def _redone(run: Trajectory, again: RedoneCurves | RedoneClockCurves) -> Iterator[Piece]:
     known, after = again.known, float(run.t[0])
     before: Trajectory | None = None
     for k, start in enumerate(known):
-        steps = known[k + 1].first - start.first if k + 1 < len(known) else None
         begin = replace(start, save_every=1, curves=True)
-        done = run_in_clock(
-            run.problem, again.method, again.step, begin, steps, again.end, first=before
-        )
-        yield piece_of(done, start.first - known[0].first, after)._replace(until=_until(run))
-        before, after = done, -float(np.copysign(np.inf, again.step))
-
-
-def _until(run: Trajectory) -> float:
-    """The last time of a run."""
-    return float(run.t[np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)][-1])
+        steps = known[k + 1].first - start.first if k + 1 < len(known) else None
+        if isinstance(again, RedoneClockCurves):
+            given = run.problem, again.method, again.step, begin, steps, again.end
+            before = run_in_clock(*given, first=before)
+        else:
+            left = known[0].first + again.done - start.first if steps is None else steps
+            if not left:
+                continue
+            part = Run(run.problem, again.method, again.step, left, begin)
+            before = run_steps(engine_for(run.problem, again.method), part, watched=False)
+        found = piece_of(before, start.first - known[0].first, after)
+        yield found._replace(until=float(run.t[finite_states(run) - 1]))
+        after = -float(np.copysign(np.inf, again.step))

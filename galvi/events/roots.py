@@ -1,82 +1,94 @@
-"""Roots of Chebyshev series, isolated by bounds of their derivatives."""
+"""Roots of Chebyshev series, isolated by bounds of halves of halves."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial.chebyshev import chebder, chebpts1, chebval, chebvander
 
 from galvi.arrays import Array
 
 HALVINGS = 40
-PASSES, CLOSE = 60, 1e-14  # of Newton's method for a root of an interpolant, and its end
+NOTHING = 1e-16  # of the largest coefficient, up to which the last ones are left out
+FLAT = 4e-16  # of it, up to which a part of a series is 0
+PASSES, CLOSE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
 
 
-def roots(coefficients: Array, starts: Array, ends: Array) -> list[tuple[int, float, int, float]]:
-    """Row, place in (-1, 1], direction and slope of each root of n series with a change of sign.
+def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, Array]:
+    """Row, place in (-1, 1], direction and slope (k,) of the roots of n series with a change of
+    sign.
+
+    A half has none where its first coefficient exceeds the sum of the others, and at most one where
+    that holds of its derivative.
 
     starts, ends  (n,) values where the series begin and end, or their signs
     """
-    slopes = chebyshev.chebder(coefficients, axis=1)
-    bends = chebyshev.chebder(slopes, axis=1) if slopes.shape[1] > 1 else 0.0 * slopes
-    bounds = np.abs(slopes).sum(axis=1), np.abs(bends).sum(axis=1)
-    rows, left = np.arange(len(coefficients)), np.full(len(coefficients), -1.0)
-    found: list[tuple[int, float, int, float]] = []
-    half = 1.0
-
-    def sides(rows: Any, low: Array, high: Array) -> tuple[Array, Array]:
-        one, other = _at(coefficients[rows], low), _at(coefficients[rows], high)
-        return np.where(low == -1.0, starts[rows], one), np.where(high == 1.0, ends[rows], other)
-
+    sizes = np.abs(series)
+    scale = sizes.max(axis=1)
+    some = np.flatnonzero((sizes > NOTHING * scale[:, None]).any(axis=0))
+    series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
+    halves, rows = _halves(series.shape[1]), np.arange(len(series))
+    left, half = np.full(len(series), -1.0), 1.0
+    found = [(rows[:0], left[:0], rows[:0], left[:0])]
     for k in range(HALVINGS + 1):
         if not rows.size:
             break
-        middle = left + half
-        f, slope = _at(coefficients[rows], middle), _at(slopes[rows], middle)
-        maybe = np.abs(f) <= half * bounds[0][rows]
-        maybe |= (left == -1.0) & (f * starts[rows] <= 0.0)  # the end has another sign
-        maybe |= (left + 2.0 * half == 1.0) & (f * ends[rows] <= 0.0)
-        single = maybe & ((np.abs(slope) > half * bounds[1][rows]) | (k == HALVINGS))
-        one, low = rows[single], left[single]  # or too near each other to tell: one, or none
-        high = low + 2.0 * half
-        begin, end = sides(one, low, high)
-        crosses = (begin * end < 0.0) | ((end == 0.0) & (begin != 0.0))
-        one, low, high, begin, end = (x[crosses] for x in (one, low, high, begin, end))
-        places = _places(coefficients[one], slopes[one], low, high, begin)
-        places[end == 0.0] = high[end == 0.0]
-        found += zip(
-            one.tolist(), places.tolist(), np.sign(end - begin).astype(int).tolist(),
-            _at(slopes[one], places).tolist(), strict=True,
-        )  # fmt: skip
-        more = maybe & ~single
-        rows, left = rows[more], left[more]
+        middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
+        maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
+        slopes = chebder(series, axis=1)
+        single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
+        single |= (np.abs(middle) + others <= FLAT * scale[rows]) | (k == HALVINGS)
+        crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
+        one = np.flatnonzero(maybe & single & crosses)
+        x, slope = _places(series[one], slopes[one], starts[one])
+        x[ends[one] == 0.0] = 1.0
+        rises = np.sign(ends[one] - starts[one]).astype(np.int64)
+        found.append((rows[one], left[one] + half * (1.0 + x), rises, slope / half))
+        more = np.flatnonzero(maybe & ~single)
         half *= 0.5
-        rows, left = np.repeat(rows, 2), (left[:, None] + np.array([0.0, 2.0 * half])).ravel()
-    return found
+        rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
+        left[1::2] += 2.0 * half
+        series, starts, ends = (np.repeat(one[more], 2, axis=0) for one in (series, starts, ends))
+        series[::2], series[1::2] = series[::2] @ halves[0], series[1::2] @ halves[1]
+        between = series[::2].sum(axis=1)
+        between = np.where(between == 0.0, np.copysign(NOTHING, starts[::2]), between)
+        ends[::2], starts[1::2] = between, between
+    one, places, rises, slope = (np.concatenate(x) for x in zip(*found, strict=True))
+    return one, places, rises, slope
 
 
-def _places(series: Array, slopes: Array, low: Array, high: Array, begin: Array) -> Array:
-    """The places in (low, high) at which n series change their sign from that of ``begin``, by
-    bracketed Newton iterations."""
-    x = 0.5 * (low + high)
+@lru_cache(maxsize=64)
+def _halves(n: int) -> tuple[Array, Array]:
+    """The matrices (n, n) by which a series becomes those of its halves."""
+    x, back = points_of(n)
+    left, right = ((back @ chebvander(0.5 * (x + end), n - 1)).T for end in (-1.0, 1.0))
+    return left.copy(), right.copy()
+
+
+@lru_cache(maxsize=64)
+def points_of(n: int) -> tuple[Array, Array]:
+    """Chebyshev points in (-1, 1), and the matrix from values there to coefficients."""
+    x: Array = chebpts1(n)
+    return x, np.linalg.inv(chebvander(x, n - 1)).astype(np.float64)
+
+
+def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
+    """The places at which n series change their sign from that of ``starts``, and the slopes there,
+    by bracketed Newton iterations."""
+    found, slope = np.zeros(len(series)), np.zeros(len(series))
+    rows, low, high = np.arange(len(found)), found - 1.0, found + 1.0
     for _ in range(PASSES):
-        if not x.size:
+        if not rows.size:
             break
-        f, slope = _at(series, x), _at(slopes, x)
-        before = f * begin > 0.0
+        x = found[rows]
+        f, slope[rows] = (chebval(x, c[rows].T, tensor=False) for c in (series, slopes))
+        before = f * starts[rows] > 0.0
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):
-            new = x - f / slope
-        new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
-        done = np.abs(new - x) <= CLOSE
-        x = new
-        if np.all(done):
-            break
-    return x
-
-
-def _at(coefficients: Any, x: Any) -> Array:
-    found: Array = np.einsum("kn,kn->k", chebyshev.chebvander(x, coefficients.shape[1] - 1),
-                             coefficients)  # fmt: skip
-    return found
+            new = x - f / slope[rows]
+        found[rows] = np.where((new > low) & (new < high), new, 0.5 * (low + high))
+        more = np.abs(found[rows] - x) > CLOSE
+        rows, low, high = rows[more], low[more], high[more]
+    return found, slope

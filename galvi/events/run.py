@@ -24,7 +24,7 @@ from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
 from galvi.curves.joined import JoinedCurves, cut, merged
 from galvi.events.block import CHUNK
-from galvi.events.event import Event, changed, several_events
+from galvi.events.event import changed, several_events
 from galvi.events.pieces import piece_of, pieces
 from galvi.events.search import MOST, START, Rows, Search
 from galvi.method import Galerkin
@@ -34,12 +34,14 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import defer_interrupts
 from galvi.run.loop import APART, run_steps
 from galvi.run.plan import Run
+from galvi.run.states import saved_velocities
 from galvi.systems.velocities import momentum_at
 from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
 
 CHATTERS = 1000  # actions in one step
 TOO_NEAR = 1e-6  # of a step, between two actions
 FIRST = 8  # steps of the first block
+AT_ONCE = 2**21  # numbers of a block and its curves, at most
 
 
 class Task(NamedTuple):
@@ -60,14 +62,14 @@ def with_events(
 ) -> Callable[..., Trajectory]:  # fmt: skip
     """A run with events, these checked; ``first`` is the run that it continues."""
     task = Task(problem, method, step, start, most, time, first)
-    several = several_events(events)
-    search = Search(problem, method, several)
-    acts = any(one.terminal or one.action is not None for one in several)
-    return partial(_acting if acts else _watched, task, search)
+    search = Search(problem, method, several_events(events))
+    acts = any(one.ends_or_acts for one in search.events)
+    in_parts = acts or not (start.keeps_curves or method.clock)
+    return partial(_acting if in_parts else _watched, task, search, acts)
 
 
 def _watched(
-    task: Task, search: Search, *, progress: bool | None = None,
+    task: Task, search: Search, acts: bool, *, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
     problem, method, h, start, most, time, first = task
@@ -106,22 +108,17 @@ def _told(run: Trajectory, search: Search, over: str = "") -> Trajectory:
     return run
 
 
-class _State(NamedTuple):
-    """A row of the result."""
-
-    number: float
-    t: float
-    q: Array
-    p: Array
-    v: Array
+def _row(number: float, *state: Any) -> tuple[Array, ...]:
+    """A state t, q, p, v after a number of steps, as one of several."""
+    return tuple(np.asarray(x)[None] for x in (number, *state))
 
 
 def _acting(
-    task: Task, search: Search, *, progress: bool | None = None,
+    task: Task, search: Search, acts: bool, *, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
     with np.errstate(all="ignore"), defer_interrupts() as pressed:
-        acting = _Acting(task, search, interrupted or pressed)
+        acting = _Acting(task, search, acts, interrupted or pressed)
         with tqdm(total=task.most, unit="step", disable=not progress) as bar:
             while acting.goes_on():
                 before = acting.done
@@ -140,24 +137,26 @@ class _Acting:
     parts               curves, and when each begins
     """
 
-    def __init__(self, task: Task, search: Search, stopped: Callable[[], bool]) -> None:
+    def __init__(self, task: Task, search: Search, acts: bool, stopped: Callable[[], bool]) -> None:
         self.task, self.search, self.stopped = task, search, stopped
         self.own, self.start, self.before = task.problem, task.start, task.first
         self.most = input_checks.LARGEST if task.most is None else task.most
         self.clocked = task.method.clock is not None
-        self.done, self.chunk, self.within, self.whole = 0, FIRST, 0, 0.0
+        numbers = task.problem.q0.size * (1 + task.method.space.dimension)  # of a step
+        self.at_once = min(CHUNK, max(AT_ONCE // numbers, FIRST))
+        self.chunk = FIRST if acts else self.at_once
+        self.done, self.within, self.whole = 0, 0, 0.0
         self.rest: float | None = None
         self.origin: Problem | None = None
         problem, first = task.problem, task.first
-        if first is None:
-            self.rows = [_State(0.0, problem.t0, problem.q0, problem.p0, problem.v0)]
-        else:
-            end = float(first.t[-1]), first.q[-1], first.p[-1], first.v[-1]
-            self.rows = [_State(0.0, *end)]
+        begin: Any = problem.t0, problem.q0, problem.p0, problem.v0
+        if first is not None:
+            begin = first.t[-1], first.q[-1], first.p[-1], first.v[-1]
+        self.rows = [_row(0.0, *begin)]
         if self.clocked and not self.start.state.size:
             self.start = self._fresh(problem)
         self.base = self.start.first
-        self.after, self.known = self.rows[0].t, [self.start]
+        self.after, self.known = float(self.rows[0][1][0]), [self.start]
         self.parts: list[tuple[float, Any]] = []
         self.restarts: list[tuple[float, Array, Array]] = []
         self.counts: dict[str, int] = {}
@@ -177,18 +176,15 @@ class _Acting:
         made = part.counts["steps"]
         reached = self.clocked and self.task.time is not None and part.t[-1] == self.task.time
         bound = self.clocked and made == n
-        if not (part.interrupted or reached or bound) and made < n and self.rest is None:
-            part = self._steps(self.most - self.done) if not self.clocked else part
-            made = part.counts["steps"]
-        found = Rows(*(np.zeros(0) for _ in range(6)))
+        found = self.search.none()
         if made or reached:
             found = self.search.on(piece_of(part, self.done, self.after))
-            self.parts.append((float(part.t[0]), part.curves))
+            if self.task.start.keeps_curves:
+                self.parts.append((float(part.t[0]), part.curves))
         self.engine = self.engine or part.engine
         for name, value in part.counts.items():
             self.counts[name] = self.counts.get(name, 0) + value
-        stops = [k for k, i in enumerate(found.index) if self._event(i).terminal
-                 or self._event(i).action is not None]  # fmt: skip
+        stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
         if self.search.count > MOST:
             self._fail(f"Stopped after {self.done + made} steps: more than {MOST} events.")
         elif stops:
@@ -202,13 +198,14 @@ class _Acting:
         self._judged(part, bound)
         if self.rest is None:
             self._keep(part, rows)
-            self.done, self.start, self.before = self.done + made, self._end(part), part
+            self.done, self.start = self.done + made, cast(Checkpoint, part.checkpoint)
+            self.before = part
             if self.start.first - self.known[-1].first >= max(APART, self.done // 512):
                 self.known.append(self.start)
         elif made:  # at the end of the step
             self._at_grid(part.t[-1], part.q[-1], part.p[-1], part.v[-1])
         elif reached:
-            self.rows.append(_State(self.done + 0.5, *(x[-1] for x in (part.t, part.q, part.p,
+            self.rows.append(_row(self.done + 0.5, *(x[-1] for x in (part.t, part.q, part.p,
                                                                        part.v))))  # fmt: skip
         if reached:
             self.ended = COMPLETED
@@ -217,37 +214,37 @@ class _Acting:
         elif not (made and np.all(np.isfinite(part.q[-1]))):
             self.ended = part.status
         self.after = -math.copysign(math.inf, self.task.step)
-        self.chunk = min(2 * self.chunk, CHUNK)
+        self.chunk = min(2 * self.chunk, self.at_once)
 
     def _stop(self, part: Trajectory, found: Rows, k: int) -> None:
         """An event that ends or changes the run, and others at its time."""
         t, whole = float(found.t[k]), int(found.step[k]) - self.done - 1
         same = START * abs(part.t[whole + 1] - part.t[whole])
         last = int(np.count_nonzero((found.t - t) * np.sign(self.task.step) <= same))
-        self.search.rows[-1] = found.first(last)
-        self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
+        self.search.rows[-1] = found.at(slice(last))
+        if self.parts:
+            self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
         if self.rest is None and whole:
             steps = self._steps(whole)
             self._judged(steps, True)
             self._keep(steps, whole)
-            self.done, self.start, self.before = self.done + whole, self._end(steps), steps
-            self.within = 0
+            self.done, self.start = self.done + whole, cast(Checkpoint, steps.checkpoint)
+            self.before, self.within = steps, 0
         q, v = found.q[k], found.v[k]
-        event = self._event(found.index[k])
+        event = self.search.events[found.index[k]]
         if event.terminal:
             p = momentum_at(self.own.system, q, v, t)
-            self.rows.append(_State(self.done + self._share(part, whole, t), t, q, p, v))
+            self.rows.append(_row(self.done + self._share(part, whole, t), t, q, p, v))
             name = event.name or f"number {found.index[k]}"
             self.ended = f"Ended by the event {name}, at t = {t:.10g}."
             return
         for index in found.index[k:last]:
-            if (one := self._event(index)).action is not None:
+            if (one := self.search.events[index]).action is not None:
                 q, v = changed(one, self.own, q, v, t)
-        near = bool(self.restarts) and abs(t - self.restarts[-1][0]) <= TOO_NEAR * abs(
-            float(part.t[whole + 1] - part.t[whole] if self.rest is None else self.whole)
-        )
         if self.rest is None:
             self.whole = float(part.t[whole + 1] - part.t[whole])
+        far = TOO_NEAR * abs(self.whole)
+        near = bool(self.restarts) and abs(t - self.restarts[-1][0]) <= far
         self.restarts.append((t, q, v))
         self.within += 1
         if self.within > CHATTERS or near:
@@ -267,7 +264,7 @@ class _Acting:
         """At the end of a step that an action changed: the grid goes on from here."""
         self.done, self.rest, self.within = self.done + 1, None, 0
         self.own = self.origin = self.own.moved(q, v, float(t))
-        self.rows.append(_State(self.done, float(t), q, p, v))
+        self.rows.append(_row(self.done, float(t), q, p, v))
         self.start, self.before = self._fresh(self.own, self.base + self.done), None
 
     def _steps(self, n: int) -> Trajectory:
@@ -279,7 +276,7 @@ class _Acting:
         if self.clocked:
             return run_in_clock(own, method, step, begin, n, self.task.time, first=self.before,
                                 interrupted=self.stopped)  # fmt: skip
-        steps = Run(own, method, step, n, begin)
+        steps = Run(own, method, step, n, begin, self.done, self.most)
         return run_steps(engine_for(own, method), steps, interrupted=self.stopped)
 
     def _fresh(self, problem: Problem, first: int = 0) -> Checkpoint:
@@ -303,30 +300,19 @@ class _Acting:
 
     def _keep(self, part: Trajectory, rows: int) -> None:
         """States of a block after its first."""
-        v = part.v
-        for k in range(1, rows + 1):
-            number = self.done + k
-            if number % self.task.start.save_every == 0 or k == rows:
-                self.rows.append(_State(number, float(part.t[k]), part.q[k], part.p[k], v[k]))
-
-    def _end(self, part: Trajectory) -> Checkpoint:
-        return cast(Checkpoint, part.checkpoint)
-
-    def _event(self, index: int) -> Event:
-        return self.search.events[int(index)]
+        here = np.arange(1, rows + 1)
+        kept = here[((self.done + here) % self.task.start.save_every == 0) | (here == rows)]
+        states = part.t[kept], part.q[kept], part.p[kept], saved_velocities(part, kept)
+        self.rows.append((self.done + kept, *states))
 
     def _judged(self, part: Trajectory, bound: bool) -> None:
         """Keep the first failure that the status of a block tells, or what it doubts."""
-        if (
-            part.status == COMPLETED
-            or part.interrupted
-            or (bound and "the bound of" in part.status)
-        ):
+        good = part.status == COMPLETED or part.interrupted or self.failed is not None
+        if good or (bound and "the bound of" in part.status):
             return
-        if not part.success and self.failed is None:
-            self.failed, self.status = self.done + (part.failed_step or 1), part.status
-        elif self.failed is None:
-            self.status = part.status
+        self.status = part.status
+        if not part.success:
+            self.failed = (part.failed_step or 1) + (self.done if self.clocked else 0)
 
     def _fail(self, status: str) -> None:
         self.ended = self.status = status
@@ -336,9 +322,9 @@ class _Acting:
         """What was done."""
         task, problem, h = self.task, self.task.problem, self.task.step
         every = task.start.save_every
-        rows = [one for k, one in enumerate(self.rows)
-                if one.number % every == 0 or k + 1 == len(self.rows)]  # fmt: skip
-        numbers, t, q, p, v = (np.array(x) for x in zip(*rows, strict=True))
+        numbers, t, q, p, v = (np.concatenate(x) for x in zip(*self.rows, strict=True))
+        rows = np.flatnonzero(np.append(numbers[:-1] % every == 0, True))
+        numbers, t, q, p, v = (x[rows] for x in (numbers, t, q, p, v))
         last = float(t[np.isfinite(q.reshape(len(t), -1)).all(axis=1)][-1])
         curves: Any = None
         again: Any = None

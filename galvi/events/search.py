@@ -1,13 +1,9 @@
 """Finds the events of a run on its curves, and refines them by shortened steps.
 
-A function that could be traced is bounded on each step, by bounds of the coordinates' Chebyshev
-series where these are polynomials: steps in which it cannot be 0 are left out. On the others it is
-interpolated at Chebyshev points, at least four times as many as the method has stages, and more
-until its last coefficients are small. Ends of steps are those of the steps themselves, to which a
-linear term adjusts the interpolant: no root is lost or found twice where two curves meet. Roots of
-the interpolant are isolated by bounds: an interval is without one where |f| at its middle exceeds
-the bound of |f'| times its half, and has at most one where the same holds of |f'| and the bound of
-|f''|; others are halved.
+Steps in which a traced function cannot be 0, by bounds of the coordinates, are left out. On the
+others it is interpolated at Chebyshev points, at least four times as many as the method has stages,
+and more until its last coefficients are small. Ends of steps are those of the steps themselves, to
+which a linear term adjusts the interpolant: no root is lost or found twice where two curves meet.
 """
 
 from __future__ import annotations
@@ -18,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.events.asked import Asked
+from galvi.events.asked import Asked, Function
 from galvi.events.block import CHUNK, Block
 from galvi.events.event import Event, several_events
 from galvi.events.pieces import Piece, pieces
@@ -34,6 +30,7 @@ if TYPE_CHECKING:
 
 MOST = 1_000_000  # events of a run
 SECANTS = 6
+TOGETHER = 1024  # roots that are refined at once
 START = 1e-9  # of the first step, within which a root is one at t0
 FINE = 4.0 * 2.0**-52  # of the time, at which a root's time is known
 
@@ -90,9 +87,14 @@ class Rows(NamedTuple):
     v: Array
     value: Array
 
-    def first(self, n: int) -> Rows:
-        """The first n."""
-        return Rows(*(array[:n] for array in self))
+    def at(self, rows: Any) -> Rows:
+        """Some of them."""
+        return Rows(*(array[rows] for array in self))
+
+
+def joined(parts: list[Rows]) -> Rows:
+    """All rows of several."""
+    return Rows(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 def find_events(run: Trajectory, events: Event | Any) -> Found:
@@ -130,76 +132,59 @@ class Search:
         self.problem, self.method, self.events = problem, method, events
         self.asked = [Asked(event, problem, k) for k, event in enumerate(events)]
         self.rows: list[Rows] = []
-        self.unresolved = 0
-
-    @property
-    def count(self) -> int:
-        """How many were found."""
-        return sum(len(rows.t) for rows in self.rows)
+        self.unresolved = self.count = 0
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
-        found: list[tuple[Any, ...]] = []
         reaching, starts = Reaching(piece.run), [0.0] * len(self.asked)
+        parts = [self.none()]
         for first in range(0, len(piece.times) - 1, CHUNK):
             block = Block(piece, first, self.method)
-            for asked in self.asked:
-                found += self._of(asked, block, reaching, starts)
-        sign = 1.0 if piece.times[-1] >= piece.times[0] else -1.0
-        found.sort(key=lambda row: (sign * row[0], row[2]))
-        rows = self._rows(found)
-        self.rows.append(rows)
-        return rows
+            parts += [self._of(asked, block, reaching, starts) for asked in self.asked]
+            if self.count + sum(len(rows.t) for rows in parts) > MOST:
+                break
+        rows = joined(parts)
+        self.count += len(rows.t)
+        self.rows.append(rows.at(np.lexsort((rows.index, reaching.sign * rows.t))))
+        return self.rows[-1]
 
-    def _of(
-        self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]
-    ) -> list[tuple[Any, ...]]:
+    def _of(self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]) -> Rows:
         """Those of one event in a block; ``starts`` has its values at the block's begin, if any."""
-        series, steps, joint, lost = block.series(asked, starts[asked.number])
+        series, steps, joint, lost = block.series(asked.function, starts[asked.number])
         starts[asked.number] = float(joint[-1])
         self.unresolved += lost
-        found: list[tuple[Any, ...]] = []
-        close: set[float] = set()
-        times, after = block.piece.times, block.piece.after
-        whole = times[1] - times[0]
-        for row, x, rises, slope in roots(series, joint[steps], joint[steps + 1]):
-            if asked.event.direction and rises != asked.event.direction:
-                continue
-            begin, end = block.begin[steps[row]], block.end[steps[row]]
-            half = 0.5 * (end - begin)
-            t, q, v = _refined(asked, reaching, begin + (1.0 + x) * half, begin, end, slope / half)
-            if (t - after) / whole <= START or t in close:  # at t0, or found in the step before
-                continue
-            if (t - block.piece.until) / whole > START:
-                continue
-            if asked.condition is not None:
-                held = asked.of(asked.condition, q[None], v[None], np.array([t]))
-                if not held[0] > 0.0:
-                    continue
-            number = block.piece.first + block.first + int(steps[row]) + 1
-            found.append((t, number, asked.number, q, v))
-            close = {t}
-        return found
+        row, x, rises, slope = roots(series, joint[steps], joint[steps + 1])
+        order = np.lexsort((x, row))
+        order = order[(rises[order] == asked.event.direction) | (asked.event.direction == 0)]
+        if not order.size:
+            return self.none()
+        row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
+        begin, end = block.begin[row], block.end[row]
+        half = 0.5 * (end - begin)
+        given = begin + (1.0 + x) * half, begin, end, slope / half
+        parts = [_refined(asked.function, reaching, *(array[k : k + TOGETHER] for array in given))
+                 for k in range(0, len(row), TOGETHER)]  # fmt: skip
+        t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
+        whole = block.piece.times[1] - block.piece.times[0]
+        good = (t - block.piece.after) / whole > START  # not at t0, or found before
+        good &= (t - block.piece.until) / whole <= START
+        alone = np.flatnonzero(np.append(True, t[1:] != t[:-1]))  # others cannot be told apart
+        good[np.setdiff1d(np.arange(len(t)), alone[np.add.reduceat(rises, alone) != 0])] = False
+        if asked.condition is not None:
+            good &= asked.condition.of(q, v, t) > 0.0
+        number, index = block.piece.first + block.first + row + 1, np.full(len(t), asked.number)
+        return Rows(t, number, index, q, v, asked.reported.of(q, v, t)).at(good)
 
-    def _rows(self, found: list[tuple[Any, ...]]) -> Rows:
-        n, problem = len(found), self.problem
-        t, step, index, q, v = zip(*found, strict=True) if found else ((), (), (), (), ())
-        rows = Rows(
-            np.array(t), np.array(step, dtype=np.int64), np.array(index, dtype=np.int64),
-            np.array(q).reshape(n, *problem.q0.shape), np.array(v).reshape(n, *problem.v0.shape),
-            np.full(n, np.nan),
-        )  # fmt: skip
-        for asked in self.asked:
-            own = np.flatnonzero(rows.index == asked.number)
-            if own.size:
-                states = rows.q[own], rows.v[own], rows.t[own]
-                rows.value[own] = asked.of(asked.reported, *states)
-        return rows
+    def none(self) -> Rows:
+        """No events."""
+        whole, shapes = np.zeros(0, dtype=np.int64), (self.problem.q0.shape, self.problem.v0.shape)
+        q, v = (np.zeros((0, *shape)) for shape in shapes)
+        return Rows(np.zeros(0), whole, whole, q, v, np.zeros(0))
 
     def found(self) -> Found:
         """All of them."""
-        parts = self.rows or [self._rows([])]
-        t, step, index, q, v, value = (np.concatenate(x) for x in zip(*parts, strict=True))
+        self.rows = [joined(self.rows or [self.none()])]
+        t, step, index, q, v, value = self.rows[0]
         names = tuple(self.events[k].name for k in index.tolist())
         return Found(
             read_only(t), names, step, read_only(value), index, read_only(q), read_only(v),
@@ -209,13 +194,11 @@ class Search:
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [f"{one.name} ({one.refusal})" for one in self.asked if one.refusal]
-        text = ""
-        if said:
-            text = (
-                f"Events sampled at {4 * self.method.stages} points of each step, since their "
-                f"functions could not be traced: {', '.join(said)}."
-            )
+        said = [f"{one.name} ({why})" for one in self.asked if (why := one.function.refusal)]
+        text = (
+            f"Events sampled at {4 * self.method.stages} points of each step, since their "
+            f"functions could not be traced: {', '.join(said)}."
+        ) * bool(said)
         if self.unresolved:
             text += (
                 f" In {self.unresolved} steps an event was too rough for the points: some may be "
@@ -225,26 +208,36 @@ class Search:
 
 
 def _refined(
-    asked: Asked, reaching: Reaching, t: float, begin: float, end: float, slope: float
-) -> tuple[float, Array, Array]:
-    """Time, q and v of a root by secants, from one of the curve and the slope there, within its
-    step."""
-    within = sorted((begin, end))
-    run = sorted((float(reaching.run.t[0]), reaching.last))
-    low, high = max(within[0], run[0]), min(within[1], run[1])
-    known: list[tuple[float, float, Array, Array]] = []
-    t = min(max(t, low), high)
-    for _ in range(SECANTS):
-        q, _, v = reaching(t)
-        value = float(asked.many(q.reshape(-1, 1), v.reshape(-1, 1), np.array([t]))[0])
-        known.append((t, value, q, v))
-        if len(known) > 1 and known[-1][0] != known[-2][0]:
-            slope = (known[-1][1] - known[-2][1]) / (known[-1][0] - known[-2][0])
-        if value == 0.0 or slope == 0.0:
+    function: Function, reaching: Reaching, t: Array, begin: Array, end: Array, slope: Array
+) -> tuple[Array, Array, Array]:
+    """Times (n,), q and v of roots by secants, from those of the curve and the slopes there, each
+    within its step."""
+    problem, n = reaching.run.problem, len(t)
+    first, last = sorted((float(reaching.run.t[0]), reaching.last))
+    low = np.maximum(np.minimum(begin, end), first)
+    high = np.minimum(np.maximum(begin, end), last)
+    stages = np.zeros((n, problem.v0.size, reaching.run.method.stages))
+    found, size = np.empty(n), np.full(n, np.inf)
+    q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
+    t, active = np.minimum(np.maximum(t, low), high), np.arange(n)
+    before, values = t.copy(), t.copy()
+    for k in range(SECANTS):
+        now, guess, steep = t[active], stages[active], slope[active]
+        places, _, rates = reaching(now, guess)
+        stages[active], value = guess, function.of(places, rates, now)
+        better = np.abs(value) < size[active]
+        at = active[better]
+        found[at], q[at], v[at] = now[better], places[better], rates[better]
+        size[at] = np.abs(value[better])
+        with np.errstate(all="ignore"):
+            if k:
+                moved = now - before[active]
+                steep = np.where(moved == 0.0, steep, (value - values[active]) / moved)
+            before[active], values[active], slope[active] = now, value, steep
+            new = np.minimum(np.maximum(now - value / steep, low[active]), high[active])
+        near = FINE * np.maximum(np.abs(new), np.abs(end - begin)[active])
+        t[active] = new
+        active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > near)]
+        if not active.size:
             break
-        new = min(max(t - value / slope, low), high)
-        if abs(new - t) <= FINE * max(abs(new), abs(end - begin)):
-            break
-        t = new
-    best = min(known, key=lambda one: abs(one[1]))
-    return best[0], best[2], best[3]
+    return found, q, v

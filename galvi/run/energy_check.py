@@ -101,7 +101,7 @@ def _judged(
         if told.size:
             found = judgement(steps[told], kinetic[told], potential[told], *known, floor, kick)
         first = min(raised)
-        number = int(steps[first]) - start.first
+        number = int(steps[first]) - start.first + run.before
         return found._replace(unjudged=_raised(raised[first], number))
 
     found = judged(False)

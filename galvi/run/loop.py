@@ -147,7 +147,7 @@ def _trajectory(
 
     known  states from which its curves, and the error of bodies without mass, can be found
     """
-    problem, method, step, steps, start = run
+    problem, method, step, steps, start = run[:5]
     done, shape = work.done, problem.q0.shape
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.nystrom import advance
+from galvi.kernels.nystrom.reach import compiled_reach, reach
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, Force
 from galvi.kernels.nystrom.step import NystromTableau
 from galvi.run.plan import Call, Run
@@ -48,6 +49,15 @@ def general_stepper(run: Run, work: RunArrays) -> Call:
         return int(kernel(force, tableau, plan, solver, todo, progress, kept))
 
     return call
+
+
+def reaching(run: Run) -> Callable[..., None]:
+    """The kernel of galvi.kernels.nystrom.reach for a run, called with what comes after step."""
+    system: Any = run.problem.system
+    field, force = _force(system, run.problem.q0.shape[-1])
+    kernel = compiled_reach() if field.compiled else interpreted(reach)
+    tableau, solver = tuple(kernel_tableau(run.method.table)), SOLVERS[run.start.solver]
+    return partial(kernel, force, tableau, solver, run.start.tolerance, run.step)
 
 
 @lru_cache(maxsize=32)

@@ -20,13 +20,18 @@ from galvi.trajectory import Trajectory
 
 
 class Run(NamedTuple):
-    """``steps`` steps of a problem by a method, checked, from a state with its settings."""
+    """``steps`` steps of a problem by a method, checked, from a state with its settings.
+
+    Of a longer run, which tells its steps, ``before`` were done, of ``total``.
+    """
 
     problem: Problem
     method: Galerkin
     step: float
     steps: int
     start: Checkpoint
+    before: int = 0
+    total: int = 0
 
     @property
     def begin(self) -> float:

@@ -29,7 +29,7 @@ NEVER = 62  # watches every 2^62-th step, which is none
 def check_memory(runs: Sequence[Run]) -> None:
     """ValueError when runs that differ in their problems would keep more data than the memory that
     is free."""
-    _, method, _, steps, start = runs[0]
+    _, method, _, steps, start = runs[0][:5]
     d, m = sum(run.problem.q0.size for run in runs), method.space.dimension - 1
     halves = 2 if method.in_frame else 1  # places alone, or velocities too
     rows = 3 * (steps / start.save_every + 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any, cast
 
 import numpy as np
@@ -20,12 +21,11 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.nystrom_steppers import general_stepper
+from galvi.run.nystrom_steppers import reaching
 from galvi.run.plan import Run
 from galvi.systems.velocities import momentum_at, velocity_at
 from galvi.trajectory import Trajectory
 
-GENERAL = replace(NYSTROM, stepper=general_stepper, stepper_from_guess=general_stepper)
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
@@ -38,12 +38,6 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     theirs. NaN where such a step fails. Raises ValueError outside the run and for a run of a
     reference.
     """
-    q, p, _ = states_between(run, times)
-    return (q, p) if np.ndim(times) else (q[0], p[0])
-
-
-def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
-    """As `states_at`, with the velocities, (k, ...) each."""
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(
             f"states between steps are those of a run of galvi.integrate; received {shown(run)}."
@@ -51,55 +45,108 @@ def states_between(run: Trajectory, times: Any) -> tuple[Array, Array, Array]:
     wanted = input_checks.array("times", times)
     if wanted.ndim > 1:
         raise ValueError(f"times must be a scalar or (k,); received shape {wanted.shape}.")
-    reaching, flat = Reaching(run), np.atleast_1d(wanted)
-    if not np.all((flat * reaching.sign >= reaching.grid[0])
-                  & (flat * reaching.sign <= reaching.grid[-1])):  # fmt: skip
+    states, flat = Reaching(run), np.atleast_1d(wanted)
+    first, last = states.grid[0], states.grid[-1]
+    if not np.all((flat * states.sign >= first) & (flat * states.sign <= last)):
         raise ValueError(
-            f"times must lie inside the run, from {float(run.t[0])!r} to {reaching.last!r}; "
+            f"times must lie inside the run, from {float(run.t[0])!r} to {states.last!r}; "
             f"received {shown(times)}."
         )
-    q = np.empty((len(flat), *run.q.shape[1:]))
-    p, v = (np.empty((len(flat), *run.p.shape[1:])) for _ in "pv")
-    for k, time in enumerate(flat.tolist()):
-        q[k], p[k], v[k] = reaching(time)
-    return q, p, v
+    q, p, _ = states(flat)
+    return (q, p) if np.ndim(times) else (q[0], p[0])
 
 
 class Reaching:
-    """The state of a run at a time within it: q, p and v."""
+    """The states of a run at times within it: q, p and v, (k, ...) each."""
 
     def __init__(self, run: Trajectory) -> None:
         self.run, self.sign = run, math.copysign(1.0, cast(float, run.step))
-        good = int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
+        good = finite_states(run)
         self.grid, self.last = self.sign * run.t[:good], float(run.t[good - 1])
-        self._reach: Reach | None = None
 
-    def __call__(self, time: float) -> tuple[Array, Array, Array]:
-        run, wanted = self.run, self.sign * time
-        row = int(np.searchsorted(self.grid, wanted, side="right")) - 1
-        t, q, p = self.grid[row], run.q[row], run.p[row]
-        v = self._velocity(row)
+    def __call__(self, times: Array, stages: Array | None = None) -> tuple[Array, Array, Array]:
+        """At times (k,); ``stages`` (k, d, s) are those of the last step, from the call before with
+        nearby times, or 0, and are kept there."""
+        run, wanted = self.run, self.sign * times
+        rows = np.searchsorted(self.grid, wanted, side="right") - 1
+        t, q, p, v = self.grid[rows], run.q[rows], run.p[rows], saved_velocities(run, rows)
         if run.restarts is not None:  # of an action, from which the run went on
-            k = int(np.searchsorted(self.sign * run.restarts.t, wanted, side="right")) - 1
-            if k >= 0 and self.sign * run.restarts.t[k] > t:
-                t, q, v = self.sign * run.restarts.t[k], run.restarts.q[k], run.restarts.v[k]
-                p = momentum_at(run.problem.system, q, v, self.sign * t)
-        if wanted == t:
-            return q, p, v
-        if self._reach is None:
-            self._reach = _reach_in_clock(run) if run.tau is not None else _reach_in_time(run)
-        return self._reach(q, v, self.sign * float(t), time)
+            begun = self.sign * run.restarts.t
+            after = np.searchsorted(begun, wanted, side="right") - 1
+            later = np.flatnonzero((after >= 0) & (begun[after] > t))
+            after = after[later]
+            t[later], q[later], v[later] = (
+                begun[after],
+                run.restarts.q[after],
+                run.restarts.v[after],
+            )
+            system, times_of = run.problem.system, self.sign * t[later]
+            p[later] = momentum_at(system, q[later], v[later], times_of)
+        ahead = np.flatnonzero(wanted != t)
+        if ahead.size:
+            guess = None if stages is None else stages[ahead]
+            given = q[ahead], v[ahead], self.sign * t[ahead], times[ahead]
+            q[ahead], p[ahead], v[ahead] = self._reach(*given, guess)
+            if stages is not None:
+                stages[ahead] = guess
+        return q, p, v
 
-    def _velocity(self, row: int) -> Array:
-        run, here = self.run, slice(row, row + 1)
-        if run.velocities is not None:
-            return run.velocities[row]
-        system, near = run.problem.system, run.problem.v0
-        found: Array = velocity_at(system, run.q[here], run.p[here], run.t[here], near)[0]
-        return found
+    @cached_property
+    def _reach(self) -> Reach:
+        run = self.run
+        if run.tau is not None:
+            return partial(_one_by_one, _reach_in_clock(run))
+        if engine_for(run.problem, run.method) is NYSTROM:
+            return partial(_together, run, _reach_in_time(run))
+        return partial(_one_by_one, _reach_in_time(run))
 
 
-Reach = Callable[[Array, Array, float, float], tuple[Array, Array, Array]]  # of q, v, t and a time
+def finite_states(run: Trajectory) -> int:
+    """How many states a run has until it fails."""
+    if np.all(np.isfinite(run.q[-1])):
+        return len(run.t)
+    return int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
+
+
+def saved_velocities(run: Trajectory, rows: Any) -> Array:
+    """The velocities of some saved states (k, ...)."""
+    if run.velocities is not None:
+        return run.velocities[rows]
+    some, each = np.unique(rows, return_inverse=True)  # each is sought from the one before
+    q, p, t, near = run.q[some], run.p[some], run.t[some], run.problem.v0
+    return velocity_at(run.problem.system, q, p, t, near)[each]
+
+
+Reach = Callable[..., tuple[Array, Array, Array]]  # of q, v, t, times and stages, to q, p and v
+
+
+def _one_by_one(
+    reach: Reach, q: Array, v: Array, t: Array, times: Array, stages: Array | None = None
+) -> tuple[Array, Array, Array]:
+    found = zip(*(reach(*one) for one in zip(q, v, t.tolist(), times.tolist(), strict=True)),
+                strict=True)  # fmt: skip
+    q, p, v = (np.array(x) for x in found)
+    return q, p, v
+
+
+def _together(
+    run: Trajectory, reach: Reach, q: Array, v: Array, t: Array, times: Array,
+    stages: Array | None = None,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """On vector spaces: by one call of a kernel; where a step fails, as one by one."""
+    step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
+    kernel = reaching(Run(run.problem, run.method, step, 1, end))
+    states, codes = np.zeros((n, 4, run.problem.q0.size)), np.zeros(n, dtype=np.int64)
+    states[:, 0], states[:, 2] = q.reshape(n, -1), v.reshape(n, -1)
+    if stages is None:
+        stages = np.zeros((n, states.shape[2], run.method.stages))
+    whole = ((times - t) / step).astype(np.int64)
+    kernel(t, whole, times - (t + whole * step), states, stages, codes)
+    found = states[:, 0].reshape(q.shape), states[:, 2].reshape(v.shape)
+    p = momentum_at(run.problem.system, *found, times)
+    for k in np.flatnonzero(codes).tolist():
+        found[0][k], p[k], found[1][k] = reach(q[k], v[k], float(t[k]), float(times[k]))
+    return found[0], p, found[1]
 
 
 def _reach_in_clock(run: Trajectory) -> Reach:
@@ -135,8 +182,6 @@ def _reach_in_time(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
     engine = engine_for(run.problem, run.method)
-    if engine is NYSTROM and engine.is_compiled(run.problem, run.method):
-        engine = GENERAL  # lanes make tables of each length of a step
 
     def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
         here = run.problem.moved(q, v, t)

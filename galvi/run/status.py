@@ -44,14 +44,14 @@ def ending(
     found  what its energies say
     light  () -> what a step does to bodies without mass; asked where all else is well
     """
-    done, steps, start = work.done, run.steps, run.start
-    ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
-    failed = ruined if done == steps else done + 1
-    if done == steps:
+    done, start, before, total = work.done, run.start, run.before, run.total or run.steps
+    ruined = None if found.ruined is None else max(found.ruined - start.first, 1) + before
+    failed = ruined if done == run.steps else before + done + 1
+    if done == run.steps:
         status = _completed(engine, run, work, found, ruined, light)
     else:
         t = run.problem.t0 + (start.first + done) * run.step
-        where = f"at step {done + 1} of {steps}, from t = {t:.10g}"
+        where = f"at step {failed} of {total}, from t = {t:.10g}"
         if code == SOLVED:
             status = f"Interrupted {where}; what was computed is kept."
         else:
@@ -69,7 +69,7 @@ def _completed(
     light: Callable[[], MasslessError | None],
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
-    problem, step, steps = run.problem, run.step, run.steps
+    problem, step, steps = run.problem, run.step, run.total or run.steps
     passage = unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
     if found.unknown:

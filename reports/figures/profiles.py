@@ -87,7 +87,7 @@ PROFILES = (
         title="Data profiles: the share of problems that a code solves within a time",
         draw=profiles,
         options={"value": "cost", "xlabel": "time to solution [s]"},
-        caption=f"What does not depend on who else takes part. {BANDS}",
+        caption="Times do not depend on who else takes part. Bands and brackets as above.",
         size=(9.0, 3.9),
     ),
 )

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -18,7 +19,11 @@ from benchmarks.experiments.engine_defects import (
     SHOWN,
     VERSIONS,
 )
+from benchmarks.store.provenance import ROOT
 
+FORCES = ROOT / "docs" / "forces.md"
+HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", "trace": "TRACE",
+              "mercurius": "MERCURIUS"}  # fmt: skip
 REPORTED = Path(__file__).with_name("reported.csv")
 INTRODUCTION = (
     "What the suite finds in the codes it compares, each with the command that shows it again, the "
@@ -38,6 +43,7 @@ CHANGED = (
 def pages() -> Iterator[tuple[str, str]]:
     """(file, text) of the page."""
     seen, versions, reported = (read(path) for path in (DEFECTS, VERSIONS, REPORTED))
+    found_too = of_forces(FORCES.read_text(encoding="utf-8"))
     links = [{**line, "where": f"<{line['where']}>"} for line in reported]
     runs = [{**line, "command": f"`{line['command']}`"} for line in seen]
     found, changed = (
@@ -45,11 +51,32 @@ def pages() -> Iterator[tuple[str, str]]:
         for kind in (DEFECT, CHANGE)
     )
     yield "defects.md", "\n".join((
-        "# Defects of other codes", "", INTRODUCTION, "", *table(found), "",
+        "# Defects of other codes", "", INTRODUCTION, "", *table([*found, *found_too]), "",
         "## How versions of MuJoCo turn a free body", "", CHANGED, "", *table(changed), "",
         *table(versions), "",
         "## Reported by others, not run here", "", *table(links), "",
     ))  # fmt: skip
+
+
+def of_forces(page: str) -> Iterator[dict[str, str]]:
+    """A line for each of HIGH_ORDER that is wrong with some force, from the table of a page as
+    ``docs/forces.md``, which a command prints."""
+    _, _, after = page.partition("prints this table")
+    lines = [line.strip("| ").split(" | ") for line in after.splitlines() if line[:1] == "|"]
+    headings, rows = lines[0], [row for row in lines[2:] if len(row) == len(lines[0])]
+    (command,) = re.findall(r"`(python -m \S+forces)` prints this table", page)
+    (engines,) = re.findall(r"With (REBOUND \S+ and REBOUNDx [\d.]+\d)", page)
+    for integrator, name in HIGH_ORDER.items():
+        k = headings.index(integrator)
+        wrong = [f"{row[0]}, e = {row[1]}: {row[k]}" for row in rows if row[k].startswith("wrong")]
+        if wrong:
+            yield {
+                "what": f"{name} with forces of REBOUNDx: rates of elements",
+                "versions": engines,
+                "seen": "; ".join(wrong),
+                "command": f"`{command}`",
+                "date": "",
+            }
 
 
 def read(path: Path) -> list[dict[str, str]]:

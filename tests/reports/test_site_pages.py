@@ -16,7 +16,7 @@ from reports.contents import SECTIONS, load
 from reports.figures.style.identities import OURS, TABLE, identity
 from reports.page.render import PARTS, render
 from reports.page.site import DOCUMENTATION, documented
-from reports.site import build, commands, peers, reference
+from reports.site import build, commands, defects, peers, reference
 from reports.site.build import write_pages
 
 ROOT = Path(__file__).parents[2]
@@ -134,3 +134,15 @@ def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial() -> None:
     assert not list(card.findall(nodes.image))
     build.picture_cards(app, nodes.section("", card), build.GALLERY)
     assert card[0]["uri"] == "0.png" and card[0]["alt"] and plots[0] is not card[0]
+
+
+def test_an_integrator_that_is_wrong_with_a_force_is_on_the_page_of_defects() -> None:
+    text = defects.FORCES.read_text(encoding="utf-8")
+    found = {line["what"].split()[0]: line for line in defects.of_forces(text)}
+    assert set(found) == {"SABA", "TRACE"} and "rebound" in found["SABA"]["versions"].lower()
+    assert "J2, e = 0.9: wrong by 6.7 %" in found["TRACE"]["seen"]
+    ((_, page),) = defects.pages()
+    assert found["SABA"]["seen"] in page and page.index("SABA") < page.index("## Reported")
+    planted = re.sub(r"(\| drag .* refused \|) [^|]+(\| right for)", r"\1 wrong by 9 % \2", text)
+    assert planted != text
+    assert any("drag" in line["seen"] for line in defects.of_forces(planted))

@@ -30,6 +30,7 @@ FOLDER = "fuzz"  # subfolder of the studies
 CALLS = 1000  # of each target in a round
 FEWER = {
     "an archive of REBOUND's": 50,  # each of which is read in a process of its own
+    "events": 200,
     "forces": 200,  # of which functions in Python are called
     "clocks": 100,  # which compile a kernel for each system and clock, or call functions
 }

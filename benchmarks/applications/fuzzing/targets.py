@@ -15,7 +15,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 import galvi
-from benchmarks.applications.fuzzing import files, forces
+from benchmarks.applications.fuzzing import events, files, forces
 from benchmarks.applications.fuzzing.arguments import (
     CHARTS,
     CLOCKS,
@@ -230,6 +230,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "run.velocity(t)": (lambda self, t: self.velocity(t), {"self": RUNS, "t": st.just(0.005)}),
     "run.to_scipy": (lambda self: self.to_scipy(), {"self": RUNS}),
     "run.to_frame": (lambda self: self.to_frame(), {"self": RUNS}),
+    **events.FUNCTIONS,
     **forces.VALUES,
 }
 
@@ -350,6 +351,7 @@ TARGETS: Mapping[str, Target] = {
     "a start": start,
     "bodies at random": bodies,
     "clocks": clocks,
+    "events": events.events,
     "forces": forces.forced,
     "a saved run": files.saved_run,
     "a model of MuJoCo's": files.mujoco_model,

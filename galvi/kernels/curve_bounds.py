@@ -1,0 +1,34 @@
+"""Bounds of coordinates on the curves of steps."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
+from galvi.kernels.compile.jit import compiled_for, jit
+
+
+@jit
+def curve_bounds(bases, parts, middle, spread, low, high):
+    """low, high (d, n) <- bounds of bases[k] + parts[k] @ psi on each of n steps.
+
+    bases (n, d), or (1, d) for all, parts (n, d, m); |psi_l - middle_l| is at most spread_l, (m,)
+    """
+    n, d, m = parts.shape
+    for k in range(n):
+        row = min(k, bases.shape[0] - 1)
+        for i in range(d):
+            centre, far = bases[row, i], 0.0
+            for l in range(m):
+                centre += parts[k, i, l] * middle[l]
+                far += abs(parts[k, i, l]) * spread[l]
+            low[i, k], high[i, k] = centre - far, centre + far
+
+
+@cache
+def compiled_curve_bounds():
+    """``curve_bounds`` compiled or cached."""
+    bases, parts = (types.Array(types.float64, k, "C", readonly=True) for k in (2, 3))
+    return compiled_for(curve_bounds, types.void(bases, parts, VECTOR, VECTOR, MATRIX, MATRIX))
