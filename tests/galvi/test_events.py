@@ -109,6 +109,23 @@ def test_angles_of_a_pendulum_pass_up_to_whole_turns() -> None:
     assert np.allclose(turns, np.arange(len(found)), atol=1e-9)
 
 
+def two_rods() -> Any:
+    shoulder, elbow = (galvi.Joint("hinge", (0, 1, 0), name=n) for n in ("shoulder", "elbow"))
+    links = (galvi.Link(shoulder, 1.0, (0, 0, -1), 0.1), galvi.Link(elbow, 1.0, (0, 0, -2), 0.1, 0))
+    problem = galvi.Problem(galvi.Multibody(links), [1.0, 0.5], [0.0, 0.0])
+    return galvi.integrate(problem, EIGHT, 0.05, 40)
+
+
+def test_a_joint_is_given_by_number_or_by_name() -> None:
+    run = two_rods()
+    named, numbered = (
+        galvi.find_events(run, galvi.events.angle(joint, 0.2)) for joint in ("elbow", 1)
+    )
+    assert len(named) > 0 and np.array_equal(named.t, numbered.t)
+    with pytest.raises(ValueError, match=r"a joint must be one of \['shoulder', 'elbow'\], or"):
+        galvi.find_events(run, galvi.events.angle("wrist", 0.2))
+
+
 REFUSED = [
     (lambda: galvi.Event(3), "must be a function"),
     (lambda: galvi.Event(lambda q, v, t: 0.0, 2), "direction"),
