@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from benchmarks.statistics.paired import UNKNOWN, Interval, interval, outcome, ratio, read
@@ -45,10 +46,11 @@ def front_indices(rows: pd.DataFrame) -> list[Any]:
 def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
     """The row of least `seconds` among those that were run and reach the error; of contenders that
     do not, that of the run that is the truth; None without either."""
-    timed = rows[rows["seconds"] > 0.0]
-    good = timed[(timed["error"] > 0.0) & (timed["error"] <= target)]
-    good = good if len(good) else timed[timed["status"] == TRUTH]
-    return None if good.empty else good.loc[good["seconds"].idxmin()]
+    seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
+    good = (seconds > 0.0) & (error > 0.0) & (error <= target)
+    if not good.any():
+        good = (seconds > 0.0) & (rows["status"] == TRUTH).to_numpy()
+    return rows.iloc[int(np.argmin(np.where(good, seconds, np.inf)))] if good.any() else None
 
 
 def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
@@ -73,14 +75,13 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     """
     rows = []
     for problem, here in table.groupby("problem", sort=False):
-        for target in errors:
-            best = {
-                str(name): fastest(part, target)
-                for name, part in here.groupby("contender", sort=False)
-                if _took_part(part)
-            }
-            if not best:
-                continue
+        parts = {
+            str(name): part
+            for name, part in here[here["seconds"] > 0.0].groupby("contender", sort=False)
+            if _took_part(part)
+        }
+        for target in errors if parts else ():
+            best = {name: fastest(part, target) for name, part in parts.items()}
             known = [row for row in best.values() if row is not None]
             mine = [row for row in known if row["contender"].startswith("galvi")]
             ours = min(mine, key=lambda row: row["seconds"], default=None)

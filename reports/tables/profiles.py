@@ -6,8 +6,9 @@ import pandas as pd
 
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE
 from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import ratios
 from benchmarks.work_precision.profiles import Share, costs, profile, share
-from reports.tables.comparison_tables import heading, matched
+from reports.tables.comparison_tables import heading
 
 SHOWN = (1e-4, 1e-8)  # errors
 FEWEST = 5  # problems, of which a share is said
@@ -17,7 +18,7 @@ FACTORS = (1.0, 10.0)  # of the fastest
 def costs_at(runs: pd.DataFrame) -> dict[float, pd.DataFrame]:
     """Error -> `benchmarks.work_precision.profiles.costs` of the rows of a comparison."""
     counted = dependable(runs)
-    cells = matched(counted)
+    cells = ratios(counted, SHOWN)
     return {error: costs(counted, cells, error) for error in SHOWN}
 
 
