@@ -10,6 +10,7 @@ import pytest
 import galvi
 from benchmarks.studies.transits import PARTICIPANTS, YEAR, three_planets
 from benchmarks.timings.annotate import TIMER, annotate, timed
+from benchmarks.timings.case import TRAJECTORY
 
 YEARS = 20.0
 FOUND = {"galvi degree 8, Gauss 8": PARTICIPANTS[1], "REBOUND IAS15": PARTICIPANTS[3]}
@@ -57,5 +58,5 @@ def test_events_that_do_not_occur(benchmark: Any, name: str) -> None:
         counts=dict(run.counts),
         status=run.status,
         settings={"contender": f"galvi degree 8, Gauss 8, {name}", "settings": f"step={STEP:g} d"},
-        kind="run",
+        kind=TRAJECTORY,
     )
