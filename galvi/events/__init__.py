@@ -57,7 +57,7 @@ def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
 
 
 def angle(joint: Any, value: float) -> Event:
-    """A joint or coordinate passes an angle, up to whole turns; value: the angle itself."""
+    """A joint, by number or name, passes an angle, up to whole turns; value: the angle itself."""
     return Event(
         Angle(joint, input_checks.real("value", value)), 0, name=f"joint {joint} at {value:g}"
     )

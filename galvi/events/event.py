@@ -86,16 +86,19 @@ def several_events(events: Any) -> tuple[Event, ...]:
 
 
 def _body(problem: Problem, body: Any) -> int:
-    """The number of a body, given by number or by name."""
+    """As `_number`, of point masses."""
     system: Any = problem.system
     if not isinstance(system, NBody):
         raise ValueError(f"this event is of point masses; received {shown(problem)}.")
-    names = list(problem.body_names())
-    if isinstance(body, int | str) and body in names:
-        return names.index(body)
-    if isinstance(body, int) and not isinstance(body, bool) and 0 <= body < len(names):
-        return body
-    raise ValueError(f"a body must be one of {names}, or its number; received {shown(body)}.")
+    return _number("a body", body, list(problem.body_names()))
+
+
+def _number(kind: str, one: Any, names: list[Any]) -> int:
+    """The number of a body or joint, given by number or by name."""
+    numbers = {k: k for k in range(len(names))} | {name: k for k, name in enumerate(names)}
+    if isinstance(one, int | str) and not isinstance(one, bool) and one in numbers:
+        return numbers[one]
+    raise ValueError(f"{kind} must be one of {names}, or its number; received {shown(one)}.")
 
 
 def _two_bodies(problem: Problem, one: Any, other: Any) -> tuple[int, int]:
@@ -221,11 +224,9 @@ class Angle:
         """As `Quantity`."""
         if problem.q0.ndim != 1:
             raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
-        k = self.joint
-        if not isinstance(k, int) or isinstance(k, bool) or not 0 <= k < problem.q0.size:
-            raise ValueError(
-                f"joint must be a number below {problem.q0.size}; received {shown(self.joint)}."
-            )
+        size, links = problem.q0.size, getattr(problem.system, "links", ())
+        names = [joint.name for link in links for joint in link.joints]
+        k = _number("a joint", self.joint, names if len(names) == size else list(range(size)))
         return (
             lambda q, v, t: np.sin(q[k] - self.value),
             lambda q, v, t: q[k],

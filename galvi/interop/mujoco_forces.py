@@ -74,7 +74,7 @@ def unknown_actuators(model: Any) -> Reasons:
     found: Reasons = {}
     for k in _acting(model):
         if why := _why_not(model, k):
-            found.setdefault(why, []).append(model.actuator(k).name or str(k))
+            found.setdefault(why, []).append(model.actuator(k).name or f"actuator {k}")
     return found
 
 

@@ -129,6 +129,30 @@ def finish(app: Any, error: Exception | None) -> None:
             logging.getLogger(__name__).warning(sentence)
 
 
+GALLERY = "tutorials/index"
+
+
+def picture_cards(app: Any, tree: Any, page: str) -> None:
+    """Sphinx's `doctree-resolved`: each card of the gallery has its tutorial's first picture."""
+    from docutils import nodes
+    from sphinx.util import logging
+
+    if page != GALLERY:
+        return
+    cards = [one for one in tree.findall(nodes.container) if "sd-card" in one["classes"]]
+    for card in cards:
+        (link,) = card.findall(nodes.reference)
+        name = f"tutorials/{Path(link['refuri']).stem}"
+        picture = next(app.env.get_doctree(name).findall(nodes.image), None)
+        if picture is None:
+            logging.getLogger(__name__).warning(f"{name} has no picture for its card.")
+            continue
+        picture = picture.deepcopy()
+        picture["classes"] = ["sd-card-img-top"]
+        picture["alt"] = f"A figure of the tutorial: {link.astext()}"
+        card.insert(0, picture)
+
+
 def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
     """Sphinx's `html-page-context`: names what opens the pages below one in the navigation."""
     made = context.get("generate_toctree_html")
@@ -141,6 +165,8 @@ def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], t
 def setup(app: Any) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("builder-inited", begin)
+    app.connect("env-updated", lambda app, env: [GALLERY])
+    app.connect("doctree-resolved", picture_cards)
     app.connect("html-page-context", label_toggles, priority=900)  # after the theme's own
     app.connect("build-finished", finish)
     app.connect("autodoc-process-docstring", reference.docstring)

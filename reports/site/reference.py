@@ -109,12 +109,15 @@ CELL = re.compile(r"^```\{code-cell\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 @cache
 def tutorials() -> dict[str, tuple[str, ...]]:
-    """Public name -> the tutorials whose code has it."""
+    """Public name -> the tutorials whose code has it, or has what makes it."""
     found: dict[str, tuple[str, ...]] = {}
     for page in sorted(TUTORIALS.glob("*.md")):
         code = "".join(CELL.findall(page.read_text(encoding="utf-8")))
         for name in sorted(set(re.findall(r"\bgalvi\.(problems\.\w+|\w+)", code))):
             found[name] = (*found.get(name, ()), page.stem)
+    for made, maker in MADE.items():
+        pages = {*found.get(made, ()), *found.get(maker, ())}
+        found |= {made: tuple(sorted(pages))} if pages else {}
     return found
 
 
@@ -216,9 +219,12 @@ GROUPS = (
     ),
 )  # fmt: skip
 
-# Values that galvi makes: readers look up their fields, and never call them.
-MADE = {"Trajectory", "Ensemble", "Found", "Judged", "Recommendation", "Theory", "MomentumBalance",
-        "OrbitalElements", "Citation"}  # fmt: skip
+# Values that galvi makes, and what makes them: readers look up their fields.
+MADE = {
+    "Trajectory": "integrate", "Ensemble": "integrate_ensemble", "Found": "find_events",
+    "Judged": "judge", "Recommendation": "recommend", "Theory": "theory",
+    "MomentumBalance": "momentum_balance", "Citation": "cite",
+}  # fmt: skip
 SPACE = ("dimension", "basis", "derivative")
 SYSTEM = ("momentum", "velocity", "potential_energy")
 MEMBERS = {  # those of which users read or call more than the docstring of the class explains

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 
 import galvi
+from benchmarks.experiments import cost_of_events
 from benchmarks.experiments import public_models as public
 from benchmarks.experiments import two_time_scales as scales
 from benchmarks.experiments.body_round_off import energy_growth
@@ -172,3 +174,23 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     for runs in (ours, arms):
         plain = runs.pop(forced_runs.NONE)
         assert all(np.any(run.q[-1] != plain.q[-1]) for run in runs.values())
+
+
+def test_an_event_takes_at_most_200_bytes() -> None:
+    found = []
+    for count in (2_000, 12_000):
+        run, event = cost_of_events.passing(count)
+        tracemalloc.start()
+        events = galvi.find_events(run, event)
+        found.append((len(events), tracemalloc.get_traced_memory()[1]))
+        tracemalloc.stop()
+    (few, little), (many, much) = found
+    assert abs(few - 2_000) <= 1 and abs(many - 12_000) <= 1
+    assert (much - little) / (many - few) < 200.0, found
+
+
+def test_the_cost_of_events_is_that_of_runs_with_and_without_them() -> None:
+    found = cost_of_events.shares(rounds=6, steps=200)
+    assert len(found) == 2 and all(
+        0.0 < one.low <= one.median <= one.high for one in found.values()
+    )

@@ -109,6 +109,23 @@ def test_angles_of_a_pendulum_pass_up_to_whole_turns() -> None:
     assert np.allclose(turns, np.arange(len(found)), atol=1e-9)
 
 
+def two_rods() -> Any:
+    shoulder, elbow = (galvi.Joint("hinge", (0, 1, 0), name=n) for n in ("shoulder", "elbow"))
+    links = (galvi.Link(shoulder, 1.0, (0, 0, -1), 0.1), galvi.Link(elbow, 1.0, (0, 0, -2), 0.1, 0))
+    problem = galvi.Problem(galvi.Multibody(links), [1.0, 0.5], [0.0, 0.0])
+    return galvi.integrate(problem, EIGHT, 0.05, 40)
+
+
+def test_a_joint_is_given_by_number_or_by_name() -> None:
+    run = two_rods()
+    named, numbered = (
+        galvi.find_events(run, galvi.events.angle(joint, 0.2)) for joint in ("elbow", 1)
+    )
+    assert len(named) > 0 and np.array_equal(named.t, numbered.t)
+    with pytest.raises(ValueError, match=r"a joint must be one of \['shoulder', 'elbow'\], or"):
+        galvi.find_events(run, galvi.events.angle("wrist", 0.2))
+
+
 REFUSED = [
     (lambda: galvi.Event(3), "must be a function"),
     (lambda: galvi.Event(lambda q, v, t: 0.0, 2), "direction"),
@@ -140,3 +157,25 @@ def test_a_run_that_was_resumed_has_the_events_from_its_own_begin() -> None:
         found = galvi.find_events(galvi.resume(part, until=20.0), galvi.events.apsis(1, 0))
         every = galvi.find_events(whole, galvi.events.apsis(1, 0))
         assert np.allclose(found.t, every.t[every.t > 8.0], atol=1e-9)
+
+
+FREE = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([0.0])), [0.0], [1.0], name="free")
+
+
+@pytest.mark.parametrize(("power", "many"), [(1, 1), (3, 1), (9, 1), (0, 0)])
+def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(power: int, many: int) -> None:
+    run = galvi.integrate(FREE, EIGHT, 0.7, 10)
+    event = galvi.Event(lambda q, v, t: (q[0] - 3.0) ** power if power else 0.0 * q[0])
+    found = galvi.find_events(run, event)
+    assert len(found) == many and np.all(np.abs(found.t - 3.0) < 0.1)
+
+
+def test_states_at_many_times_are_those_at_each() -> None:
+    for problem, save_every in ((orbit(), 1), (orbit(), 4), (galvi.problems.heavy_top(), 4)):
+        run = galvi.integrate(problem, EIGHT, 0.1, 22, save_every=save_every)
+        times = np.array([0.03, 2.2, 0.0, 1.0, 0.7123, 1.4])
+        q, p = galvi.states_at(run, times)
+        for k, t in enumerate(times.tolist()):
+            for some, one in zip((q, p), galvi.states_at(run, t), strict=True):
+                assert np.array_equal(some[k], one)
+        assert np.max(np.abs(q - run(times))) < 1e-9

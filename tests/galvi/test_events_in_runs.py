@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
+from galvi.events import run as events_in_runs
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 BALL = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([-1.0])), [1.0], [0.0])
@@ -203,6 +204,22 @@ def test_events_that_watch_leave_every_bit_alone() -> None:
     stop = galvi.Event(lambda q, v, t: q[1], terminal=True)
     few = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=10, events=stop)
     assert len(few) == 5 and np.max(np.abs(few(few.t[:-1]) - few.q[:-1])) < 1e-13
+
+
+def test_a_run_in_blocks_says_at_which_of_all_steps_it_was_ruined(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(events_in_runs, "CHUNK", 100)
+    meeting = galvi.Problem(
+        galvi.NBody([1.0, 1.0]), [[1.0, 0, 0], [-1.0, 0, 0]], np.zeros((2, 3)), name="head on"
+    )
+    far = galvi.Event(lambda q, v, t: q[0, 0] - 1e6, name="far")
+    run = galvi.integrate(meeting, EIGHT, 0.01, 700, save_every=7, events=far)
+    plain = galvi.integrate(meeting, EIGHT, 0.01, 700, save_every=7)
+    assert np.array_equal(run.q, plain.q) and np.array_equal(run.t, plain.t)
+    assert not run.success and run.failed_step is not None and run.failed_step > 100
+    assert f"from step {run.failed_step} of 700" in run.status
+    assert run.counts == plain.counts and run.engine == plain.engine
 
 
 def test_several_runs_pass_their_events_on() -> None:

@@ -220,7 +220,7 @@ REFUSED = {
     "on cranks": act('motor cranksite="s1" slidersite="s2" cranklength=".5"'),
     "on turning axes or between sites": act('position joint="d" kp="1"'),
     "that wrap around geoms (t)": WRAPPED,
-    "on tendons that wrap around geoms (0)": WRAPPED + act('motor tendon="t"'),
+    "on tendons that wrap around geoms (actuator 0)": WRAPPED + act('motor tendon="t"'),
     "with an armature (t)": tendon("fixed", FIXED, 'armature="1"'),
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from itertools import chain
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import typer
@@ -120,6 +121,19 @@ def test_the_report_links_the_documentation_where_there_is_one(tmp_path: Path) -
     for place in ("", DOCUMENTATION):
         page = render(content, (part,), (part,), documentation=place)
         assert (">Documentation</a>" in page) == bool(place)
+
+
+def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial() -> None:
+    nodes = pytest.importorskip("docutils.nodes", reason="the extra docs is not installed")
+    link = nodes.reference("", "The planets", refuri="planets.html", internal=True)
+    card = nodes.container("", nodes.paragraph("", "", link), classes=["sd-card"])
+    plots = nodes.section("", *(nodes.image(uri=f"{k}.png") for k in range(2)))
+    pages = {"tutorials/planets": plots}
+    app = SimpleNamespace(env=SimpleNamespace(get_doctree=pages.__getitem__))
+    build.picture_cards(app, nodes.section("", card), "faq")
+    assert not list(card.findall(nodes.image))
+    build.picture_cards(app, nodes.section("", card), build.GALLERY)
+    assert card[0]["uri"] == "0.png" and card[0]["alt"] and plots[0] is not card[0]
 
 
 def test_an_integrator_that_is_wrong_with_a_force_is_on_the_page_of_defects() -> None:

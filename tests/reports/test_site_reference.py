@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections import Counter
 
 import galvi
-from reports.site.reference import GROUPS, KNOWN, MADE, MEMBERS, pages, public, restructured
+from reports.site.reference import (
+    GROUPS,
+    KNOWN,
+    MADE,
+    MEMBERS,
+    pages,
+    public,
+    restructured,
+    tutorials,
+)
 
 NAMES = [*galvi.__all__, *(f"problems.{name}" for name in galvi.problems.__all__)]
 
@@ -22,6 +31,13 @@ def test_members_and_made_values_are_those_of_public_classes() -> None:
         assert public(name).__doc__, name
     assert {*MADE, *MEMBERS} <= {*NAMES}
     assert all(isinstance(public(name), type) for name in {*MADE, *MEMBERS})
+
+
+def test_most_public_names_are_used_by_a_tutorial_or_made_by_what_one_uses() -> None:
+    used = tutorials()
+    assert len({*used} & {*NAMES}) > 0.6 * len(NAMES)
+    assert used["Found"] == used["find_events"] and "first_run" in used["Trajectory"]
+    assert all(tutorials().get(maker) for maker in MADE.values())
 
 
 def test_nothing_private_stands_beside_the_api() -> None:

@@ -25,12 +25,14 @@ def traces(
     labels: Mapping[str, str],
     xlabel: str,
     ylabel: str,
+    between: tuple[str, ...] = (),
 ) -> None:
     """A line for each study in ``labels``, labelled at its smallest step, on the right, or, against
     another quantity, in a legend.
 
     quantity  errors; runs that failed have none
     against   "step", or a quantity, paired by the number of steps
+    between   quantities of the same runs, from which to which there is a bar; none where empty
     """
     ends: list[Label] = []
     falling = against == STEP
@@ -41,6 +43,10 @@ def traces(
         color = line_color(study, k)
         axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0,
                   label=text)  # fmt: skip
+        ends_of_bars = [_line(frame, study, quantity, name) for name in between]
+        if len({bar.size for bar, _ in ends_of_bars}) == 1:
+            (low, at), (high, _) = ends_of_bars
+            axes.hlines(at, low, high, color=color, linewidth=0.9, alpha=0.8)
         last = int(np.argmin(x))
         ends.append(Label(float(x[last]), float(error[last]), text, color, MARKERS[k]))
     if not ends:
