@@ -61,11 +61,8 @@ def _source(name: str, body: int, masses: Array) -> str:
 
 
 def _for_each(name: str, numbers: Array, masses: Array) -> str:
-    if numbers.shape != masses.shape:
-        return f"{name} must have a number for each of {masses.size} bodies; received " + (
-            f"shape {numbers.shape}."
-        )
-    return ""
+    wrong = f"{name} must have a number for each of {masses.size} bodies; received shape "
+    return "" if numbers.shape == masses.shape else f"{wrong}{numbers.shape}."
 
 
 def _onto_others(source: int, masses: Array, numbers: Sequence[float]) -> list[list[float]]:
