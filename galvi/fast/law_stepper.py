@@ -39,6 +39,8 @@ from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.systems.nbody import NBody
+from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
@@ -66,6 +68,8 @@ class LaneLaw(NamedTuple):
 
 def lane_law(system: Any, d: int) -> LaneLaw | None:
     """The law for lanes of a system of d coordinates on R^d, or None."""
+    if isinstance(system, NBody) and system.acting.of_velocity:
+        system = NBodyOnRn(system, d // system.masses.size)
     group = getattr(system, "group", None)
     on_space = isinstance(group, Rn) or isinstance(system, Canonical)
     return _lane_law(system, d, traces(system)) if on_space else None

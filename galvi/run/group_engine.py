@@ -86,8 +86,7 @@ def rates_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array 
             work.counts[row] += fine.counts[name]
         if fine.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-            path = fine(t + step * places).reshape(-1, *group.shape)
-            turning = Exponential()
+            path, turning = fine(t + step * places).reshape(-1, *group.shape), Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
             work.step_angle[0] = _farthest_of(group, turns)
             if work.step_angle[0] > chart.limit:

@@ -86,8 +86,7 @@ def _completed(
             return f"Completed, but the energy {_unjudged(found)}."
         left = int(work.counts[LEFT_OVER])
         said = [engine.exceptions[1].format(left=left, steps=steps)] if left else []
-        if work.counts[CALLED]:
-            why = getattr(problem.system, "untraced", "")
+        if work.counts[CALLED] and (why := getattr(problem.system, "untraced", "")):
             said.append(f"Compiled functions were called one state at a time: {why}.")
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"

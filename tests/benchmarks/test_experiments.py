@@ -158,6 +158,24 @@ def test_public_models_are_read_as_the_table_says() -> None:
     assert changes(asked, public.table()) == []
 
 
+def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
+    from benchmarks.experiments import force_costs
+    from benchmarks.timings import forced_runs
+
+    for name in ("STEPS", "SLOW", "ARM_STEPS"):
+        monkeypatch.setattr(forced_runs, name, 2)
+    rows = force_costs.costs(rounds=1)
+    assert all(microseconds > 0.0 for *_, microseconds, _ in rows)
+    groups = forced_runs.calls()
+    assert [row[:2] for row in rows] == [(one, name) for one in groups for name in groups[one]]
+    ours = {name: call() for name, (call, _) in groups["galvi, outer planets"].items()}
+    assert {run.engine for run in ours.values()} == {"lanes"}
+    arms = {name: call() for name, (call, _) in groups["galvi, arm of three hinges"].items()}
+    for runs in (ours, arms):
+        plain = runs.pop(forced_runs.NONE)
+        assert all(np.any(run.q[-1] != plain.q[-1]) for run in runs.values())
+
+
 def test_an_event_takes_at_most_200_bytes() -> None:
     found = []
     for count in (2_000, 12_000):

@@ -75,9 +75,9 @@ def power_pull(gap, numbers):
     numbers  A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
     """
     square = dot(gap, gap)
-    along = numbers[0] * raised(square, 0.5 * (numbers[1] - 1.0))
-    phi = numbers[2] * (square * raised(square, 0.5 * (numbers[1] - 1.0)))
-    phi = phi + numbers[3] * logarithm(square)
+    power = raised(square, 0.5 * (numbers[1] - 1.0))
+    along = numbers[0] * power
+    phi = numbers[2] * (square * power) + numbers[3] * logarithm(square)
     return along * gap[0], along * gap[1], along * gap[2], phi
 
 

@@ -61,11 +61,8 @@ def _source(name: str, body: int, masses: Array) -> str:
 
 
 def _for_each(name: str, numbers: Array, masses: Array) -> str:
-    if numbers.shape != masses.shape:
-        return f"{name} must have a number for each of {masses.size} bodies; received " + (
-            f"shape {numbers.shape}."
-        )
-    return ""
+    wrong = f"{name} must have a number for each of {masses.size} bodies; received shape "
+    return "" if numbers.shape == masses.shape else f"{wrong}{numbers.shape}."
 
 
 def _onto_others(source: int, masses: Array, numbers: Sequence[float]) -> list[list[float]]:
@@ -148,8 +145,9 @@ class Oblateness(_Builtin):
         _set(self, J2=input_checks.real("J2", self.J2), J4=input_checks.real("J4", self.J4))
         _set(self, radius=input_checks.positive("radius", self.radius))
         pole = input_checks.array("pole", self.pole, (3,))
-        length = float(np.linalg.norm(pole))
-        if not length > 0.0:
+        with np.errstate(over="ignore"):
+            length = float(np.linalg.norm(pole))
+        if not 0.0 < length < np.inf:
             raise ValueError(f"pole must have a length; received {shown(self.pole)}.")
         unit = pole if abs(length - 1.0) < UNIT else pole / length
         _set(self, pole=tuple(unit.tolist()))

@@ -1,0 +1,107 @@
+"""Runs with forces: outer planets by galvi and with REBOUNDx, and an arm with actuators."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import galvi
+from references.rebound import extras
+
+STEP, MOMENT = 200.0, 0.01  # days, and seconds of the arm
+STEPS, SLOW, ARM_STEPS = 10_000, 100, 200
+SPEED = 173.14463  # of light, au / day
+NONE = "none"
+Call = tuple[Callable[[], Any], int]  # and its steps
+JOINT = '<joint name="{0}" type="hinge" axis="0 1 0" damping="0.2" armature="0.05"/>'
+LINK = '<geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.04" mass="{1}" contype="0"/>'
+ARM = (
+    '<mujoco><option gravity="0 0 -9.81"/><worldbody>'
+    + "".join(
+        f'<body pos="0 0 {-0.4 * (k > 0)}">{JOINT.format(name, mass)}{LINK.format(name, mass)}'
+        for k, (name, mass) in enumerate((("a", 2.0), ("b", 1.5), ("c", 1.0)))
+    )
+    + "</body></body></body></worldbody><actuator>{}</actuator></mujoco>"
+)
+ACTUATORS = {
+    NONE: "",
+    "motors": "".join(f'<motor joint="{name}" gear="2"/>' for name in "abc"),
+    "servos": "".join(f'<position joint="{name}" kp="20" kv="1"/>' for name in "abc"),
+}
+
+
+def of_position() -> dict[str, Any]:
+    """Forces of the outer planets that lanes add to gravity."""
+    return {
+        NONE: (), "J2": galvi.Oblateness(0, 2e-7, 4.65e-3),
+        "potential": galvi.Relativity(SPEED, form="potential"),
+        "power law": galvi.PowerLaw(0, 1e-12, -2.5),
+    }  # fmt: skip
+
+
+def of_velocity() -> dict[str, Any]:
+    """Forces of the outer planets that lanes call one state at a time."""
+    few = [0.0, *[1e-12] * 5]
+    return {
+        "one source": galvi.Relativity(SPEED), "EIH": galvi.Relativity(SPEED, form="EIH"),
+        "radiation": galvi.Radiation(few, SPEED), "drag": galvi.Drag(few),
+        "tides": galvi.Tides(0, 0.03, 4.65e-3, 1e-3),
+    }  # fmt: skip
+
+
+def forced(forces: Any) -> galvi.Problem:
+    """The outer planets with these."""
+    outer: Any = galvi.problems.outer_solar_system()
+    system = galvi.NBody(outer.system.masses, outer.system.G, forces)
+    return galvi.Problem(system, outer.q0, outer.v0)
+
+
+def arm(actuators: str) -> galvi.Problem:
+    """Three hinges with these actuators, their controls at 0.3."""
+    count = actuators.count("<motor") + actuators.count("<position")
+    return galvi.from_mujoco(ARM.format(actuators), ctrl=[0.3] * count)
+
+
+def _run(problem: galvi.Problem, step: float, steps: int, degree: int = 8) -> Any:
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
+    return galvi.integrate(problem, method, step, steps, save_every=steps)
+
+
+def _whfast(steps: int, *force: Any) -> Any:
+    """By WHFast, whose warning of forces of velocity is not for here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return extras.states(forced(()), "whfast", STEP, np.array([0.0, STEP * steps]), *force)
+
+
+def calls() -> Mapping[str, Mapping[str, Call]]:
+    """group -> name -> a run, and how many steps it takes."""
+    ours: dict[str, Call] = {
+        name: (partial(_run, forced(force), STEP, STEPS), STEPS)
+        for name, force in of_position().items()
+    }
+    ours |= {
+        name: (partial(_run, forced(force), STEP, SLOW), SLOW)
+        for name, force in of_velocity().items()
+    }
+    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
+    if not extras.missing():
+        theirs: dict[str, tuple[Any, ...]] = {
+            NONE: ("", {}, {}),
+            "J2": ("gravitational_harmonics", {}, {0: {"J2": 2e-7, "R_eq": 4.65e-3}}),
+            "potential": ("gr_potential", {"c": SPEED}, {}),
+            "one source": ("gr", {"c": SPEED}, {}),
+            "EIH": ("gr_full", {"c": SPEED}, {}),
+        }
+        groups["REBOUND WHFast, REBOUNDx"] = {
+            name: (partial(_whfast, STEPS, *force), STEPS) for name, force in theirs.items()
+        }
+    groups["galvi, arm of three hinges"] = {
+        name: (partial(_run, arm(xml), MOMENT, ARM_STEPS, 4), ARM_STEPS)
+        for name, xml in ACTUATORS.items()
+    }
+    return groups
