@@ -12,7 +12,7 @@ from galvi.arrays import Array
 
 HALVINGS = 40
 NOTHING = 1e-16  # of the largest coefficient, up to which the last ones are left out
-FLAT = 4e-16  # of it, up to which a part of a series is 0
+FLAT, TINY = 4e-16, 1e-300  # of it, up to which a part of a series is 0; and the least of it
 PASSES, CLOSE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
 
 
@@ -25,9 +25,9 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
 
     starts, ends  (n,) values where the series begin and end, or their signs
     """
-    sizes = np.abs(series)
-    scale = sizes.max(axis=1)
-    some = np.flatnonzero((sizes > NOTHING * scale[:, None]).any(axis=0))
+    scale = np.maximum(np.abs(series).max(axis=1), TINY)
+    series, starts, ends = series / scale[:, None], np.sign(starts), np.sign(ends)
+    some = np.flatnonzero((np.abs(series) > NOTHING).any(axis=0))
     series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
     halves, rows = _halves(series.shape[1]), np.arange(len(series))
     left, half = np.full(len(series), -1.0), 1.0
@@ -39,13 +39,15 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
         maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
         slopes = chebder(series, axis=1)
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
-        single |= (np.abs(middle) + others <= FLAT * scale[rows]) | (k == HALVINGS)
+        single |= (np.abs(middle) + others <= FLAT) | (k == HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
         one = np.flatnonzero(maybe & single & crosses)
         x, slope = _places(series[one], slopes[one], starts[one])
         x[ends[one] == 0.0] = 1.0
         rises = np.sign(ends[one] - starts[one]).astype(np.int64)
-        found.append((rows[one], left[one] + half * (1.0 + x), rises, slope / half))
+        found.append(
+            (rows[one], left[one] + half * (1.0 + x), rises, slope * scale[rows[one]] / half)
+        )
         more = np.flatnonzero(maybe & ~single)
         half *= 0.5
         rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
@@ -53,7 +55,7 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
         series, starts, ends = (np.repeat(one[more], 2, axis=0) for one in (series, starts, ends))
         series[::2], series[1::2] = series[::2] @ halves[0], series[1::2] @ halves[1]
         between = series[::2].sum(axis=1)
-        between = np.where(between == 0.0, np.copysign(NOTHING, starts[::2]), between)
+        between = np.where(between == 0.0, np.copysign(1.0, starts[::2]), np.sign(between))
         ends[::2], starts[1::2] = between, between
     one, places, rises, slope = (np.concatenate(x) for x in zip(*found, strict=True))
     return one, places, rises, slope

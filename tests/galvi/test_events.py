@@ -170,6 +170,12 @@ def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(power: int, 
     assert len(found) == many and np.all(np.abs(found.t - 3.0) < 0.1)
 
 
+@pytest.mark.parametrize("value", [5e-324, -1e-310, 1e300, -1e300])
+def test_a_constant_however_small_or_large_has_no_event(value: float) -> None:
+    run = galvi.integrate(galvi.problems.double_pendulum(), EIGHT, -0.1, 12)
+    assert len(galvi.find_events(run, galvi.Event(lambda q, v, t: value, -1))) == 0
+
+
 def test_states_at_many_times_are_those_at_each() -> None:
     for problem, save_every in ((orbit(), 1), (orbit(), 4), (galvi.problems.heavy_top(), 4)):
         run = galvi.integrate(problem, EIGHT, 0.1, 22, save_every=save_every)
