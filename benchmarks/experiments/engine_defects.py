@@ -74,8 +74,8 @@ def of_versions(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
                     f"{integrator} moves a free body otherwise when half of its inertia is in a "
                     "body that is fixed in it",
                     span(names, engines),
-                    f"in {str(worst).split()[-1]} attitude error {told[NESTED]:.3g} for "
-                    f"{told[NESTED_ON]:.3g} at a step of {SHOWN:g}",
+                    f"in {str(worst).split()[-1]} attitude error {told[NESTED]:.3g} nested, "
+                    f"{told[NESTED_ON]:.3g} in one body, at a step of {SHOWN:g}",
                 )
 
 
@@ -104,8 +104,8 @@ def changes(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
 
 
 def span(names: Sequence[str], engines: Sequence[str]) -> str:
-    """E.g. "mujoco 3.6.0 to 3.17.0, of 3.6.0 to 4.0.1 that ran"; those between are named where they
-    are not all."""
+    """E.g. "mujoco 3.6.0 to 3.10.0; ran: 3.6.0, 3.10.0, 4.0.1"; those between are named where not
+    all of them are meant."""
     ran = [one.split()[-1] for one in engines]
     has = [one.split()[-1] for one in dict.fromkeys(names)]
     whole = ran[ran.index(has[0]) : ran.index(has[-1]) + 1] == has

@@ -71,14 +71,14 @@ def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame
     found["ratio"] = found["cost"] / least.where(np.isfinite(least), 1.0)
     ours = found[found["code"] == "galvi"].set_index("problem")["cost"]
     found["outcome"] = [
-        _outcome(row.code, row.cost, ours.get(row.problem, FAILED), row.outcome)
+        _outcome(row.code, row.cost, ours.get(row.problem), row.outcome)
         for row in found.itertuples()
     ]
     return found
 
 
-def _outcome(code: str, theirs: float, ours: float, told: object) -> str:
-    if code == "galvi" or theirs == ours:
+def _outcome(code: str, theirs: float, ours: float | None, told: object) -> str:
+    if code == "galvi" or ours is None or theirs == ours:
         return ""
     if isinstance(told, str) and told:
         return told

@@ -222,6 +222,7 @@ class _Acting:
         same = START * abs(part.t[whole + 1] - part.t[whole])
         last = int(np.count_nonzero((found.t - t) * np.sign(self.task.step) <= same))
         self.search.rows[-1] = found.at(slice(last))
+        self.search.count -= len(found.t) - last  # which are found anew
         if self.parts:
             self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
         if self.rest is None and whole:

@@ -196,8 +196,8 @@ class Search:
         """A sentence on functions that were sampled; "" for none."""
         said = [f"{one.name} ({why})" for one in self.asked if (why := one.function.refusal)]
         text = (
-            f"Events sampled at {4 * self.method.stages} points of each step, since their "
-            f"functions could not be traced: {', '.join(said)}."
+            f"Events sampled at {4 * self.method.stages} points of each step or more, since "
+            f"their functions could not be traced: {', '.join(said)}."
         ) * bool(said)
         if self.unresolved:
             text += (

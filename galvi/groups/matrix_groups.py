@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -54,36 +55,60 @@ class Rn:
         return np.zeros(self.n)
 
 
-@dataclass(frozen=True)
-class SO2:
-    """Rotation matrices (2, 2); velocities (1,), R' = R [[0, -v], [v, 0]]."""
+class _Matrices:
+    """Square matrices under multiplication: their rows, the dimension, and the number of leading
+    components of a velocity that are rotations."""
+
+    _sizes: tuple[int, int, int]
+    _kernels: ModuleType
 
     @property
     def dimension(self) -> int:
-        """1."""
-        return 1
+        """Of the group."""
+        return self._sizes[1]
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(2, 2)."""
-        return (2, 2)
+        """Of an element."""
+        return self._sizes[0], self._sizes[0]
 
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return one_factor(so2, 1, 4, 1)
-
-    def check(self, name: str, g: Array) -> None:
-        """ValueError unless g is a rotation of the plane."""
-        check_rotation(name, g, 2)
+        rows, dimension, rotations = self._sizes
+        return one_factor(self._kernels, dimension, rows * rows, rotations)
 
     def multiply(self, g: Array, k: Array) -> Array:
         """The matrix product."""
         return g @ k
 
+
+class _Rotations(_Matrices):
+    def check(self, name: str, g: Array) -> None:
+        """ValueError unless g is a rotation."""
+        check_rotation(name, g, self._sizes[0])
+
     def inverse(self, g: Array) -> Array:
         """The transpose."""
         return np.swapaxes(g, -1, -2)
+
+
+class _Motions(_Matrices):
+    def check(self, name: str, g: Array) -> None:
+        """ValueError unless g is a rigid motion."""
+        check_motion(name, g, self._sizes[0] - 1)
+
+    def inverse(self, g: Array) -> Array:
+        """[[R^T, -R^T x], [0, 1]]."""
+        return inverse_motion(g)
+
+
+@dataclass(frozen=True)
+class SO2(_Rotations):
+    """Rotation matrices (2, 2); velocities (1,), R' = R [[0, -v], [v, 0]]."""
+
+    _sizes = (2, 1, 1)
+    _kernels = so2
 
     def bracket(self, v: Array, w: Array) -> Array:
         """Zero: rotations of the plane commute."""
@@ -91,38 +116,14 @@ class SO2:
 
 
 @dataclass(frozen=True)
-class SO3:
+class SO3(_Rotations):
     """Rotation matrices (3, 3) from the body's frame to space.
 
     Velocities (3,) are the body's angular velocity: R' = R hat(v), hat(v) w = v x w.
     """
 
-    @property
-    def dimension(self) -> int:
-        """3."""
-        return 3
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """(3, 3)."""
-        return (3, 3)
-
-    @property
-    def layout(self) -> Layout:
-        """One factor."""
-        return one_factor(so3, 3, 9, 3)
-
-    def check(self, name: str, g: Array) -> None:
-        """ValueError unless g is a rotation of space."""
-        check_rotation(name, g, 3)
-
-    def multiply(self, g: Array, k: Array) -> Array:
-        """The matrix product."""
-        return g @ k
-
-    def inverse(self, g: Array) -> Array:
-        """The transpose."""
-        return np.swapaxes(g, -1, -2)
+    _sizes = (3, 3, 3)
+    _kernels = so3
 
     def bracket(self, v: Array, w: Array) -> Array:
         """v x w."""
@@ -130,39 +131,15 @@ class SO3:
 
 
 @dataclass(frozen=True)
-class SE2:
+class SE2(_Motions):
     """Matrices [[R, x], [0, 1]] of shape (3, 3): a body with attitude R and origin at x.
 
     Velocities (3,) are the angular velocity and the linear velocity in the body's frame:
     g' = g [[0, -w, v_x], [w, 0, v_y], [0, 0, 0]].
     """
 
-    @property
-    def dimension(self) -> int:
-        """3."""
-        return 3
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """(3, 3)."""
-        return (3, 3)
-
-    @property
-    def layout(self) -> Layout:
-        """One factor."""
-        return one_factor(se2, 3, 9, 1)
-
-    def check(self, name: str, g: Array) -> None:
-        """ValueError unless g is a rigid motion of the plane."""
-        check_motion(name, g, 2)
-
-    def multiply(self, g: Array, k: Array) -> Array:
-        """The matrix product."""
-        return g @ k
-
-    def inverse(self, g: Array) -> Array:
-        """[[R^T, -R^T x], [0, 1]]."""
-        return inverse_motion(g)
+    _sizes = (3, 3, 1)
+    _kernels = se2
 
     def bracket(self, v: Array, w: Array) -> Array:
         """(0, J (v_r w_t - w_r v_t)) for v = (v_r, v_t), J = [[0, -1], [1, 0]]."""
@@ -171,39 +148,15 @@ class SE2:
 
 
 @dataclass(frozen=True)
-class SE3:
+class SE3(_Motions):
     """Matrices [[R, x], [0, 1]] of shape (4, 4): a body with attitude R and origin at x.
 
     Velocities (6,) are the angular and the linear velocity in the body's frame:
     g' = g [[hat(w), v], [0, 0]].
     """
 
-    @property
-    def dimension(self) -> int:
-        """6."""
-        return 6
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """(4, 4)."""
-        return (4, 4)
-
-    @property
-    def layout(self) -> Layout:
-        """One factor."""
-        return one_factor(se3, 6, 16, 3)
-
-    def check(self, name: str, g: Array) -> None:
-        """ValueError unless g is a rigid motion."""
-        check_motion(name, g, 3)
-
-    def multiply(self, g: Array, k: Array) -> Array:
-        """The matrix product."""
-        return g @ k
-
-    def inverse(self, g: Array) -> Array:
-        """[[R^T, -R^T x], [0, 1]]."""
-        return inverse_motion(g)
+    _sizes = (4, 6, 3)
+    _kernels = se3
 
     def bracket(self, v: Array, w: Array) -> Array:
         """(v_r x w_r, v_r x w_t - w_r x v_t) for v = (v_r, v_t)."""

@@ -24,7 +24,6 @@ from galvi.recommend.scan import (
     fewest_steps,
     length_in,
 )
-from galvi.run.group_system import group_system
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
@@ -56,7 +55,8 @@ def recommend(
     duration  length of the run, in the problem's unit of time
     degrees   degrees to try, in this order, from 1 to 60
     clock     of the steps, on vector spaces; ``step`` is then in its units, ``steps`` about how
-              many there are, and ``duration`` is what the run is given
+              many there are, and ``duration`` is what the run is given. A first run, of 4,096 steps
+              at most, which finds the length in the clock, is not in the budget
     by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
               gives the same answer every time on one machine
     budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
@@ -90,11 +90,10 @@ def recommend(
     some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
     room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
     part = length if measured is None else min(length, input_checks.positive("measured", measured))
-    if clock is not None and group_system(problem) is not None:
+    if clock is not None and problem.q0.shape != problem.v0.shape:
         raise ValueError("recommend scans clocks on vector spaces; this problem is on a group.")
     whole = length if clock is None else length_in(clock, problem, length)
     unit = whole / length
-
     scan = Scan(problem, whole, unit * part, by, room, clock=clock, unit=unit)
     steps = scan.first_guess(some[0], asked)
     if measured is None:
@@ -252,7 +251,7 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
         status = f"Its error was measured over the first {measured:.4g} and extrapolated."
     if scan.uneven >= UNEVEN:
         status += (
-            f" The closest passage sets all steps, about {scan.uneven:.1g} times as many as the "
+            f" The closest passage sets all steps, about {scan.uneven:.0f} times as many as the "
             f"motion needs in the mean: try clock=galvi.DynamicalTime()."
         )
     return Recommendation(

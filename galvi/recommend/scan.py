@@ -122,7 +122,9 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     return math.log(before.error / after.error) < 0.5 * promised
 
 
-PACE, PACED = 0.25, 4096  # step of a first run in a clock, and the most of them
+PACE, PACED, AT_LEAST = 0.25, 4096, 16  # step of a first run in a clock, most and least of them
+TINY = 1e-300
+BEYOND = 1.001  # length of scans in a clock over that, so that they do not end too early
 HALVINGS = 12
 MORE = 4  # additional degrees of the run used for comparison
 SAMPLES = 64  # times at which two runs are compared
@@ -146,14 +148,15 @@ def collocation(problem: Problem, degree: int, clock: AnyClock | None = None) ->
 
 def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
     """A duration in units of a clock, by a run in steps of a fraction of its unit, or by the first
-    ``PACED`` of these. ValueError where none can be done."""
-    step = PACE
+    ``PACED`` of these, and a little more. ValueError where none can be done."""
+    pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), TINY)
+    step = min(PACE, duration / (AT_LEAST * pace))
     for _ in range(HALVINGS):
         run = uninterrupted(integrate(
             problem, collocation(problem, 8, clock), step, PACED, duration=duration, curves=False,
         ))  # fmt: skip
         if run.tau is not None and (run.success or run.counts["steps"] == PACED):
-            return float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
+            return BEYOND * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
         step *= 0.5
     raise ValueError(f"no run in this clock was possible: {run.status}")
 
@@ -196,8 +199,8 @@ class Scan:
     size      largest coordinate seen
     clock     of the steps; None for equal ones
     unit      length in the clock of a unit of time, in the mean
-    uneven    of point masses in equal steps: the shortest time of `DynamicalTime` seen, in which
-              steps must be short, goes so often into its mean
+    uneven    of point masses in equal steps: how often the shortest time of `DynamicalTime` that
+              was seen, for which steps must be short, goes into its mean
     """
 
     problem: Problem
@@ -311,9 +314,11 @@ class Scan:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status, parted = self._error(run, check)
         self._per_step[degree] = (self.spent - before) / part
-        whole = steps / part
+        whole, length = steps / part, self.length(degree, steps)
+        if self.clock is not None and part == steps:  # if the pace changed, shorter than it should
+            length *= min(1.0, abs(float(run.t[-1] - run.t[0])) * self.unit / self.duration)
         found = Candidate(
-            degree, steps, self.duration / steps, error, self.length(degree, steps), growth,
+            degree, steps, self.duration / steps, error, length, growth,
             whole * seconds, whole * evaluations, status,
             run.counts.get("newton_steps", 0) / part, parted,
         )  # fmt: skip
@@ -338,7 +343,6 @@ class Scan:
         last, quarter = len(apart) - 1, max(1, (len(apart) - 1) // 4)
         error, early = float(apart[last]), float(apart[quarter])
         t = elapsed(run)
-        self._watch(better)
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
             growth = math.log(error / early) / math.log(t[last] / t[quarter])
@@ -346,6 +350,7 @@ class Scan:
         if error > useless:
             sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
             return math.inf, growth, sentence, float(t[np.argmax(apart > useless)])
+        self._watch(better)
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
             error *= min(FAR, self.duration / float(t[last])) ** power
@@ -353,7 +358,8 @@ class Scan:
 
     def _watch(self, run: Trajectory) -> None:
         """Note how uneven the motion of point masses is."""
-        if self.clock is None and isinstance(run.problem.system, NBody):
+        system = run.problem.system
+        if self.clock is None and isinstance(system, NBody) and system.masses.size > 1:
             flat = run.q.reshape(len(run.t), -1).T
             with np.errstate(all="ignore"):
                 pace = 1.0 / DynamicalTime().rate(run.problem)(flat)

@@ -28,7 +28,8 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
     if not found:
         raise NoData("nothing was run to these errors.")
     whole = pd.concat(found.values())
-    counts = whole.groupby("code")["problem"].nunique()
+    each = [table.groupby("code")["problem"].nunique() for table in found.values()]
+    counts = pd.concat(each, axis=1).min(axis=1, skipna=False).dropna().astype(int)
     solve = whole.loc[np.isfinite(whole["cost"]), "code"].unique()
     names = drawn(counts[counts.index.isin(solve)])
     if not names:
@@ -42,11 +43,17 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
         for name in names:
             color, style = _look(name)
             shares = np.array(profile(table[table["code"] == name][value], bounds.tolist()))
-            one.fill_between(bounds, shares[:, 0], shares[:, 2], color=color, alpha=0.1, lw=0.0)
-            one.plot(bounds, shares[:, 1], drawstyle="steps-post", **style)
+            low, middle, high = shares.T
+            one.fill_between(bounds, low, high, step="post", color=color, alpha=0.1, lw=0.0)
+            one.plot(bounds, middle, drawstyle="steps-post", **style)
         decades(one.xaxis)
     lines = [Line2D([], [], **_look(name)[1]) for name in names]
-    legend(one, lines, [f"{name} (of {counts[name]})" for name in names])
+    legend(one, lines, [f"{name} (of {_numbers(name, each)})" for name in names])
+
+
+def _numbers(name: str, each: list[pd.Series]) -> str:
+    """Of problems, in the panels' order; one where they are the same."""
+    return ", ".join(dict.fromkeys(str(one[name]) for one in each))
 
 
 def drawn(counts: pd.Series) -> list[str]:

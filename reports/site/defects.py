@@ -27,9 +27,10 @@ HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", 
 REPORTED = Path(__file__).with_name("reported.csv")
 INTRODUCTION = (
     "What the suite finds in the codes it compares, each with the command that shows it again, the "
-    "versions that ran, and what was seen. Where results depend on it, a reference here refuses "
-    "the version or the option. A maintainer who finds a line wrong corrects it by running its "
-    "command: the tables are written by it."
+    "versions that ran, and what was seen. A line may be a limit that the code's own documentation "
+    "states: whoever does not read it there is as wrong. Where results depend on it, a reference "
+    "here refuses the version or the option. A maintainer who finds a line wrong corrects it by "
+    "running its command: the tables are written by it."
 )
 CHANGED = (
     "A body turns otherwise from version to version, by design or since a fault was corrected: "
@@ -51,7 +52,8 @@ def pages() -> Iterator[tuple[str, str]]:
         for kind in (DEFECT, CHANGE)
     )
     yield "defects.md", "\n".join((
-        "# Defects of other codes", "", INTRODUCTION, "", *table([*found, *found_too]), "",
+        "# Defects and limits of other codes", "", INTRODUCTION, "",
+        *table([*found, *found_too]), "",
         "## How versions of MuJoCo turn a free body", "", CHANGED, "", *table(changed), "",
         *table(versions), "",
         "## Reported by others, not run here", "", *table(links), "",
