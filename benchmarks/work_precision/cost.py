@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, cast
 
 import pandas as pd
 
 import galvi
 from benchmarks.statistics.timing import interleaved, warmed
 from galvi import Problem, Trajectory
+from references.stored import encounters
 
 ROUNDS = 3
 
 
 class Case(NamedTuple):
-    """A method on a problem, with `steps` steps of size `step`."""
+    """A method on a problem, with `steps` steps of size `step`, and events that are sought."""
 
     problem: Problem
     method: galvi.Galerkin
     step: float
     steps: int
+    events: Sequence[galvi.Event] = ()
 
 
 class Cost(NamedTuple):
@@ -107,7 +109,10 @@ def cost_table(
         report(f"{case.problem.name}: {case.method.name}")
 
         def call(case: Case = case) -> Trajectory:
-            return galvi.integrate(*case, save_every=case.steps)
+            return galvi.integrate(
+                case.problem, case.method, case.step, case.steps, save_every=case.steps,
+                events=case.events,
+            )  # fmt: skip
 
         run, seconds = warmed(call)
         runs.append(run)
@@ -125,7 +130,7 @@ def cost_table(
 
 
 def _cases(quick: bool) -> list[Case]:
-    """Gauss collocation at practical steps, and H's methods at H's steps."""
+    """Gauss collocation at practical steps, H's methods at H's steps, clocks, events, forces."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
     springs = galvi.problems.fermi_pasta_ulam_tsingou()
@@ -144,7 +149,23 @@ def _cases(quick: bool) -> list[Case]:
         (springs, _gauss(8, galvi.HarmonicFrame()), 2.0, steps // 5),
         *_lagrangians_and_bodies(steps),
     ]
-    return [Case(*case) for case in cases]
+    return [*(Case(*case) for case in cases), *_clocks_events_and_forces(steps)]
+
+
+def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
+    """Steps in clocks, and the outer planets with events that do not occur, and with forces."""
+    eight, outer = _gauss(8), galvi.problems.outer_solar_system()
+    yield Case(encounters.burrau(), replace(eight, clock=galvi.DynamicalTime()), 0.4, 400)
+    yield Case(galvi.problems.kepler(0.99), replace(eight, clock=galvi.Sundman()), 0.4, steps // 10)
+    apart = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]
+    near = replace(outer, name=f"{outer.name}, three events")
+    yield Case(near, eight, 200.0, steps, apart)
+    sun = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
+    for force in sun:
+        system = replace(cast(galvi.NBody, outer.system), forces=[force])
+        name = f"{outer.name}, {type(force).__name__.lower()}"
+        yield Case(replace(outer, system=system, name=name), eight, 200.0, steps)
+    yield Case(outer, eight, 200.0, steps)
 
 
 def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerkin, float, int]]:
