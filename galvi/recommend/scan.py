@@ -149,11 +149,12 @@ def collocation(problem: Problem, degree: int, clock: AnyClock | None = None) ->
 def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
     """A duration in units of a clock, by a run in steps of a fraction of its unit, or by the first
     ``PACED`` of these, and a little more. ValueError where none can be done."""
+    method = collocation(problem, 8, clock)
     pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), TINY)
     step = min(PACE, duration / (AT_LEAST * pace))
     for _ in range(HALVINGS):
         run = uninterrupted(integrate(
-            problem, collocation(problem, 8, clock), step, PACED, duration=duration, curves=False,
+            problem, method, step, PACED, duration=duration, curves=False
         ))  # fmt: skip
         if run.tau is not None and (run.success or run.counts["steps"] == PACED):
             return BEYOND * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))

@@ -44,12 +44,13 @@ print(type(chart).__name__, [type(group).__name__ for group in GROUPS])
 
 def copied(old, new, names, only=""):
     """A file of the package under another name, with other words in it; of a file with several
-    classes only the one of this name."""
+    classes only the one of this name, and their bases."""
     text = old.read_text()
     if only:
         kinds = (ast.ClassDef, ast.FunctionDef, ast.Assign)
         parts = [one for one in ast.parse(text).body
-                 if not isinstance(one, kinds) or getattr(one, "name", "") == only]  # fmt: skip
+                 if not isinstance(one, kinds) or getattr(one, "name", "")
+                 in (only, "_Matrices", "_Motions")]  # fmt: skip
         text = "\n".join(map(ast.unparse, parts))
     for one, other in names.items():
         text = text.replace(one, other)
@@ -98,7 +99,7 @@ def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
 
 
 def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
-    names = {"se2,": "another,", "factor(se2": "factor(another", "SE2": "Another"}
+    names = {"se2,": "another,", "kernels = se2": "kernels = another", "SE2": "Another"}
     folder = copy / "galvi/kernels/lie/groups"
     copied(folder / "se2.py", folder / "another.py", names)
     folder = copy / "galvi/groups"

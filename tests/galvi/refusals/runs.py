@@ -209,7 +209,7 @@ ASKED = (
     (ValueError, "duration must be positive; received -1.0", recommended(duration=-1.0)),
     (ValueError, "recommend scans clocks on vector spaces; this problem is on a group.",
      recommended(problem=galvi.problems.free_rigid_body(), clock=galvi.Clock(lambda q: 1.0))),
-    (ValueError, "a clock must be positive and finite; received -1",
+    (ValueError, "a clock must return a positive, finite number; received -1",
      recommended(clock=galvi.Clock(lambda q: -1.0))),
     (TypeError, "clock must be a clock such as galvi.DynamicalTime()", recommended(clock=1.5)),
     (ValueError, "by must be one of time, evaluations; received 'luck'", recommended(by="luck")),
