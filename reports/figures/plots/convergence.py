@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from benchmarks.statistics import convergence_fits
 from benchmarks.statistics.convergence_fits import Fit
@@ -106,10 +106,14 @@ def convergence_in_h(
 def convergence_in_degree(
     axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
 ) -> None:
-    """Errors against 1 / N, both logarithmic, of algebraic rates in the degree N."""
-    axes.set(xscale="log", yscale="log", xlabel="$1 / N$, the inverse of the degree", ylabel=ylabel)
-    readable(axes.xaxis)
+    """Errors against the degree N, which falls to the right, both logarithmic, of algebraic rates
+    in N: refined to the left, as in plots against a step."""
+    axes.set(xscale="log", yscale="log", xlabel="degree $N$", ylabel=ylabel)
     _lines(axes, frame, rates, "N^{{-{}}}", "N^{{-{:g}}}", top)
+    low, high = (1.0 / x for x in reversed(axes.get_xlim()))
+    shown = [n for k in range(9) for n in (2**k, 3 * 2**k) if low <= n <= high]
+    axes.set_xticks([1.0 / n for n in shown], [str(n) for n in shown])
+    axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _lines(
