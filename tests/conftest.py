@@ -135,3 +135,10 @@ def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
         return "\n".join(line for line in lines if not line.startswith(PROGRESS))
 
     monkeypatch.setattr("galvi.interop.judge._run", here)
+
+
+@pytest.fixture(autouse=True)
+def arithmetic_is_left_alone() -> Iterator[None]:
+    """Code of others may make subnormal numbers 0, for all that comes after in the process."""
+    yield
+    assert sys.float_info.min / 2.0 > 0.0, "subnormal numbers are 0 since this test"

@@ -11,6 +11,7 @@ from references.rebound import simulation as rebound_simulation
 from references.rebound import whfast512
 
 
+@rebound_simulation.arithmetic_kept()  # WHFast512 leaves subnormal numbers to be 0
 def corrector_taken_for_17() -> str:
     """What WHFast512 makes of a corrector of order 3; '' where that is not the one of 17."""
     if whfast512.missing():
