@@ -95,10 +95,12 @@ def _body(problem: Problem, body: Any) -> int:
 
 def _number(kind: str, one: Any, names: list[Any]) -> int:
     """The number of a body or joint, given by number or by name."""
-    numbers = {k: k for k in range(len(names))} | {name: k for k, name in enumerate(names)}
+    named = {name: k for k, name in enumerate(names) if name != ""}
+    numbers = {k: k for k in range(len(names))} | named
     if isinstance(one, int | str) and not isinstance(one, bool) and one in numbers:
         return numbers[one]
-    raise ValueError(f"{kind} must be one of {names}, or its number; received {shown(one)}.")
+    known = f"one of {list(named)}, or its number" if named else f"a number below {len(names)}"
+    raise ValueError(f"{kind} must be {known}; received {shown(one)}.")
 
 
 def _two_bodies(problem: Problem, one: Any, other: Any) -> tuple[int, int]:

@@ -123,7 +123,7 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
 
 
 PACE, PACED, AT_LEAST = 0.25, 4096, 16  # step of a first run in a clock, most and least of them
-TINY = 1e-300
+TINY = 1e-300  # in place of a g of 0, which `integrate` then refuses
 BEYOND = 1.001  # length of scans in a clock over that, so that they do not end too early
 HALVINGS = 12
 MORE = 4  # additional degrees of the run used for comparison

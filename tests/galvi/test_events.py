@@ -124,6 +124,10 @@ def test_a_joint_is_given_by_number_or_by_name() -> None:
     assert len(named) > 0 and np.array_equal(named.t, numbered.t)
     with pytest.raises(ValueError, match=r"a joint must be one of \['shoulder', 'elbow'\], or"):
         galvi.find_events(run, galvi.events.angle("wrist", 0.2))
+    arm = galvi.integrate(galvi.problems.skew_arm(), EIGHT, 0.01, 2)  # without names
+    for name in ("elbow", ""):
+        with pytest.raises(ValueError, match=f"must be a number below 3; received '{name}'"):
+            galvi.find_events(arm, galvi.events.angle(name, 0.2))
 
 
 REFUSED = [
