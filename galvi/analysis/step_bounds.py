@@ -209,14 +209,7 @@ BOUNDS = (
     "coercive_step",
     "fixed_point_step",
 )
-AT_A_STEP = (
-    "contraction",
-    "spectral_contraction",
-    "exists",
-    "minimizes",
-    "coercive",
-    "converges",
-)
+AT_A_STEP = ("contraction", "spectral_contraction", "exists", "minimizes", "coercive", "converges")
 
 
 def motion_theory(

@@ -13,10 +13,7 @@ from galvi.charts.chart import Exponential
 from galvi.charts.maps import coordinates, place
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.frame_curves import FrameCurves
-from galvi.diagnostics.clock_symplecticity import (
-    clock_round_trip_error,
-    clock_symplecticity_defect,
-)
+from galvi.diagnostics.clock_symplecticity import clock_round_trip_error, clock_symplecticity_defect
 from galvi.groups.group import Group
 from galvi.method import Galerkin
 from galvi.problem import Problem

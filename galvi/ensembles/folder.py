@@ -28,13 +28,7 @@ from galvi.input_checks import shown
 from galvi.run.saving.files import write_whole
 
 ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
-OTHERS = {
-    "analysis",
-    "diagnostics",
-    "interop",
-    "properties",
-    "recommend",
-}  # no run needs them
+OTHERS = {"analysis", "diagnostics", "interop", "properties", "recommend"}  # no run needs them
 IMPORTED = time.time()
 NAMED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 

@@ -186,10 +186,7 @@ def model_of(given: Any) -> Any:
     if is_text:
         return _compiled("the text", lambda: mujoco.MjModel.from_xml_string(given))
     path = str(given)
-    kinds = {
-        ".mjb": mujoco.MjModel.from_binary_path,
-        ".mjz": _unzipped,
-    }
+    kinds = {".mjb": mujoco.MjModel.from_binary_path, ".mjz": _unzipped}
     made = kinds.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
     return _compiled(path, lambda: made(path))
 

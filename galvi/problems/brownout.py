@@ -58,10 +58,7 @@ def brownout(
         )
     mass = SAND * math.pi * d**3 / 6.0
     system = Canonical(
-        mass,
-        UniformField((0.0, 0.0, -mass * GRAVITY)),
-        force=drag,
-        timed_force=True,
+        mass, UniformField((0.0, 0.0, -mass * GRAVITY)), force=drag, timed_force=True
     )
     return Problem(
         system=system,

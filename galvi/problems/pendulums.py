@@ -142,11 +142,7 @@ def double_pendulum(
         q0=input_checks.array("angles", angles, two),
         v0=input_checks.array("rates", rates, two),
         name="double pendulum",
-        parameters={
-            "masses": chain.masses,
-            "lengths": chain.lengths,
-            "gravity": chain.gravity,
-        },
+        parameters={"masses": chain.masses, "lengths": chain.lengths, "gravity": chain.gravity},
         units="those of masses, lengths and gravity; angles in radians",
     )
 

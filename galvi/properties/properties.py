@@ -102,11 +102,7 @@ def orders(space: Space, rule: Rule) -> Orders:
         return Orders(0, 0, "")
     g = exactness(space, rule)
     degrees: Sequence[int] = getattr(space, "degrees", (space.degree,))
-    bounds = {
-        SPACE: 2 * min(degrees),
-        FORCE: g + 1,
-        KINETIC: min(2 * (g - s) + 4 for s in degrees),
-    }
+    bounds = {SPACE: 2 * min(degrees), FORCE: g + 1, KINETIC: min(2 * (g - s) + 4 for s in degrees)}
     limit = min(bounds, key=lambda name: bounds[name])
     order = bounds[limit]
     if order % 2 and is_symmetric(found.table, rule):

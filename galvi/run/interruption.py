@@ -9,12 +9,7 @@ from __future__ import annotations
 import threading
 
 # The module behind `signal`, which makes no enums of handlers: 8 us less a run.
-from _signal import (  # type: ignore[import-not-found]
-    SIGINT,
-    default_int_handler,
-    getsignal,
-    signal,
-)
+from _signal import SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]
 from typing import Any
 
 from galvi.trajectory import Trajectory

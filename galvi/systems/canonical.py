@@ -13,17 +13,8 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
-from galvi.systems.derivative_check import (
-    Curve,
-    check_derivatives,
-    direction,
-    lengths,
-)
-from galvi.systems.finite_differences import (
-    CALLS,
-    differenced_gradient,
-    differenced_hessian,
-)
+from galvi.systems.derivative_check import Curve, check_derivatives, direction, lengths
+from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel

@@ -14,11 +14,7 @@ from galvi.arrays import Array
 from galvi.groups.matrix_groups import SE3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.systems.forces.external_force import (
-    check_force,
-    check_force_at,
-    with_force,
-)
+from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel

@@ -20,11 +20,7 @@ from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems import legendre_transform
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_scales, differences
-from galvi.systems.forces.external_force import (
-    check_force,
-    check_force_at,
-    with_force,
-)
+from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import compiles, returned_array

@@ -14,22 +14,9 @@ from galvi.arrays import Array, read_only
 from galvi.groups.matrix_groups import SO3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.systems.derivative_check import (
-    Curve,
-    check_derivatives,
-    direction,
-)
-from galvi.systems.finite_differences import (
-    CALLS,
-    differenced_rotation_gradient,
-    hat,
-    rotated,
-)
-from galvi.systems.forces.external_force import (
-    check_force,
-    check_force_at,
-    with_force,
-)
+from galvi.systems.derivative_check import Curve, check_derivatives, direction
+from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient, hat, rotated
+from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel

@@ -246,7 +246,7 @@ def test_the_rotation_along_which_functions_are_differenced_is_one(w):
 
 def test_what_chooses_a_chart_or_a_group_has_a_name_and_a_place_of_its_own():
     """By which errors and profiles refer to it."""
-    for choice, name in ((angle_of, "angle"), (product._coadjoint, "coadjoint")):
+    for choice, name in ((angle_of, "angle"), (product._position_scale, "position_scale")):
         assert choice.__name__ == f"{name}_by_number"
         assert choice.__module__ == "galvi.kernels.lie.dispatch"
         assert choice.__code__.co_filename == f"<{name} by number, of galvi.kernels.lie.dispatch>"

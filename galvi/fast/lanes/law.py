@@ -65,12 +65,7 @@ from galvi.kernels.nystrom.solve import (
     reset_history,
     verdict,
 )
-from galvi.kernels.nystrom.step import (
-    FIXED_MATRIX,
-    FIXED_VECTOR,
-    copy_into,
-    terms_to_extrapolate,
-)
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into, terms_to_extrapolate
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
 FOUR, ONE = (0, 0, 0, 0), (0,)  # components that are gathered together
@@ -294,16 +289,6 @@ def compiled_advance_law():
     """``advance_law`` compiled or cached, one kernel for all laws."""
     whole = types.int64
     signature = whole(
-        whole,
-        whole,
-        TABLES,
-        types.boolean,
-        PLAN,
-        whole,
-        PROGRESS,
-        MATRIX,
-        VECTOR,
-        MATRIX,
-        KEPT,
+        whole, whole, TABLES, types.boolean, PLAN, whole, PROGRESS, MATRIX, VECTOR, MATRIX, KEPT
     )
     return compiled_for(advance_law, signature, jit_inline)

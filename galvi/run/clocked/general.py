@@ -13,14 +13,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import AnyClock, Rate
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.groups.matrix_groups import Rn
-from galvi.kernels.forces.celestial import (
-    NUMBERS,
-    OTHER,
-    SOURCE,
-    WEIGHT,
-    pole_pull,
-    power_pull,
-)
+from galvi.kernels.forces.celestial import NUMBERS, OTHER, SOURCE, WEIGHT, pole_pull, power_pull
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem

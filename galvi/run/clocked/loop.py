@@ -144,11 +144,7 @@ class Loop:
         wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
         if abs(wanted) <= fine:
             return None, 0.0
-        x, low_x, high_x = (
-            min(1.0, wanted / (h * float(rate(self.q)))),
-            0.0,
-            2.0,
-        )
+        x, low_x, high_x = (min(1.0, wanted / (h * float(rate(self.q)))), 0.0, 2.0)
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
         for _ in range(NEWTON):
             found = self.motion.advance(self.state, x * h, 1, None, self.start.keeps_curves)
