@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.kernels.forces import central_force, linear_spring, pendulum, spring_chain, uniform_field
+from galvi.kernels.forces import potentials as kernels
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class CentralForce:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
+        return Law(kernels.central_gradient, kernels.central_hessian, np.array([self.mu]))
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class CosinePotential:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
+        return Law(kernels.cosine_gradient, kernels.cosine_hessian, np.array([self.weight]))
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class LinearSpring:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
+        return Law(kernels.spring_gradient, kernels.spring_hessian, np.array([self.stiffness]))
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class SpringChain:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
+        return Law(kernels.chain_gradient, kernels.chain_hessian, np.array([self.alpha, self.beta]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +205,7 @@ class UniformField:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
+        return Law(kernels.uniform_gradient, kernels.uniform_hessian, np.array(self.force))
 
 
 @dataclass(frozen=True, eq=False)
