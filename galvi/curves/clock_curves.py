@@ -115,8 +115,7 @@ class ClockCurves:
 
 
 def _each(basis: Any, series: Any) -> Array:
-    found: Array = np.einsum("kl,lk->k", basis, series)
-    return found
+    return np.einsum("kl,lk->k", basis, series)
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,8 +60,7 @@ class GroupChart:
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
         """The body velocity T(xi) xi', (..., d)."""
-        result: Array = np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
-        return result
+        return np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
 
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -115,8 +114,7 @@ class Curves:
     def _coordinates(self, index: Any, tau: Array) -> Array:
         """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
         basis = self.space.basis(np.append(tau, 0.0))[:, 1:]
-        xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
-        return xi
+        return np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
 
 
 def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:

@@ -77,19 +77,16 @@ class FrameCurves:
             rows.append(np.flatnonzero(away & (index == k)))
             curves = self.path.curves(self.first + k, self.bases[k])
             values.append(elsewhere(curves, tau[rows[-1]] * self.step))
-        found: Array = np.concatenate(values)[np.argsort(np.concatenate(rows))]
-        return found
+        return np.concatenate(values)[np.argsort(np.concatenate(rows))]
 
     def _own_places(self, index: Any, tau: Array) -> Array:
         w, _rate, since = self._moving(index, tau)
-        places: Array = self.path.flow(w, since)
-        return places
+        return self.path.flow(w, since)
 
     def _own_velocities(self, index: Any, tau: Array) -> Array:
         w, rate, since = self._moving(index, tau)
         moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
-        velocities: Array = np.imag(moved) / TINY
-        return velocities
+        return np.imag(moved) / TINY
 
     def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
         """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""

@@ -149,8 +149,7 @@ class Block:
                 value(t.ravel()).reshape(k, points, -1).transpose(0, 2, 1)
                 for value in (self.piece.curves.position, self.piece.curves.velocity)
             )
-        found: Array = asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t) @ matrix.T
-        return found
+        return asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t) @ matrix.T
 
 
 @lru_cache(maxsize=16)

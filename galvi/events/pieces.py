@@ -58,10 +58,9 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
 
 
 def _grid(curves: Any) -> Array:
-    found: Array = curves.times if isinstance(curves, ClockCurves) else (
+    return curves.times if isinstance(curves, ClockCurves) else (
         curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
     )  # fmt: skip
-    return found
 
 
 def pieces(run: Trajectory) -> Iterator[Piece]:

@@ -111,8 +111,7 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
 
 def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
     """The degree of each component, where the space has several; else None."""
-    degrees: tuple[int, ...] | None = getattr(method.space, "degrees", None)
-    return degrees
+    return getattr(method.space, "degrees", None)
 
 
 @lru_cache(maxsize=32)
@@ -147,8 +146,7 @@ def outside(table: Tableau, coefficients: int) -> Array:
     """C (s, s) of galvi.fast.lanes.law for the space's first functions."""
     root = np.sqrt(table.b)
     slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
-    result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
-    return result
+    return np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
 
 
 def law_stepper(run: Run, work: RunArrays) -> Call:
@@ -244,8 +242,7 @@ def orthonormal_complement(table: Tableau) -> Array:
     """The functions Y (s - m, s) of galvi.fast.lanes.group_law at the stages."""
     root = np.sqrt(table.b)
     whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
-    result: Array = whole[:, table.slope.shape[1] :].T / root
-    return result
+    return whole[:, table.slope.shape[1] :].T / root
 
 
 def group_law_stepper(run: Run, work: RunArrays) -> Call:

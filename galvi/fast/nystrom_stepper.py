@@ -223,8 +223,7 @@ def _extrapolated(table: Tableau, kept: Array) -> Array:
     """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
     polynomials: (l, s, P)."""
     terms = table.extrapolation.T @ kept
-    sums: Array = np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
-    return sums
+    return np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
 
 
 @lru_cache(maxsize=32)

@@ -149,5 +149,4 @@ def _nearest(matrix: Array) -> Array | None:
     if not sizes[max(len(sizes) - 2, 0)] > RANK * sizes[0]:
         return None
     U[:, -1] *= np.sign(np.linalg.det(U @ Vt))
-    nearest: Array = U @ Vt
-    return nearest
+    return U @ Vt

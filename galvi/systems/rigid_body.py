@@ -176,8 +176,7 @@ class RigidBody:
 
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
-        result: Array = 0.5 * np.sum(v * self.momentum(v), axis=-1)
-        return result
+        return 0.5 * np.sum(v * self.momentum(v), axis=-1)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the rotations q (..., 3, 3) and times t (...)."""

@@ -43,8 +43,7 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     start = frame.enter(problem, problem.q0, problem.v0)[[4, 6]]
     first, last = (frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after))
     into = np.kron(np.eye(2), matrix_of(frame, problem))
-    derivative: Array = np.linalg.solve(into, last @ kick @ first @ into)
-    return derivative
+    return np.linalg.solve(into, last @ kick @ first @ into)
 
 
 def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:

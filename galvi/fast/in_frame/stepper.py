@@ -96,8 +96,7 @@ def legendre_integrals(c: Array, count: int) -> Array:
     k = np.arange(1, count)
     first = 0.5 * (P[:, 1:2] + 1.0)
     rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
-    result: Array = np.hstack([first, rest])
-    return result
+    return np.hstack([first, rest])
 
 
 def frame_stepper(run: Run, work: RunArrays) -> Call:
@@ -281,5 +280,4 @@ class Path:
     def curves(self, number: int, base: Array) -> Curves:
         """See `MovingPath`."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
-        found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
-        return found
+        return self.elsewhere(self.problem, self.step, t, q, v)

@@ -77,8 +77,7 @@ def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
     square = apart**2 * np.sum(across**2, axis=1)  # of the angular momentum
     energy = 0.5 * np.sum(speed**2, axis=1) - mu / apart
     e = np.sqrt(np.maximum(1.0 + 2.0 * energy * square / mu**2, 0.0))
-    closest: Array = square / (mu * (1.0 + e))
-    return closest
+    return square / (mu * (1.0 + e))
 
 
 def adapting_steps(problem: Problem, step: float, passage: Array) -> bool:

@@ -57,13 +57,11 @@ class CentralForce:
         object.__setattr__(self, "mu", input_checks.positive("mu", self.mu))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -self.mu / np.sqrt(np.sum(q * q, axis=-1))
-        return result
+        return -self.mu / np.sqrt(np.sum(q * q, axis=-1))
 
     def gradient(self, q: Array) -> Array:
         """mu q / |q|^3."""
-        result: Array = self.mu * q / np.linalg.norm(q) ** 3
-        return result
+        return self.mu * q / np.linalg.norm(q) ** 3
 
     def hessian(self, q: Array) -> Array:
         """mu (I - 3 q q^T / |q|^2) / |q|^3."""
@@ -88,13 +86,11 @@ class CosinePotential:
         object.__setattr__(self, "weight", input_checks.positive("weight", self.weight))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -self.weight * np.sum(np.cos(q), axis=-1)
-        return result
+        return -self.weight * np.sum(np.cos(q), axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """weight sin(q_i)."""
-        result: Array = self.weight * np.sin(q)
-        return result
+        return self.weight * np.sin(q)
 
     def hessian(self, q: Array) -> Array:
         """weight cos(q_i) on the diagonal."""
@@ -118,8 +114,7 @@ class LinearSpring:
         object.__setattr__(self, "stiffness", input_checks.positive("stiffness", self.stiffness))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = 0.5 * self.stiffness * np.sum(q * q, axis=-1)
-        return result
+        return 0.5 * self.stiffness * np.sum(q * q, axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """stiffness q."""
@@ -152,10 +147,7 @@ class SpringChain:
 
     def __call__(self, q: Array) -> Array:
         r = np.diff(q, prepend=0.0, append=0.0)
-        result: Array = np.sum(
-            r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1
-        )
-        return result
+        return np.sum(r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,)."""
@@ -192,8 +184,7 @@ class UniformField:
         object.__setattr__(self, "force", force)
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -(q @ self.force)
-        return result
+        return -(q @ self.force)
 
     def gradient(self, q: Array) -> Array:
         """-force."""

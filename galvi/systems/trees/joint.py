@@ -151,8 +151,7 @@ class JointDamping:
         object.__setattr__(self, "coefficients", found)
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
-        result: Array = -self.coefficients * v
-        return result
+        return -self.coefficients * v
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with the coefficients for constants."""
