@@ -182,7 +182,6 @@ class Search:
         return Rows(np.zeros(0), whole, whole, q, v, np.zeros(0))
 
     def found(self) -> Found:
-        """All of them."""
         self.rows = [joined(self.rows or [self.none()])]
         t, step, index, q, v, value = self.rows[0]
         names = tuple(self.events[k].name for k in index.tolist())

@@ -68,7 +68,6 @@ class Canonical:
             )
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
@@ -149,7 +148,6 @@ class Canonical:
 
     @property
     def untraced(self) -> str:
-        """As `Lagrangian.untraced`."""
         return reasons(self)
 
     def momentum(self, v: Array) -> Array:

@@ -27,11 +27,9 @@ class CanonicalOnRn:
     group: Rn
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """The shape of a configuration: velocities and momenta are like q."""
         return self.canonical.velocity_shape(shape)
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """Raise ValueError as `Canonical.check_state`."""
         self.canonical.check_state(q, v, t)
 
     def momentum(self, v: Array) -> Array:
@@ -44,7 +42,6 @@ class CanonicalOnRn:
 
     @property
     def potential_calls_per_force(self) -> int:
-        """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
 
     def lagrangian_kernel(self) -> LagrangianKernel:

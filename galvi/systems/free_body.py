@@ -152,7 +152,6 @@ class FreeBody:
 
     @property
     def untraced(self) -> str:
-        """As `galvi.Lagrangian.untraced`."""
         return reasons(self)
 
     def momentum(self, v: Array) -> Array:
@@ -194,5 +193,4 @@ class FreeBody:
 
     @property
     def potential_calls_per_force(self) -> int:
-        """As `galvi.Lagrangian.potential_calls_per_force`."""
         return 0 if self.potential is None else self.lagrangian.potential_calls_per_force

@@ -154,7 +154,6 @@ class RigidBody:
 
     @property
     def untraced(self) -> str:
-        """As `galvi.Lagrangian.untraced`."""
         return reasons(self)
 
     @property

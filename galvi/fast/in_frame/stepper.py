@@ -274,10 +274,8 @@ class Path:
         return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
 
     def flow(self, w: Array, t: Array) -> Array:
-        """See `MovingPath`."""
         return frame_of(self.method).flow(self.problem, w, t)
 
     def curves(self, number: int, base: Array) -> Curves:
-        """See `MovingPath`."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
         return self.elsewhere(self.problem, self.step, t, q, v)

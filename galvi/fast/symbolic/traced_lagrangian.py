@@ -41,7 +41,6 @@ class TracedTerm:
 
     @property
     def holds(self) -> bool:
-        """As of galvi.fast.symbolic.tracing."""
         return self.sample.holds
 
     def defined(self, q: Array, t: float) -> bool:
@@ -125,7 +124,6 @@ class TracedLagrangian:
 
     @property
     def holds(self) -> bool:
-        """As of galvi.fast.symbolic.tracing."""
         return all(sample.holds for sample in self.samples)
 
     def defined(self, q: Array, v: Array, t: float) -> bool:

@@ -69,7 +69,6 @@ class CentralForce:
         return self.mu * (np.eye(q.size) - 3.0 * np.outer(q, q) / square) / square**1.5
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
         return Law(kernels.central_gradient, kernels.central_hessian, np.array([self.mu]))
 
 
@@ -97,7 +96,6 @@ class CosinePotential:
         return np.diag(self.weight * np.cos(q))
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
         return Law(kernels.cosine_gradient, kernels.cosine_hessian, np.array([self.weight]))
 
 
@@ -125,7 +123,6 @@ class LinearSpring:
         return self.stiffness * np.eye(q.size)
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
         return Law(kernels.spring_gradient, kernels.spring_hessian, np.array([self.stiffness]))
 
 
@@ -164,7 +161,6 @@ class SpringChain:
         return out[:, :, 0]
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
         return Law(kernels.chain_gradient, kernels.chain_hessian, np.array([self.alpha, self.beta]))
 
 
@@ -195,7 +191,6 @@ class UniformField:
         return np.zeros((q.size, q.size))
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
         return Law(kernels.uniform_gradient, kernels.uniform_hessian, np.array(self.force))
 
 

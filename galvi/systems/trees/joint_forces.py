@@ -95,7 +95,6 @@ class JointForces:
         return out[1]
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """As `BuiltinForce.compiled`."""
         return kernel.tree_joint_forces, self.numbers.copy()
 
     @property

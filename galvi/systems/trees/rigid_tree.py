@@ -184,7 +184,6 @@ class RigidTree:
         return self._at_states(q, v)[3]
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """As `BuiltinLagrangian.at_states`."""
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:

@@ -68,11 +68,9 @@ class MemberGroup(MemberSteps, GroupPass):
         return [(x * step).fused for x in self.weighted(rows, *weights)]
 
     def means(self, rows):
-        """As those of one member."""
         return [x.fused for x in self.weighted(rows, self.tabled.means)]
 
     def one_pass(self):
-        """As that of galvi.fast.lanes.group_pass."""
         self.whole_pass(self.first)
 
     def prepare_block(self):

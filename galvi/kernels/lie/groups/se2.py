@@ -63,7 +63,6 @@ def shift_matrix(chart, x):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
     turn(chart, g, xi[0], 3, out)
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
@@ -83,14 +82,12 @@ def shift_pace(chart, xi, eta):
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
     out[0] = slopes(chart, xi[0])[0] * eta[0]
     out[1], out[2] = shift_pace(chart, xi, eta)
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
     V, V1, _ = shift_matrix(chart, xi[0])
     turning = v[0] / slopes(chart, xi[0])[0]
     x, y = times(V1, xi[1], xi[2])
@@ -101,7 +98,6 @@ def rate(chart, xi, v, out):
 
 @generic
 def momentum(chart, xi, mu, out):
-    """out <- T^T mu."""
     V, V1, _ = shift_matrix(chart, xi[0])
     x, y = times(V1, xi[1], xi[2])
     fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
@@ -111,7 +107,6 @@ def momentum(chart, xi, mu, out):
 
 @generic
 def covector(chart, xi, pi, out):
-    """out <- T^-T pi."""
     V, V1, _ = shift_matrix(chart, xi[0])
     x, y = times(V1, xi[1], xi[2])
     fx, fy = times(inverse(transposed(V)), pi[1], pi[2])
@@ -121,7 +116,6 @@ def covector(chart, xi, pi, out):
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    """out <- d(mu . T eta)/dxi."""
     slope, bend = slopes(chart, xi[0])
     _, V1, V2 = shift_matrix(chart, xi[0])
     fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
@@ -171,7 +165,6 @@ def shift_to_coordinates(chart, x, shift):
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^-1 k."""
     xi[0] = relative_coordinate(chart, g, k, 3)
     shift = times((g[0], -g[3]), k[2] - g[2], k[5] - g[5])
     xi[1], xi[2] = shift_to_coordinates(chart, xi[0], shift)
@@ -179,7 +172,6 @@ def coordinates(chart, g, k, xi):
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
     restore_rotation(g, 3)
 
 

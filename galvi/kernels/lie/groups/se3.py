@@ -111,7 +111,6 @@ def shift_bend(chart, w, v, F, a):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
     across, x = transpose(rotation(chart, xi)), shifted(chart, 1.0, xi, xi[3:6])
     for i in range(3):
         row = g[4 * i], g[4 * i + 1], g[4 * i + 2]
@@ -129,14 +128,12 @@ def shift_pace(chart, xi, eta):
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
     fill(rotations.tangent(chart, 1.0, xi, eta), out)
     out[3], out[4], out[5] = shift_pace(chart, xi, eta)
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
     turning = rotations.inverse_tangent(chart, 1.0, xi, v)
     pace = minus(rotated(chart, 1.0, xi, v[3:6]), shift_rate(chart, 1.0, xi, xi[3:6], turning))
     fill(turning, out)
@@ -145,7 +142,6 @@ def rate(chart, xi, v, out):
 
 @generic
 def momentum(chart, xi, mu, out):
-    """out <- T^T mu."""
     F = rotated(chart, 1.0, xi, mu[3:6])
     turning = rotations.tangent(chart, -1.0, xi, mu)
     fill(plus(turning, shift_slope(chart, xi, xi[3:6], F)), out)
@@ -154,7 +150,6 @@ def momentum(chart, xi, mu, out):
 
 @generic
 def covector(chart, xi, pi, out):
-    """out <- T^-T pi."""
     F = unshifted(chart, -1.0, xi, pi[3:6])
     turning = minus(pi, shift_slope(chart, xi, xi[3:6], F))
     fill(rotations.inverse_tangent(chart, -1.0, xi, turning), out)
@@ -163,7 +158,6 @@ def covector(chart, xi, pi, out):
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    """out <- d(mu . T eta)/dxi."""
     F, v = rotated(chart, 1.0, xi, mu[3:6]), xi[3:6]
     turning = rotations.tangent_slope(chart, xi, eta, mu)
     bent = plus(shift_bend(chart, xi, v, F, eta), shift_slope(chart, xi, eta[3:6], F))
@@ -199,7 +193,6 @@ def coadjoint(chart, xi, mu, out):
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^-1 k."""
     relative_coordinates(chart, g, k, 4, xi)
     apart = k[3] - g[3], k[7] - g[7], k[11] - g[11]
     xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(columns(g, 4), apart))
@@ -207,7 +200,6 @@ def coordinates(chart, g, k, xi):
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
     restore_rotation(g, 4)
 
 
