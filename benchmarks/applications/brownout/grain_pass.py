@@ -34,7 +34,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.elementary import exp, inverse
-from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.functions import Reciprocals
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import LANES, Lanes
 from galvi.kernels.compile.array_types import MATRIX, VECTOR

@@ -79,7 +79,7 @@ def inverse_quarters(x, n):
 
 
 def _reciprocals(x):
-    """``builder.reciprocals`` of a lane, a `galvi.fast.lanes.reciprocals.Reciprocals`,
+    """``builder.reciprocals`` of a lane, a `galvi.fast.lanes.functions.Reciprocals`,
     where its kernel has them."""
     return getattr(getattr(x, "builder", None), "reciprocals", None)
 
