@@ -10,8 +10,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Chart
-from galvi.charts.maps import place, tangent
+from galvi.charts.chart import Chart, place, tangent
 from galvi.checkpoint import Checkpoint
 from galvi.groups.group import Group
 from galvi.method import Galerkin

@@ -8,8 +8,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import coordinates, place
+from galvi.charts.chart import Exponential, coordinates, place
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem

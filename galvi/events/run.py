@@ -23,9 +23,8 @@ from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
 from galvi.curves.joined import JoinedCurves, cut, merged
-from galvi.events.block import CHUNK
+from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
-from galvi.events.pieces import piece_of, pieces
 from galvi.events.search import MOST, START, Rows, Search
 from galvi.method import Galerkin
 from galvi.problem import Problem

@@ -15,9 +15,8 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.events.asked import Asked, Function
-from galvi.events.block import CHUNK, Block
+from galvi.events.block import CHUNK, Block, Piece, pieces
 from galvi.events.event import Event, several_events
-from galvi.events.pieces import Piece, pieces
 from galvi.events.roots import roots
 from galvi.input_checks import shown
 from galvi.method import Galerkin

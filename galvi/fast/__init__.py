@@ -6,8 +6,7 @@ GALVI_FAST=0 it is not imported.
 
 from galvi.diagnostics import symplecticity
 from galvi.fast import clock_stepper, law_stepper, nystrom_stepper
-from galvi.fast.in_frame.derivative import frame_step_derivative
-from galvi.fast.in_frame.engine import frame_engine
+from galvi.fast.in_frame.engine import frame_engine, frame_step_derivative
 from galvi.fast.lanes import elementary
 from galvi.fast.laws import finders_of
 from galvi.fast.symbolic import kinks

@@ -33,8 +33,8 @@ from galvi.kernels.nystrom.solve import DIVERGED, FORCES, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.coupling import coupled_layout
 from galvi.run.group_steppers import stepper_after_failure
+from galvi.run.group_system import coupled_layout
 from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
@@ -199,7 +199,7 @@ def _compiled_on_group(
 ) -> tuple[int, LaneLaw, Any]:  # fmt: skip
     """The address of the system's law in a chart, the law, and the function, which must be kept.
 
-    layout  of galvi.run.coupling
+    layout  of galvi.run.group_system
     lanes  of a vector
     one    for one vector of stages, or for several
     """

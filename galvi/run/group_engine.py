@@ -9,8 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.charts import CHARTS
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import coordinates, tangent, unwrapped
+from galvi.charts.chart import Exponential, coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import GroupChart, IdentityChart, LocalChart
 from galvi.groups.group import Group

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from galvi.kernels.compile.interpreted import interpreted
+from galvi.kernels.compile.function_pointers import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.on_group.advance import advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.coupling import coupled_layout
-from galvi.run.group_system import group_system
+from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.nystrom_steppers import kernel_tableau
 from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 from galvi.arrays import Array, read_only
-from galvi.kernels.compile.interpreted import interpreted
+from galvi.kernels.compile.function_pointers import interpreted
 from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.reach import compiled_reach, reach
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, Force

@@ -13,8 +13,14 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement
 from galvi.run.plan import Engine, Run
-from galvi.run.point_masses.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
-from galvi.run.point_masses.massless import COARSE, MasslessError
+from galvi.run.point_masses.encounters import (
+    ADAPT,
+    COARSE,
+    MasslessError,
+    adapting_steps,
+    body_names,
+    unresolved_passage,
+)
 from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED

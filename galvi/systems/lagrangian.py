@@ -11,8 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import place
+from galvi.charts.chart import Exponential, place
 from galvi.groups.group import Group, is_group
 from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown

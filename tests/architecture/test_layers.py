@@ -27,7 +27,7 @@ FAULTS = {
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
     "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
     "core": ("galvi/problem.py", "from galvi.fast import laws"),
-    "cycles": ("galvi/charts/chart.py", "from galvi.charts import maps"),
+    "cycles": ("galvi/spaces/space.py", "from galvi.spaces import polynomials"),
 }
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.kernels.lie.chart_functions import CHARTS as MODULES
+from galvi.kernels.lie.dispatch import CHARTS as MODULES
 
 SOURCE = Path(galvi.__file__).parent
 NOW = [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS]
@@ -19,9 +19,9 @@ LIKE = CHARTS.index(galvi.ModifiedRodrigues())
 USE = """
 import numpy as np
 from galvi.charts import CHARTS
-from galvi.charts.maps import coordinates, place, tangent_slope
+from galvi.charts.chart import coordinates, place, tangent_slope
 from galvi.groups import GROUPS
-from galvi.kernels.lie.chart_functions import CHARTS as MODULES
+from galvi.kernels.lie.dispatch import CHARTS as MODULES
 from galvi.run.saving.files import storable_values
 
 assert [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS] == {charts}

@@ -66,7 +66,7 @@ from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
 from galvi.kernels.lie import product
-from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.dispatch import REACHES
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,

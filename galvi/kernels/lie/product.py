@@ -2,7 +2,7 @@
 
 layout  (factors, 4)  for each factor the number of its group, its dimension, the entries of an
                       element, and the number of leading components that are rotations
-chart   number of a chart of rotations (galvi.kernels.lie.chart_functions)
+chart   number of a chart of rotations (galvi.kernels.lie.dispatch)
 g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebra
 
 For the functions of each factor see galvi.kernels.lie.groups.

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
 from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
-from galvi.kernels.lie.chart_functions import (
+from galvi.kernels.lie.dispatch import (
     from_quaternion,
     half_turn,
     inverse_radial,

@@ -13,9 +13,8 @@ from numba import types
 
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import jit, jit_inline
-from galvi.kernels.forces.accelerations import accelerations
+from galvi.kernels.forces.accelerations import accelerations, jacobians
 from galvi.kernels.lie.arithmetic import generic, larger, where
-from galvi.kernels.nystrom.jacobians import jacobians
 from galvi.kernels.nystrom.step import (
     all_finite,
     copy_into,

@@ -21,8 +21,7 @@ from galvi.kernels.nystrom.solve import (
     verdict,
 )
 from galvi.kernels.nystrom.step import copy_into
-from galvi.kernels.on_group.derivative import derivative
-from galvi.kernels.on_group.elimination import factor, substitute
+from galvi.kernels.on_group.derivative import derivative, factor, substitute
 from galvi.kernels.on_group.scale import (
     FAR,
     SMALLEST,

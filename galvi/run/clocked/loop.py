@@ -13,8 +13,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.plan import Advanced, Motion, Taken, joined
-from galvi.run.clocked.remarks import closest_pair
+from galvi.run.clocked.plan import Advanced, Motion, Taken, closest_pair, joined
 from galvi.run.loop import APART
 from galvi.run.run_arrays import ALWAYS_FREE, free_memory
 from galvi.systems.nbody import NBody

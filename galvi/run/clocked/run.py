@@ -20,8 +20,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, joined
-from galvi.run.clocked.remarks import costly_pair
+from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, costly_pair, joined
 from galvi.run.energies import (
     States,
     asks_functions,

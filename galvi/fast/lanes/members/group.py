@@ -30,7 +30,7 @@ from galvi.fast.lanes.group_rows import (
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING, of_words
-from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.dispatch import REACHES
 
 ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
 RULE = begin_countdown, count_down, HISTORY

@@ -9,7 +9,7 @@ body's velocity is (s x', R^T (V' v x' + V v')).
 from __future__ import annotations
 
 from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
-from galvi.kernels.lie.chart_functions import translation_radial
+from galvi.kernels.lie.dispatch import translation_radial
 from galvi.kernels.lie.groups.so2 import (
     change,
     relative_coordinate,

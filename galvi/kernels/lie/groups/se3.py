@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.arithmetic import cross, dot, generic, larger_size, two_sum
-from galvi.kernels.lie.chart_functions import translation_radial
+from galvi.kernels.lie.dispatch import translation_radial
 from galvi.kernels.lie.groups.so3 import (
     columns,
     fill,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, square_root, two_sum
-from galvi.kernels.lie.chart_functions import coordinate_of, rotation_radial, tangent_radial
+from galvi.kernels.lie.dispatch import coordinate_of, rotation_radial, tangent_radial
 
 
 @generic
