@@ -13,13 +13,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.fast.frames.frame import Frame, Motion, revolution
-from galvi.fast.lanes.frames.collocation import (
-    ALARM,
-    CHANGE,
-    MOST_PASSES,
-    NOISE,
-    compiled_advance_frame,
-)
+from galvi.fast.lanes.frames import collocation
 from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.fast.lanes.vectors import LANES
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
@@ -119,7 +113,7 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
     for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
         nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
-    kernel = compiled_advance_frame()
+    kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
     def advance(todo: int) -> int:
@@ -157,7 +151,7 @@ def checks_of(
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
     given, most = frame_of(method).passes, max(one.passes for one in converged)
-    few = range(2, most + 1) if given is None else (min(given, MOST_PASSES),)
+    few = range(2, most + 1) if given is None else (min(given, collocation.MOST_PASSES),)
     seen = converged
     for passes in few:
         checks = float(passes), np.inf, left, 0.0
@@ -169,7 +163,7 @@ def checks_of(
         if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
     change = max(one.change for one in seen)
-    return float(passes), max(USUAL * change, NOISE), left, 0.0
+    return float(passes), max(USUAL * change, collocation.NOISE), left, 0.0
 
 
 class Probe(NamedTuple):
@@ -206,13 +200,13 @@ def _probed(
             break
         end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
         passes = int(work.counts[ITERATIONS]) - before
-        found.append(Probe(start, passes, float(tables[-2][CHANGE]), end / sizes))
+        found.append(Probe(start, passes, float(tables[-2][collocation.CHANGE]), end / sizes))
     return found
 
 
 def falls_back(checks: tuple[float, ...]) -> bool:
     """Whether the first step converged, so that others that do not are done elsewhere."""
-    return checks[ALARM] >= 0.0
+    return checks[collocation.ALARM] >= 0.0
 
 
 def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array:

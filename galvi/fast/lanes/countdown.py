@@ -14,15 +14,7 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lie.arithmetic import generic, in_kernels, larger, square_root, where
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    GOING,
-    IDLE,
-    NOT_FINITE,
-    SOLVED,
-    decide,
-    reset_history,
-)
+from galvi.kernels.nystrom import solve
 
 HISTORY = 10  # numbers of history
 REST, RATE, CHANGES = 4, 5, 6  # indices there
@@ -37,7 +29,7 @@ PATIENCE = 12.0
 @generic
 def begin_countdown(history):
     """Set history to its initial values."""
-    reset_history(history)
+    solve.reset_history(history)
     history[REST], history[RATE] = np.inf, 0.5
     for k in range(CHANGES, CHANGES + OVER):
         history[k] = np.inf
@@ -70,26 +62,26 @@ def count_down(change, tolerance, history):
     quick = (change > larger(FAR * tolerance, SOON)) & (change < 0.5 * last) & (last < np.inf)
     if is_true(quick):
         history[0] = change
-        return GOING
+        return solve.GOING
     rate, kept = history[RATE], (history[1], history[2], history[3], history[REST], history[RATE])
-    code, rest = decide(change, tolerance, history), history[REST] * rate
+    code, rest = solve.decide(change, tolerance, history), history[REST] * rate
     left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
-    solved, least, idle = code < NOT_FINITE, history[2], history[3]
+    solved, least, idle = code < solve.NOT_FINITE, history[2], history[3]
     # a rate may be small by chance, and some parts lag
-    once_more = solved & (idle < IDLE) & (tolerance < CLEAR) & (left > 0.0)
-    patient = solved & (least > NOISE) & (idle >= IDLE) & (idle < PATIENCE)
-    rest, code = where(once_more, 0.0, rest), where(once_more | patient, GOING, code)
+    once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
+    patient = solved & (least > NOISE) & (idle >= solve.IDLE) & (idle < PATIENCE)
+    rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
     unknown = (change <= CLEAR) | (change >= SOON)
     if not is_true(unknown):
         new = rate_of(change, last, second, first)
         unknown = unknown | (new <= 0.0) | (new >= 1.0)
         left = where(unknown, left, change * new - tolerance * (1.0 - new))
         rest, rate = where(unknown, rest, change), where(unknown, rate, new)
-    code = where((code > DIVERGED) & (left <= 0.0), SOLVED, code)
+    code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
     history[REST], history[RATE] = rest, rate
     for k in range(5):
         history[k + 1] = where(quick, kept[k], history[k + 1])
-    return where(quick, GOING, code)
+    return where(quick, solve.GOING, code)
 
 
 judged = jit_inline(count_down)

@@ -45,21 +45,9 @@ from functools import cache
 import numpy as np
 from numba import types
 
+from galvi.fast.lanes import group_rows as blocks
 from galvi.fast.lanes.countdown import begin_countdown, judged
 from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE
-from galvi.fast.lanes.group_rows import (
-    BEFORE,
-    CHANGE,
-    END,
-    ETA,
-    KEPT,
-    PART,
-    PLACE,
-    PULLED,
-    TIMES,
-    VELOCITY,
-    F,
-)
 from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
@@ -67,16 +55,8 @@ from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
 from galvi.kernels.lie import product
 from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    FORCES,
-    GOING,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-)
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
 from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
 from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
@@ -94,25 +74,25 @@ def rows(block, d):
 def relax(law, given, stages, d, numbers, tolerance, counts, history):
     """Passes from the xi and eta in work until convergence; returns a code."""
     begin_countdown(history)
-    for passes in range(FIXED_POINT_PASSES):
+    for passes in range(solve.FIXED_POINT_PASSES):
         change = do(PASS, law, given, numbers, d)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += stages
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
             do(LOW, law, given, numbers, d)
             continue
         code = judged(change, tolerance, history)
-        if code != GOING:
+        if code != solve.GOING:
             return code
-    return DIVERGED
+    return solve.DIVERGED
 
 
 @jit_inline
 def do(part, law, given, numbers, d):
     """Do one part of galvi.fast.lanes.group_pass; returns the change it notes."""
-    numbers[3 * d + PART] = part
+    numbers[3 * d + blocks.PART] = part
     call_void(law, given)
-    return numbers[3 * d + CHANGE]
+    return numbers[3 * d + blocks.CHANGE]
 
 
 @jit_noalloc
@@ -139,14 +119,18 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
     series, growth, fit, c = tables
     state, stages, solver_state, counts, _passage = progress
     (d, s), r, h = stages.shape, kept.q.shape[1], plan.step
-    velocity, before, eta = work[rows(VELOCITY, d)], work[rows(BEFORE, d)], work[rows(ETA, d)]
+    velocity, before, eta = (
+        work[rows(blocks.VELOCITY, d)],
+        work[rows(blocks.BEFORE, d)],
+        work[rows(blocks.ETA, d)],
+    )
     xi, kick, times = (
-        work[END * d : (END + 1) * d, 0],
-        work[PULLED * d : (PULLED + 1) * d, 0],
-        work[TIMES * d],
+        work[blocks.END * d : (blocks.END + 1) * d, 0],
+        work[blocks.PULLED * d : (blocks.PULLED + 1) * d, 0],
+        work[blocks.TIMES * d],
     )
     history, sizes, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
-    numbers[3 * d + PLACE + r] = h
+    numbers[3 * d + blocks.PLACE + r] = h
     do(PREPARE, law, given, numbers, d)
     for i in range(d):
         for k in range(velocity.shape[1]):
@@ -157,24 +141,26 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
         for i in range(d):
             numbers[i] = state[1, i]
         for i in range(r):
-            numbers[3 * d + PLACE + i] = state[0, i]
+            numbers[3 * d + blocks.PLACE + i] = state[0, i]
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
-                solver_state[TERMS] = terms_of(series, growth, velocity, work[rows(F, d)], sizes)
-            numbers[3 * d + KEPT] = solver_state[TERMS]
+                solver_state[TERMS] = terms_of(
+                    series, growth, velocity, work[rows(blocks.F, d)], sizes
+                )
+            numbers[3 * d + blocks.KEPT] = solver_state[TERMS]
             do(AHEAD, law, given, numbers, d)
         copy_into(saved, state)
         do(BEGIN, law, given, numbers, d)
         code = relax(law, given, s, d, numbers, plan.tolerance, counts, history)
-        if code == SOLVED:
+        if code == solve.SOLVED:
             farthest = do(FINISH, law, given, numbers, d)
             reach = REACHES[chart]
             if not (farthest <= reach * reach and product.largest_rotation(layout, xi) <= reach):
-                code = DIVERGED
+                code = solve.DIVERGED
             elif not finish(layout, chart, xi, kick, saved, state):
-                code = NOT_FINITE
+                code = solve.NOT_FINITE
                 copy_into(state, saved)
-        if code != SOLVED:
+        if code != solve.SOLVED:
             copy_rows(stages, before)
             return code
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
@@ -183,7 +169,7 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
             curve_of(fit, eta, kept.curves[step])
         watch_stages(plan, kept, step, r + d, velocity, s)
     copy_rows(stages, velocity)
-    return SOLVED
+    return solve.SOLVED
 
 
 @cache

@@ -13,27 +13,10 @@ from __future__ import annotations
 
 import math
 
+from galvi.fast.lanes import gravity
 from galvi.fast.lanes.celestial import add_terms
-from galvi.fast.lanes.gravity import (
-    LANES,
-    attract,
-    attract_and_measure,
-    attract_pair,
-    follow,
-    follow_and_measure,
-    move,
-)
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    FORCES,
-    GOING,
-    ITERATIONS,
-    PAIRS,
-    reset_history,
-    verdict,
-)
+from galvi.kernels.nystrom import solve
 
 PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/solver-experiments.md
 
@@ -42,11 +25,11 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/solver-experiments
 def pull_all(axes, masses, heavy, light, Q, a):
     """a <- accelerations at stages Q, adding the attractions of the last pairs first."""
     for k in range(heavy.size - 1, -1, -1):
-        for chunk in range(Q.shape[1] // LANES):
-            attract(axes, Q, a, masses, heavy, k, Q.shape[1], chunk)
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.attract(axes, Q, a, masses, heavy, k, Q.shape[1], chunk)
     for k in range(light.size):
-        for chunk in range(Q.shape[1] // LANES):
-            follow(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk)
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.follow(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk)
 
 
 @jit_inline
@@ -55,19 +38,21 @@ def pull_and_measure(axes, masses, heavy, light, Q, a, nearest):
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
     for k in range(heavy.size - 1, -1, -1):
-        for chunk in range(Q.shape[1] // LANES):
-            attract_and_measure(axes, Q, a, masses, heavy, k, Q.shape[1], chunk, nearest)
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.attract_and_measure(axes, Q, a, masses, heavy, k, Q.shape[1], chunk, nearest)
     for k in range(light.size):
-        for chunk in range(Q.shape[1] // LANES):
-            follow_and_measure(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk, nearest)
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.follow_and_measure(
+                axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk, nearest
+            )
 
 
 @jit_inline
 def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
     """a <- given + sign times the attraction between two bodies, in their rows."""
     star_mass, planet_mass = sign * masses[star], sign * masses[fastest_planet]
-    for chunk in range(Q.shape[1] // LANES):
-        attract_pair(
+    for chunk in range(Q.shape[1] // gravity.LANES):
+        gravity.attract_pair(
             axes, Q, given, a, star, fastest_planet, star_mass, planet_mass, Q.shape[1], chunk
         )
 
@@ -75,8 +60,8 @@ def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
 @jit_inline
 def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
     """Q <- q + (base + (low + h^2 A a)) of one body; returns the largest change so far."""
-    for chunk in range(Q.shape[1] // LANES):
-        change = move(
+    for chunk in range(Q.shape[1] // gravity.LANES):
+        change = gravity.move(
             axes, moves, start, a, base, low, state, Q, change, size, body, s, Q.shape[1], chunk
         )
     return change
@@ -99,7 +84,7 @@ def iterate_pair(
         change = move_one(
             axes, moves, 0, s, a, base, low, state, Q, change, sizes[fastest_planet], fastest_planet
         )
-    reset_history(history)
+    solve.reset_history(history)
     if change > 0.0:
         history[0], history[1] = change, change / last
 
@@ -113,8 +98,8 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
     the second pass, which is accurate enough for that; 0 if there is none.
     """
     nearest[0] = 0.0
-    reset_history(history)
-    for passes in range(FIXED_POINT_PASSES):
+    solve.reset_history(history)
+    for passes in range(solve.FIXED_POINT_PASSES):
         if passes == 1:
             pull_and_measure(axes, masses, heavy, light, Q, a, nearest)
         else:
@@ -123,14 +108,14 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
             pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)
-            counts[PAIRS] += (PAIR_PASSES + 1) * s
+            counts[solve.PAIRS] += (PAIR_PASSES + 1) * s
         change = 0.0
         for body in range(masses.size):
             change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[body], body)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += s
-        code = verdict(change, tolerance, history)
-        if code != GOING:
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += s
+        code = solve.verdict(change, tolerance, history)
+        if code != solve.GOING:
             return code
         if with_pair:
             iterate_pair(
@@ -149,4 +134,4 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
                 background,
                 history,
             )
-    return DIVERGED
+    return solve.DIVERGED

@@ -17,16 +17,8 @@ from numba import types
 
 from galvi.kernels.compile.jit import compiled_for, jit
 from galvi.kernels.forces.passages import note_passages
+from galvi.kernels.nystrom import step as steps
 from galvi.kernels.nystrom.solve import FORCE, NOT_FINITE, SOLVED, Force, solve
-from galvi.kernels.nystrom.step import (
-    TABLEAU,
-    NystromTableau,
-    all_finite,
-    complete_step,
-    copy_into,
-    curve_coefficients,
-    predict,
-)
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record
 
 NOTHING, LAST_STEP, GUESS = 0, 1, 2
@@ -40,17 +32,17 @@ def commit(tableau, plan, step, streak, work, progress, kept, before):
     before (4, d) <- the state at the start of the step
     """
     state, h = progress.state, plan.step
-    copy_into(before, state)
-    complete_step(tableau, h, work, state)
-    if not all_finite(state):
-        copy_into(state, before)
+    steps.copy_into(before, state)
+    steps.complete_step(tableau, h, work, state)
+    if not steps.all_finite(state):
+        steps.copy_into(state, before)
         return False
-    copy_into(progress.stages, work)
+    steps.copy_into(progress.stages, work)
     solver_state = progress.solver_state
     solver_state[HOLDS], solver_state[STREAK], solver_state[DONE] = LAST_STEP, streak, step + 1
     record(plan, kept, step, before[0], state[0], state[2])
     if kept.bases.shape[0] > 0:
-        curve_coefficients(tableau, h, before, work, kept.curves[step])
+        steps.curve_coefficients(tableau, h, before, work, kept.curves[step])
     return True
 
 
@@ -61,7 +53,7 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
     solver_state[DONE] counts the steps done; a step that cannot be solved leaves the state
     unchanged.
     """
-    force, tableau = Force(*force), NystromTableau(*tableau)
+    force, tableau = Force(*force), steps.NystromTableau(*tableau)
     plan, progress, kept = Plan(*plan), Progress(*progress), Kept(*kept)
     state, a, solver_state, h = progress.state, progress.stages, progress.solver_state, plan.step
     d, s = a.shape
@@ -72,9 +64,9 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         for k in range(s):
             t[k] = plan.t0 + ((plan.first + step) + tableau.c[k]) * h
         if solver_state[HOLDS] == LAST_STEP:
-            predict(tableau, a, work)
+            steps.predict(tableau, a, work)
         elif solver_state[HOLDS] == GUESS:
-            copy_into(work, a)
+            steps.copy_into(work, a)
         else:
             work = np.zeros((d, s))
         code, streak = solve(
@@ -99,4 +91,4 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
 def compiled_advance():
     """``advance`` compiled or cached, one kernel for all systems."""
     whole = types.int64
-    return compiled_for(advance, whole(FORCE, TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))
+    return compiled_for(advance, whole(FORCE, steps.TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))

@@ -7,19 +7,7 @@ import numpy as np
 from galvi.kernels.compile.jit import jit, jit_noalloc
 from galvi.kernels.lie import product
 from galvi.kernels.lie.product import is_flat, position_scale
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FLOOR,
-    FORCES,
-    GOING,
-    IDLE,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-    SOLVES,
-    reset_history,
-    verdict,
-)
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.step import copy_into
 from galvi.kernels.on_group.derivative import derivative, factor, substitute
 from galvi.kernels.on_group.scale import (
@@ -122,7 +110,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
     scratch, history, scale = new_scratch(d, g.size, m), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
-    reset_history(history)
+    solve.reset_history(history)
     formed = here = False  # whether a derivative exists, and whether at step's start
     last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
@@ -131,8 +119,8 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     for passes in range(PASSES):
         stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
         residual(layout, chart, basis, scratch, h, mu0, forces, x, R)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += s
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += s
         if formed:
             correct(matrix, pivots, first, R, ahead)
             place_curve(basis, h, ahead, to_place, to_rate)
@@ -144,7 +132,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                 if here:
                     add(x, share, step)
                 if share < SHORTEST:
-                    return DIVERGED if change < np.inf else NOT_FINITE
+                    return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
                 place_curve(basis, h, x, place, rate)
                 continue
             formed = change <= RENEW * last or change < near
@@ -161,10 +149,10 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                 rate_scale = max(rate_scale, SMALLEST)
                 derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
                            place, rate, forces, matrix)  # fmt: skip
-                counts[FORCES] += 2 * d * s
-                counts[SOLVES] += 1
+                counts[solve.FORCES] += 2 * d * s
+                counts[solve.SOLVES] += 1
                 if not factor(matrix, pivots):
-                    return NOT_FINITE
+                    return solve.NOT_FINITE
                 correct(matrix, pivots, first, R, ahead)
                 place_curve(basis, h, ahead, to_place, to_rate)
                 found = largest(to_rate)
@@ -182,21 +170,21 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
         last, share = change, 1.0
         place_curve(basis, h, x, place, rate)
         if not largest(place) < np.inf:
-            return NOT_FINITE
-        code = verdict(change, tolerance, history)
-        if code != NOT_FINITE and history[3] >= IDLE:
-            round_off = FLOOR * amplification(layout, place, rate, h)
+            return solve.NOT_FINITE
+        code = solve.verdict(change, tolerance, history)
+        if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
+            round_off = solve.FLOOR * amplification(layout, place, rate, h)
             if history[2] <= round_off and is_resolved(basis.analysis, velocities):
-                code = SOLVED
-        if code == SOLVED:
+                code = solve.SOLVED
+        if code == solve.SOLVED:
             position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)
             if not shrink_scale(now, scale):
                 stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
-                counts[FORCES] += s
-                return SOLVED
-            reset_history(history)
+                counts[solve.FORCES] += s
+                return solve.SOLVED
+            solve.reset_history(history)
             last = np.inf
-        elif code != GOING:
-            return DIVERGED if code != NOT_FINITE else code
-    return DIVERGED
+        elif code != solve.GOING:
+            return solve.DIVERGED if code != solve.NOT_FINITE else code
+    return solve.DIVERGED
