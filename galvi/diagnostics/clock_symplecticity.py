@@ -15,7 +15,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.general import lagrangian_of
 from galvi.run.clocked.run import motion_of
 from galvi.run.energies import start_energies
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.velocities import velocity_at
 

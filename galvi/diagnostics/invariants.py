@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.diagnostics.symplecticity import stage_states
-from galvi.groups.matrix_groups import SE3, SO3
+from galvi.groups.group import SE3, SO3
 from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at

@@ -11,7 +11,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import Exponential, coordinates, place
 from galvi.curves.clock_curves import ClockCurves
-from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.curves import FrameCurves
 from galvi.diagnostics.clock_symplecticity import clock_round_trip_error, clock_symplecticity_defect
 from galvi.groups.group import Group
 from galvi.method import Galerkin

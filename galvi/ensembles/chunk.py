@@ -11,8 +11,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.ensembles.keep import Keep, TimeGrid
-from galvi.ensembles.laws import Law, LawNumbers
-from galvi.ensembles.member_kernel import kernel_of
+from galvi.ensembles.laws import Law, LawNumbers, kernel_of
 from galvi.fast.lanes.members.steps import FIRST, TODO
 from galvi.fast.lanes.vectors import LANES
 from galvi.fast.nystrom_stepper import aligned

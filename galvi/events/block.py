@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
 from galvi.curves.curves import Curves, IdentityChart, RedoneCurves
-from galvi.curves.joined import JoinedCurves
 from galvi.events.asked import Function
 from galvi.events.entries import Entry, LaterEntry
 from galvi.events.roots import points_of

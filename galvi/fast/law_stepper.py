@@ -10,8 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.fast.lanes.called import called_numbers
-from galvi.fast.lanes.countdown import HISTORY
-from galvi.fast.lanes.group_law import compiled_advance_group_law
+from galvi.fast.lanes.group_law import HISTORY, compiled_advance_group_law
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.fast.lanes.law_pass import rows_of_work
@@ -26,17 +25,16 @@ from galvi.fast.nystrom_stepper import (
     words_of,
 )
 from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_steppers import stepper_after_failure
+from galvi.run.group_engine import stepper_after_failure
 from galvi.run.group_system import coupled_layout
-from galvi.run.plan import Call, Run
-from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.plan import CALLED, FORCES_IN_LANES, Call, Run, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.nbody import NBody

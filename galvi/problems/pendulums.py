@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.groups.product import Product
 from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit

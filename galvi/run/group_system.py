@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from galvi.arrays import Array
 from galvi.charts.chart import Exponential
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.lie.product import COUPLED, DIMENSION, place
 from galvi.method import Galerkin
 from galvi.problem import Problem

@@ -12,7 +12,7 @@ from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement
-from galvi.run.plan import Engine, Run
+from galvi.run.plan import CALLED, LEFT_OVER, Engine, Run, RunArrays
 from galvi.run.point_masses.encounters import (
     ADAPT,
     COARSE,
@@ -21,7 +21,6 @@ from galvi.run.point_masses.encounters import (
     body_names,
     unresolved_passage,
 )
-from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 

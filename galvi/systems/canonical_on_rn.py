@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import with_force

@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.groups.matrix_groups import SE3
+from galvi.groups.group import SE3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian

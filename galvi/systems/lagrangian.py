@@ -12,8 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import Exponential, place
-from galvi.groups.group import Group, is_group
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Group, Rn, is_group
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems import legendre_transform

@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.matrix_groups import SE3, SO3
+from galvi.groups.group import SE3, SO3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient, hat, rotated

@@ -1,4 +1,10 @@
-"""Runs in a moving frame: the third engine, for methods whose chart is a frame."""
+"""Runs in a moving frame: the third engine, for methods whose chart is a frame.
+
+What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
+some steps. Such a step is done in the inertial frame, by Gauss collocation of the whole force, in
+the fewest parts that end at the same place as a quarter as many. It depends on the state at the
+step's start alone.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +13,110 @@ from typing import cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.frame_curves import FrameCurves
+from galvi.charts.chart import Cayley
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves, FrameCurves, IdentityChart
 from galvi.fast.frames.frame import Frame, matrix_of
-from galvi.fast.in_frame.fallback import allowed, inertial_curves, inertial_stepper
-from galvi.fast.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
-from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.fast.in_frame.stepper import (
+    Path,
+    checks_of,
+    enter_again,
+    falls_back,
+    frame_of,
+    frame_start,
+    frame_stepper,
+    motion_of,
+)
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.rules.rule import gauss
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
-from galvi.run.plan import Engine, Run
+from galvi.run.nystrom_engine import ROUND_OFF, nystrom_start, stepper
+from galvi.run.plan import FORCES_IN_LANES, LEFT_OVER, Call, Engine, Run, RunArrays
 from galvi.run.point_masses.encounters import encounter
-from galvi.run.run_arrays import RunArrays
+from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
+
+PARTS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
+SAME = 1e-12  # of the largest place or velocity
+PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
+
+
+def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
+    """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
+    checks = checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    return work.stages if falls_back(checks) else None
+
+
+def inertial_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` that does one step in the inertial frame and returns to the moving one."""
+    problem, step = run.problem, run.step
+    d, shape = problem.q0.size, problem.q0.shape
+
+    def call(todo: int) -> int:
+        number = run.start.first + work.done
+        before = work.state[0, :d].copy(), work.state[2, :d].copy()
+        found = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
+        if found is None:
+            return DIVERGED
+        for k in (ITERATIONS, FORCES):
+            work.counts[k] += found.counts[k]
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
+        work.counts[LEFT_OVER] += 1
+        if len(work.bases):
+            row = work.bases[work.done].reshape(4, -1)
+            row[:] = 0.0
+            row[:2, :d] = before
+            work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
+        q, v = (found.state[k].reshape(shape) for k in (0, 2))
+        work.state[:] = enter_again(problem, run.method, q, v)
+        work.solver_state[0] = NOTHING
+        work.record(run, q.ravel(), v.ravel())
+        return SOLVED
+
+    return call
+
+
+def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
+    """The curves of such a step, from time 0 at its start."""
+    work = _in_parts(problem, step, t, q, v, curves=True)
+    assert work is not None, "the step was done before"
+    size = step / len(work.bases)
+    shape = problem.q0.shape
+    bases = work.bases.reshape(-1, *shape)
+    return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
+
+
+def _in_parts(
+    problem: Problem, step: float, t: float, q: Array, v: Array, *, curves: bool
+) -> RunArrays | None:
+    """The step in the fewest parts that end as a quarter of them do; None where there are none."""
+    here = Problem(problem.system, q.reshape(problem.q0.shape), v.reshape(problem.q0.shape), t)
+    last: Array | None = None
+    total = np.zeros(0, dtype=np.int64)
+    for parts in PARTS:
+        begin = Checkpoint(
+            0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
+        )
+        run = Run(here, PLAIN, step / parts, parts, begin)
+        work = RunArrays.of(run, 2, (q.size, q.size), watched=False)
+        with np.errstate(all="ignore"):  # what is not finite is a code
+            code = stepper(run, work)(parts)
+        total = work.counts if total.size == 0 else total + work.counts
+        if code != SOLVED:
+            last = None
+            continue
+        end = work.state[[0, 2]] + work.state[[1, 3]]
+        if last is not None:
+            sizes = np.max(np.abs(end), axis=1)
+            if np.all(np.max(np.abs(end - last), axis=1) <= SAME * sizes):
+                return work._replace(counts=total)
+        last = end
+    return None
+
 
 ELSEWHERE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "

@@ -22,9 +22,8 @@ from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.nystrom_steppers import ROUND_OFF
-from galvi.run.plan import Call, Run, Start, fixed
-from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, Start, fixed, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
@@ -224,7 +223,7 @@ def frame_start(problem: Problem, method: Galerkin) -> Start:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The curves' frame, see `galvi.curves.frame_curves.MovingPath`."""
+    """The curves' frame, see `galvi.curves.curves.MovingPath`."""
 
     problem: Problem
     method: Galerkin

@@ -49,9 +49,8 @@ from numba import types
 
 from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows, end_of_step
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP

@@ -25,7 +25,7 @@ from numba.core.imputils import impl_ret_new_ref
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
-from galvi.kernels.compile.array_types import MATRIX, REAL, TENSOR3, VECTOR
+from galvi.kernels.compile.jit import MATRIX, REAL, TENSOR3, VECTOR
 
 
 def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:

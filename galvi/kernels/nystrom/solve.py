@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.compile.jit import MATRIX, VECTOR, jit, jit_inline
 from galvi.kernels.forces.accelerations import accelerations, jacobians
 from galvi.kernels.lie.arithmetic import generic, larger, where
 from galvi.kernels.nystrom import step as steps

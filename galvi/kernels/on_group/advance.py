@@ -17,8 +17,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit
 from galvi.kernels.forces.lagrangian_derivatives import LAW_TUPLE, Law
 from galvi.kernels.lie import product
 from galvi.kernels.lie.dispatch import angle_of

@@ -27,7 +27,7 @@ class Taken(NamedTuple):
     t             (n, 2) time and its low part after each step
     coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
     rates         (n, s) g at the stages
-    counts        (4,) passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
+    counts        (4,) passes and others, as in galvi.run.plan.COUNTED, of all steps
     """
 
     q: Array

@@ -25,8 +25,8 @@ from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, costly_pair, 
 from galvi.run.energy_check import Judgement, judgement
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
-from galvi.run.nystrom_steppers import ROUND_OFF
-from galvi.run.run_arrays import COUNTED
+from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.plan import COUNTED
 from galvi.systems.nbody import NBody
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import COMPLETED, Trajectory

@@ -24,9 +24,8 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
-from galvi.curves.joined import JoinedCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem

@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import cgutils
 
 from galvi.fast.lanes import group_rows as blocks
-from galvi.fast.lanes.countdown import HISTORY, begin_countdown, count_down
+from galvi.fast.lanes.group_law import HISTORY, begin_countdown, count_down
 from galvi.fast.lanes.group_pass import PULLS, SETTLED, GroupPass
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
