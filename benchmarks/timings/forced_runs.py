@@ -12,7 +12,7 @@ import numpy as np
 import galvi
 from references.rebound import extras
 
-STEP, MOMENT = 200.0, 0.01  # days, and seconds of the arm
+STEP, LONG, MOMENT = 200.0, 400.0, 0.01  # days, those in a frame, and seconds of the arm
 STEPS, SLOW, ARM_STEPS = 10_000, 100, 200
 SPEED = 173.14463  # of light, au / day
 NONE = "none"
@@ -66,8 +66,8 @@ def arm(actuators: str) -> galvi.Problem:
     return galvi.from_mujoco(ARM.format(actuators), ctrl=[0.3] * count)
 
 
-def _run(problem: galvi.Problem, step: float, steps: int, degree: int = 8) -> Any:
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
+def _run(problem: galvi.Problem, step: float, steps: int, degree: int = 8, **where: Any) -> Any:
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **where)
     return galvi.integrate(problem, method, step, steps, save_every=steps)
 
 
@@ -88,7 +88,13 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
         name: (partial(_run, forced(force), STEP, SLOW), SLOW)
         for name, force in of_velocity().items()
     }
-    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
+    framed: dict[str, Call] = {
+        name: (partial(_run, forced(force), LONG, STEPS, chart=galvi.KeplerFrame()), STEPS)
+        for name, force in of_position().items()
+    }
+    groups: dict[str, dict[str, Call]] = {
+        "galvi, outer planets": ours, "galvi, Kepler frame": framed,
+    }  # fmt: skip
     if not extras.missing():
         theirs: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),

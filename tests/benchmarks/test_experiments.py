@@ -170,10 +170,20 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     assert [row[:2] for row in rows] == [(one, name) for one in groups for name in groups[one]]
     ours = {name: call() for name, (call, _) in groups["galvi, outer planets"].items()}
     assert {run.engine for run in ours.values()} == {"lanes"}
+    framed = {name: call() for name, (call, _) in groups["galvi, Kepler frame"].items()}
+    assert {run.engine for run in framed.values()} == {"frame"}
     arms = {name: call() for name, (call, _) in groups["galvi, arm of three hinges"].items()}
-    for runs in (ours, arms):
+    for runs in (ours, framed, arms):
         plain = runs.pop(forced_runs.NONE)
         assert all(np.any(run.q[-1] != plain.q[-1]) for run in runs.values())
+
+
+def test_forces_of_position_keep_the_order_elsewhere() -> None:
+    from benchmarks.experiments import forces_elsewhere
+
+    for place, (_, _, s) in forces_elsewhere.PLACES.items():
+        found, order, moved = forces_elsewhere.errors(place, "J2 of the planet")
+        assert abs(order - 2 * s) < 0.3 and moved > 1e-6 and found[-1] < 0.01 * moved, place
 
 
 def test_an_event_takes_at_most_200_bytes() -> None:

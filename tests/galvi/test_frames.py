@@ -31,11 +31,30 @@ TWO_BY_TWO = galvi.Problem(  # two pairs about each other, the bodies of both fa
     t0=-0.2,
     name="two pairs",
 )
+
+
+def forced(problem: galvi.Problem, *forces: Any) -> galvi.Problem:
+    """The problem with forces beside gravity."""
+    system = galvi.NBody(problem.system.masses, problem.system.G, forces)
+    return galvi.Problem(system, problem.q0, problem.v0, problem.t0)
+
+
+OBLATE = forced(THREE, galvi.Oblateness(1, 0.1, 0.4), galvi.PowerLaw(2, 1e-4, 1.0))
+OBLATE_PAIRS = forced(
+    TWO_BY_TWO, galvi.PowerLaw(3, -1e-3, -2.5), galvi.Oblateness(2, 0.02, 0.2, J4=-0.03)
+)
+TWO = forced(
+    galvi.Problem(galvi.NBody([0.7, 0.3]), [[-0.3, 0.0], [0.7, 0.1]], [[0.0, -0.3], [0.0, 0.7]]),
+    galvi.Relativity(5.0, 1, form="potential"),
+)
 CASES: dict[str, tuple[galvi.Problem, Any, float]] = {
     "harmonic": (CHAIN, galvi.HarmonicFrame(), 0.8),
     "Kepler": (THREE, galvi.KeplerFrame(), 0.8),
     "Kepler, even": (THREE, galvi.KeplerFrame(even=True), 0.8),
     "Kepler, hierarchy": (TWO_BY_TWO, galvi.KeplerFrame(even=True, hierarchy=PAIRS), 0.6),
+    "Kepler, even, forces": (OBLATE, galvi.KeplerFrame(even=True), 0.8),
+    "Kepler, even, two": (TWO, galvi.KeplerFrame(even=True), 1.0),
+    "Kepler, hierarchy, forces": (OBLATE_PAIRS, galvi.KeplerFrame(even=True, hierarchy=PAIRS), 0.5),
 }
 each_case = pytest.mark.parametrize("case", CASES)
 
@@ -117,6 +136,9 @@ def test_a_frame_agrees_with_the_general_method_forwards_and_backwards(case: str
         ("Kepler, even", 2, (0.2, 0.16, 0.12)),
         ("Kepler, even", 3, (0.24, 0.2, 0.16)),
         ("Kepler, hierarchy", 2, (0.12, 0.1, 0.08)),
+        ("Kepler, even, forces", 2, (0.2, 0.16, 0.12)),
+        ("Kepler, even, two", 2, (0.3, 0.24, 0.2)),
+        ("Kepler, hierarchy, forces", 2, (0.12, 0.1, 0.08)),
         ("Kepler", 2, (0.2, 0.16, 0.12)),
         ("Kepler", 3, (0.24, 0.2, 0.16)),
     ],

@@ -15,6 +15,7 @@ import galvi
 from galvi.fast.frames import kepler_frame
 from galvi.fast.in_frame import stepper
 from galvi.fast.lanes.frames import universal
+from galvi.fast.lanes.frames.kepler_motion import HEAD
 from references.closed_forms.kepler import KEPLER
 from references.stored.planets import STORED_TRUTH
 
@@ -155,7 +156,7 @@ def test_a_wrong_mass_in_the_frame_is_seen_by_the_stored_truth(
     def wrong(self: Any, *given: Any) -> Any:
         motion = sound(self, *given)
         numbers = motion.numbers.copy()
-        numbers[3 + 8] *= 1.0 + 1e-3  # the innermost planet's own mass
+        numbers[HEAD + 8] *= 1.0 + 1e-3  # the innermost planet's own mass
         return replace(motion, numbers=numbers)
 
     true = STORED_TRUTH.run(PLANETS, 7_305.0, {"samples": 1}).q[-1]

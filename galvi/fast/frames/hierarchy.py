@@ -65,7 +65,7 @@ def orbits(
     if np.iscomplexobj(Q):
         since = np.imag(t[k])
         turned = states[:, 6] * since
-        if mu.size > 1:  # others change the start too
+        if np.any(np.imag(q)) or np.any(np.imag(v)):  # the start changes too
             turned += np.imag(Q[k, :, i]) - np.real(V[k, :, i]) * since
         places = places + 1j * turned
     Q[k, :, i] = places

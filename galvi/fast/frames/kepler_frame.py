@@ -32,7 +32,9 @@ from galvi.fast.lanes.frames.near_parabola import FARTHEST
 from galvi.fast.lanes.vectors import LANES
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces.celestial import OTHER, SOURCE, WEIGHT, pulls
 from galvi.problem import Problem
+from galvi.systems.forces.celestial import Force
 from galvi.systems.nbody import NBody
 
 FLAT = 0.45  # half of what planets need, whose orbits may change
@@ -58,9 +60,10 @@ class KeplerFrame:
             part moves about all parts before it. It has all bodies with a mass; massless ones that
             it leaves out move about the first part. None: the heaviest body and its planets
 
-    Every body needs a bound orbit, and a step at most 1.27 revolutions of the fastest one, or 0.7
-    where that is nearly a parabola and there is a third body. Two bodies alone are exact to
-    rounding, that of the sum of their masses too, for any eccentricity below 1.
+    Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit, and a
+    step at most 1.27 revolutions of the fastest one, or 0.7 where that is nearly a parabola and
+    anything else acts. Two bodies under gravity alone are exact to rounding, that of the sum of
+    their masses too, for any eccentricity below 1.
     """
 
     passes: int | None = None
@@ -99,11 +102,16 @@ class KeplerFrame:
                 f"a KeplerFrame needs an NBody system of at least two bodies; received {what}. Use "
                 f"another chart."
             )
-        if system.forces:
+        if not system.acting.conserve:
+            others = {
+                type(force).__name__
+                for force in system.forces
+                if force.takes_velocity or isinstance(force, Force)
+            }
             return (
-                f"a KeplerFrame holds gravity alone; received an NBody system with "
-                f"{', '.join(sorted({type(force).__name__ for force in system.forces}))}. Use "
-                f"another chart."
+                f"a KeplerFrame takes gravity and the forces that have an energy (Oblateness, "
+                f"PowerLaw, Relativity of the form 'potential'); received an NBody system with "
+                f"{', '.join(sorted(others))}. Use another chart."
             )
         if self.hierarchy is not None:
             wrong = nested_in(problem, self.hierarchy)[1]
@@ -137,7 +145,7 @@ class KeplerFrame:
         k, far = found.fastest, _farthest(found, step)
         if turns[k] < FARTHEST / (2.0 * math.pi):
             k = int(np.argmax(far))
-            if len(found.axes) == 1 or far[k] < MOST:
+            if _alone(problem) or far[k] < MOST:
                 return ""
         return (
             f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
@@ -177,11 +185,11 @@ class KeplerFrame:
             np.flatnonzero(_farthest(found, step) > FLAT), default=-1
         )  # of those that turn far
         numbers = np.concatenate([
-            [step, (int(last) + 2) // 2], found.masses, *kind.blocks(found), 1.0 / found.whole,
-            np.array(found.bodies, dtype=float),
+            [step, (int(last) + 2) // 2, len(found.pairs)], found.masses, *kind.blocks(found),
+            1.0 / found.whole, np.array(found.bodies, dtype=float), *_terms(problem, found),
         ])  # fmt: skip
         functions, n = kind.functions[D], len(found.pairs)
-        if n == 1:
+        if _alone(problem):
             functions = (kepler_functions.rates_of_two, *functions[1:])
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
         clock = EVEN if self.even else _clock(found, step)
@@ -212,6 +220,7 @@ class KeplerFrame:
         after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
         bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
         pull = attraction(system.G * system.masses, bodies)
+        pull += pulls(system.acting.terms, system.acting.poles, bodies)[0]
         into = matrix_of(self, problem)[: D * n]
         whole = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
         cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
@@ -228,6 +237,26 @@ class KeplerFrame:
         ]
         motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
         return motion, slope
+
+
+def _alone(problem: Problem) -> bool:
+    """Whether the frame holds all that acts."""
+    system: Any = problem.system
+    return bool(system.masses.size == 2 and not system.forces)
+
+
+def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
+    """Where the terms of each pair begin (n + 1,), and these in the frame's order."""
+    system, n = cast(NBody, problem.system), len(found.pairs)
+    rows = system.acting.terms.copy()
+    rows[:, [SOURCE, OTHER]] = np.argsort(found.bodies)[rows[:, [SOURCE, OTHER]].astype(int)]
+    rows[:, WEIGHT] = np.arange(len(rows)) >= system.acting.poles
+    first, middle, end = found.pairs.T
+    inner, outer = np.sort(rows[:, [SOURCE, OTHER]], axis=1).T[..., None]
+    between = (first <= inner) & (inner < middle) & (middle <= outer) & (outer < end)
+    pair = np.argmax(between, axis=1)
+    starts = np.searchsorted(np.sort(pair), np.arange(n + 1)).astype(float)
+    return starts, rows[np.argsort(pair, kind="stable")].ravel()
 
 
 def _bound(found: Hierarchy) -> Array:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from llvmlite import ir
 from numba.core import cgutils
 
 from galvi.fast.lanes.stages import in_lanes
-from galvi.fast.lanes.vectors import LANES
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import LANES, NOTHING
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.forces.celestial import (
     BACK,
@@ -13,6 +15,7 @@ from galvi.kernels.forces.celestial import (
     NUMBERS,
     OTHER,
     SOURCE,
+    WEIGHT,
     pole_pull,
     power_pull,
 )
@@ -54,3 +57,32 @@ def add_terms(axes, terms, poles, s, Q, a):
         form = (axes, EIGHT, s, Q.shape[1])
         add_poles(form, Q, a, terms, 0, poles)
         add_powers(form, Q, a, terms, poles, terms.shape[0])
+
+
+def add_in_frame(orbits, lanes, begin, end, gap, add):
+    """``add`` (body, vector) what the terms of the pairs ``begin`` to ``end`` of a frame accelerate
+    its bodies by; ``gap`` (source, other) is the vector between two of them.
+
+    Bodies of these terms are those in the frame's order; WEIGHT is 1 for `power_pull`, else 0.
+    """
+    builder, D = orbits.builder, orbits.D
+    first, last = (orbits.whole(lanes, orbits.after(1, pair)) for pair in (begin, end))
+    with cgutils.for_range(builder, last, start=first, intp=last.type) as loop:
+        row = orbits.after(2, builder.mul(loop.index, last.type(COLUMNS)))
+        source, other, is_power = (
+            orbits.whole(lanes, lanes.plus(row, k)) for k in (SOURCE, OTHER, WEIGHT)
+        )
+        back, *numbers = (
+            Lane(builder, lanes.spread(lanes.number(orbits.numbers, lanes.plus(row, k))))
+            for k in (BACK, *range(NUMBERS, COLUMNS))
+        )
+        way = [*gap(source, other), Lane(builder, NOTHING)][:3]
+        found = [lanes.variable(NOTHING) for _ in range(D)]
+        with builder.if_else(builder.trunc(is_power, ir.IntType(1))) as (power, pole):
+            for branch, law in ((power, power_pull), (pole, pole_pull)):
+                with branch:
+                    for place, one in zip(found, law(way, numbers), strict=False):
+                        builder.store(one.value, place)
+        pull = [Lane(builder, builder.load(place)) for place in found]
+        add(other, pull)
+        add(source, [-back * one for one in pull])

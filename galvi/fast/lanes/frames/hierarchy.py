@@ -10,7 +10,7 @@ accelerates b by m_a g and a by -m_b g, where
     g = Q / |Q|^3 - (Q + d) / |Q + d|^3 = [f (Q + d) - d] / |Q|^3,  f as in `encke`,
 
 and Q_i by the difference of the mean accelerations of its two sides: what is the same for all of a
-side has no effect on the pairs inside it.
+side has no effect on the pairs inside it. Forces beside gravity add theirs to the same means.
 
 Arrays as in `galvi.fast.lanes.frames.kepler_motion`; the blocks of numbers are m, M, B / M,
 A / M, first, middle, end and 1 / M, and the frame's own of work have n + 1 rows: the bodies' places
@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from numba.core import cgutils
 
+from galvi.fast.lanes.celestial import add_in_frame
 from galvi.fast.lanes.frames.kepler_motion import (
     HEAD,
     KEPT,
@@ -30,7 +31,7 @@ from galvi.fast.lanes.frames.kepler_motion import (
     rates_of_orbits,
 )
 from galvi.fast.lanes.values import Lane, Several
-from galvi.fast.lanes.vectors import NOTHING
+from galvi.fast.lanes.vectors import DOUBLE, NOTHING
 
 OTHER, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
 
@@ -78,8 +79,7 @@ class Bodies:
     def bound(self, pair, k):
         """One of a pair's limits among the bodies."""
         orbits = self.orbits
-        place = orbits.builder.add(orbits.at(k, pair), self.row(HEAD))
-        return orbits.builder.fptosi(self.lanes.number(orbits.numbers, place), self.row)
+        return orbits.whole(self.lanes, orbits.builder.add(orbits.at(k, pair), self.row(HEAD)))
 
     def each(self, begin, end):
         """A loop over bodies."""
@@ -111,11 +111,28 @@ def attract(orbits, bodies, pair):
             for place, y in zip(changed, g, strict=True):
                 orbits.keep(orbits.kept(place) - light * y, place)
         bodies.store(1, a, [orbits.kept(place) for place in changed])
+    act(orbits, bodies, pair, middle, Q)
     for begin, limit, share, sign in ((first, middle, SHARE, -1.0), (middle, end, OTHER, 1.0)):
         moved = orbits.number(lanes, share, (pair,)) * sign
         with bodies.each(begin, limit) as one:
             there = bodies.load(0, one.index)
             bodies.store(0, one.index, [x + moved * y for x, y in zip(there, Q, strict=True)])
+
+
+def act(orbits, bodies, pair, middle, Q):
+    """What forces beside gravity accelerate the bodies on either side of a pair by."""
+    builder, lanes = orbits.builder, bodies.lanes
+
+    def gap(source, other):
+        outwards = builder.icmp_signed("<", source, middle)
+        sign = Lane(builder, lanes.spread(builder.select(outwards, DOUBLE(1.0), DOUBLE(-1.0))))
+        parts = zip(Q, bodies.load(0, other), bodies.load(0, source), strict=True)
+        return [(x * sign + (y - z)).lanes[0] for x, y, z in parts]
+
+    def add(body, pull):
+        bodies.store(1, body, [x + y for x, y in zip(bodies.load(1, body), pull, strict=True)])
+
+    add_in_frame(orbits, lanes, pair, builder.add(pair, orbits.row(1)), gap, add)
 
 
 def nested_bodies(orbits, lanes):

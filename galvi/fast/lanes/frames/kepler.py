@@ -9,8 +9,9 @@ with d_(i+1) = d_i + (m_i / M_i) Q_i; what is left accelerates Q_i by
     + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
 
 with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, p_k the sum of m_j (x_j - x_k) / |x_j - x_k|^3
-over planets j. The bracket is small, and computed without cancellation (Encke): with
-e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
+over planets j, with what forces beside gravity accelerate planet k by: they keep the momentum, so
+that the star's share is known. The bracket is small, and computed without cancellation (Encke):
+with e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
 Arrays as in `galvi.fast.lanes.frames.kepler_motion`; the blocks of numbers are m, M, m / M, c,
 1 - c, M_i / M_(i-1), 1 / M_(i-1) and 1 / M, and the frame's own of work d (D), x (D) and p (D).
@@ -20,6 +21,7 @@ from __future__ import annotations
 
 from numba.core import cgutils
 
+from galvi.fast.lanes.celestial import add_in_frame
 from galvi.fast.lanes.frames.kepler_motion import (
     FIRST_MASS,
     KEPT,
@@ -94,6 +96,33 @@ def pull(orbits, lanes):
         orbits.store_vector(orbits.here, own, orbits.work, pull_of, i)
 
 
+def act(orbits, lanes):
+    """Adds to p what forces beside gravity accelerate the planets by."""
+    builder, row = orbits.builder, orbits.row
+
+    def load(k, body):
+        planet = (builder.sub(body, row(1)),)
+        return orbits.load_vector(orbits.here, orbits.work, own_block(orbits, k), planet)
+
+    def moves(body):
+        return builder.icmp_signed(">", body, row(0))
+
+    def place_of(body):
+        places = (x.lanes[0].value for x in load(1, body))
+        return [Lane(builder, builder.select(moves(body), x, NOTHING)) for x in places]
+
+    def gap(source, other):
+        return [x - y for x, y in zip(place_of(other), place_of(source), strict=True)]
+
+    def add(body, pull):
+        with builder.if_then(moves(body)):
+            p = [x + y for x, y in zip(load(2, body), pull, strict=True)]
+            planet = (builder.sub(body, row(1)),)
+            orbits.store_vector(orbits.here, p, orbits.work, own_block(orbits, 2), planet)
+
+    add_in_frame(orbits, lanes, row(0), orbits.n, gap, add)
+
+
 def finish(orbits, lanes):
     """Perturbing accelerations, pulled back to the centre of the step."""
     builder, D = orbits.builder, orbits.D
@@ -133,6 +162,7 @@ def planets_alone(orbits, lanes):
     """A pass at eight stages."""
     orbits.move(lanes, place(orbits, lanes))
     pull(orbits, lanes)
+    act(orbits, lanes)
     finish(orbits, lanes)
 
 

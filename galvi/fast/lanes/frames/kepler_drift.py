@@ -1,9 +1,8 @@
 """Kepler's motions of all planets over a step, in vector instructions over the planets.
 
-Numbers as in `galvi.fast.lanes.frames.kepler_motion`; then the places of the bodies in the
-frame's order among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries, Q
-by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs. Rows
-have at least LANES entries more.
+Numbers as in `galvi.fast.lanes.frames.kepler_motion`. In rows 4 to 7 of the state: D times n
+entries, Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and
+theirs. Rows have at least LANES entries more.
 
 Planets that start or end near the pericentre of an eccentric orbit, those whose motion was not
 solved, and two bodies alone, of which nothing else errs, are done one by one, by
@@ -20,7 +19,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.frames import universal
-from galvi.fast.lanes.frames.kepler_motion import BLOCKS, HEAD, MASS, MOST, STEP, dot
+from galvi.fast.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST, STEP, dot
 from galvi.fast.lanes.frames.near_parabola import follow_near_parabola
 from galvi.fast.lanes.functions import square_root, two_product, two_sum
 from galvi.fast.lanes.values import Lane, Truth
@@ -63,8 +62,7 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
         )
         width = builder.extract_value(rows.shape, 1)
         row = width.type
-        size = builder.extract_value(known.shape, 0)
-        n = builder.udiv(builder.sub(size, row(HEAD + 1)), row(BLOCKS + 1))
+        n = builder.fptosi(builder.load(builder.gep(known.data, [row(COUNT)])), row)
         h = builder.load(builder.gep(known.data, [row(STEP)]))
         first = values[4]
         left = builder.sub(n, first)
@@ -192,4 +190,4 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
 @jit_inline
 def planets_of(numbers):
     """n."""
-    return (numbers.size - HEAD - 1) // (BLOCKS + 1)
+    return int(numbers[COUNT])

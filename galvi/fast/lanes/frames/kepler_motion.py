@@ -2,9 +2,11 @@
 
 Orbits 1 to n, in the order in which the frame keeps them; those of two are done at a time.
 
-numbers  h, pairs of orbits for which |beta X^2| may exceed 0.9, one more for an odd one, and
+numbers  h, pairs of orbits for which |beta X^2| may exceed 0.9, one more for an odd one, n, and
          the first body's mass times G; then n each: those of the other bodies, M, numbers of the
-         frame's own, and last 1 / M
+         frame's own, and last 1 / M; then n + 1 each: the bodies in the frame's order among the
+         problem's, and where the terms of each pair begin; then these, see `galvi.fast.lanes.
+         celestial.add_in_frame`
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
 guess    (n, P)      X
 work     (.., LANES), in blocks of n rows: Q and Q' at the stages (2 D), 1 / r, r / M, 1 / r0, and
@@ -28,7 +30,7 @@ from galvi.fast.lanes.functions import Reciprocals, square_root
 from galvi.fast.lanes.values import Lane, Several
 from galvi.fast.lanes.vectors import LANES, Lanes
 
-STEP, NEAR, FIRST_MASS, HEAD = range(4)  # numbers, and how many are before those of orbits
+STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are before those of orbits
 HALVINGS = 2  # of the argument of a series, for near planets
 OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
 BLOCKS = INVERSE + 1
@@ -87,6 +89,14 @@ class Orbits:
 
         return Several(one(i) for i in planets)
 
+    def after(self, k, i):
+        """The place of entry i of the k-th list that follows the blocks of numbers."""
+        return self.builder.add(self.at(BLOCKS + k, i), self.row(HEAD + k))
+
+    def whole(self, lanes, place):
+        """A number that is whole."""
+        return self.builder.fptosi(lanes.number(self.numbers, place), self.row)
+
     def load(self, lanes, data, block, planets):
         return Several(Lane(self.builder, lanes.load(data, self.at(block, i))) for i in planets)
 
@@ -124,7 +134,7 @@ class Orbits:
         """
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
-        wanted = builder.fptosi(lanes.number(self.numbers, row(NEAR)), row)
+        wanted = self.whole(lanes, row(NEAR))
         all_near = builder.icmp_signed(">", wanted, pairs)
         near = builder.select(all_near, pairs, wanted)
 
