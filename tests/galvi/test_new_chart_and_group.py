@@ -103,7 +103,7 @@ def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
     folder = copy / "galvi/kernels/lie/groups"
     copied(folder / "se2.py", folder / "another.py", names)
     folder = copy / "galvi/groups"
-    copied(folder / "matrix_groups.py", folder / "another.py", names, "SE2")
+    copied(folder / "group.py", folder / "another.py", names, "SE2")
     entered(
         copy / "galvi/groups/__init__.py",
         "from galvi.groups.another import Another\n",
