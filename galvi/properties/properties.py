@@ -125,11 +125,6 @@ MOST = 65  # largest number of stages for which collocation matrices are compute
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
-def classical_name(table: Tableau) -> str:
-    """The best known name of the method with this tableau, or ''."""
-    return next(iter(classical_names(table)), "")
-
-
 def classical_names(table: Tableau) -> tuple[str, ...]:
     """Names of known methods with this tableau, the best known first.
 

@@ -18,7 +18,7 @@ from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, NOT_FINITE, F
 from galvi.kernels.nystrom.step import NystromTableau
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.plan import Call, Engine, Run, RunArrays, Start, Substeps, curves_in, fixed, run_plan
+from galvi.run import plan as runs
 from galvi.run.point_masses.encounters import encounter
 from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
@@ -31,26 +31,18 @@ ROUND_OFF = 2.0**-64
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 
 
-FAST: list[Callable[[Run, RunArrays], Call | None]] = []  # tried first; galvi.fast registers them
+FAST: list[
+    Callable[[runs.Run, runs.RunArrays], runs.Call | None]
+] = []  # tried first; galvi.fast registers them
 
 
-def stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the first kernel that does such a run; the general one does all."""
-    if run.start.solver != "newton":
-        for fast in FAST:
-            call = fast(run, work)
-            if call is not None:
-                return call
-    return general_stepper(run, work)
-
-
-def general_stepper(run: Run, work: RunArrays) -> Call:
+def general_stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
     system: Any = run.problem.system
     field, force = _force(system, run.problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     tableau, solver = tuple(kernel_tableau(run.method.table)), SOLVERS[run.start.solver]
-    plan, progress, kept = run_plan(run, work, run.start.tolerance)
+    plan, progress, kept = runs.run_plan(run, work, run.start.tolerance)
 
     def call(todo: int) -> int:
         return int(kernel(force, tableau, plan, solver, todo, progress, kept))
@@ -58,7 +50,10 @@ def general_stepper(run: Run, work: RunArrays) -> Call:
     return call
 
 
-def reaching(run: Run) -> Callable[..., None]:
+stepper = runs.first_of(FAST, general_stepper)
+
+
+def reaching(run: runs.Run) -> Callable[..., None]:
     """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
     system: Any = run.problem.system
     field, force = _force(system, run.problem.q0.shape[-1])
@@ -103,18 +98,20 @@ TRIED = {
 
 
 @lru_cache(maxsize=32)
-def nystrom_start(problem: Problem, stages: int) -> Start:
+def nystrom_start(problem: Problem, stages: int) -> runs.Start:
     """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
     blocks = d // problem.q0.shape[-1]
-    return fixed(
+    return runs.fixed(
         state, np.zeros((d, stages)), np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
     )
 
 
-def accelerations_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array | None:
+def accelerations_from_substeps(
+    substeps: runs.Substeps, run: runs.Run, work: runs.RunArrays
+) -> Array | None:
     """Accelerations (d, s) along the next step computed with 4, 16, 64 or 256 substeps, or None.
 
     None if none of these runs can be solved by fixed-point iteration, and for the solver
@@ -128,7 +125,7 @@ def accelerations_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -
     here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
     for parts in SUBSTEPS:
         begin = Checkpoint(0, *nystrom_start(here, method.stages), "fixed_point", 1e-8)
-        fine = substeps(Run(here, method, step / parts, parts, begin))
+        fine = substeps(runs.Run(here, method, step / parts, parts, begin))
         work.counts[:2] += fine.counts["iterations"], fine.counts["force_evaluations"]
         if fine.success:
             times = t + method.table.c * step
@@ -140,7 +137,7 @@ def accelerations_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -
     return None
 
 
-def _failure(run: Run, code: int, work: RunArrays) -> str:
+def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
     problem, solver = run.problem, run.start.solver
     if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
         return encounter(problem, problem.system, run.method.stages, run.step, work.state)
@@ -159,11 +156,7 @@ def _is_compiled(problem: Problem, method: Galerkin) -> bool:
     return cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1]).compiled
 
 
-def _momenta(problem: Problem, velocities: Array) -> Array:
-    return problem.system.momentum(velocities.reshape(-1, *problem.q0.shape))
-
-
-NYSTROM = Engine(
+NYSTROM = runs.Engine(
     start=lambda problem, method: nystrom_start(problem, method.stages),
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
@@ -172,7 +165,7 @@ NYSTROM = Engine(
     stepper_from_guess=stepper,
     guess_from_substeps=accelerations_from_substeps,
     guess_kind=GUESS,
-    momenta=_momenta,
-    curves=curves_in(lambda problem, method: IdentityChart(problem.q0.shape)),
+    momenta=lambda problem, v: problem.system.momentum(v.reshape(-1, *problem.q0.shape)),
+    curves=runs.curves_in(lambda problem, method: IdentityChart(problem.q0.shape)),
     failure=_failure,
 )

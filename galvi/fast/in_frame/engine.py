@@ -17,16 +17,7 @@ from galvi.charts.chart import Cayley
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, FrameCurves, IdentityChart
 from galvi.fast.frames.frame import Frame, matrix_of
-from galvi.fast.in_frame.stepper import (
-    Path,
-    checks_of,
-    enter_again,
-    falls_back,
-    frame_of,
-    frame_start,
-    frame_stepper,
-    motion_of,
-)
+from galvi.fast.in_frame import stepper as steppers
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.method import Galerkin
@@ -47,8 +38,8 @@ PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
 
 def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
     """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
-    checks = checks_of(run.problem, run.method, run.step, run.start.tolerance)
-    return work.stages if falls_back(checks) else None
+    checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    return work.stages if steppers.falls_back(checks) else None
 
 
 def inertial_stepper(run: Run, work: RunArrays) -> Call:
@@ -72,7 +63,7 @@ def inertial_stepper(run: Run, work: RunArrays) -> Call:
             row[:2, :d] = before
             work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
         q, v = (found.state[k].reshape(shape) for k in (0, 2))
-        work.state[:] = enter_again(problem, run.method, q, v)
+        work.state[:] = steppers.enter_again(problem, run.method, q, v)
         work.solver_state[0] = NOTHING
         work.record(run, q.ravel(), v.ravel())
         return SOLVED
@@ -126,14 +117,14 @@ ELSEWHERE = (
 
 def refuse(problem: Problem, method: Galerkin) -> None:
     """ValueError where the method's frame does not apply to the problem."""
-    refusal = frame_of(method).refusal(problem)
+    refusal = steppers.frame_of(method).refusal(problem)
     if refusal:
         raise ValueError(refusal)
 
 
 def _failure(run: Run, code: int, work: RunArrays) -> str:
     problem, method, step = run.problem, run.method, run.step
-    frame = frame_of(method)
+    frame = steppers.frame_of(method)
     q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
     outside = ""
     if np.all(np.isfinite([q, v])):
@@ -162,24 +153,24 @@ def _failure(run: Run, code: int, work: RunArrays) -> str:
 def _curves(
     problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
 ) -> FrameCurves:
-    motion = motion_of(problem, method, step)
-    path = Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
+    motion = steppers.motion_of(problem, method, step)
+    path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
     first = round((t0 - problem.t0) / step)
-    bases = bases.reshape(len(bases), -1, frame_start(problem, method)[0].shape[1])
+    bases = bases.reshape(len(bases), -1, steppers.frame_start(problem, method)[0].shape[1])
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
 
 
 def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
-    start = frame_start(problem, method)[0]
-    return 4 * start.shape[1], 2 * frame_of(method).rows(problem)
+    start = steppers.frame_start(problem, method)[0]
+    return 4 * start.shape[1], 2 * steppers.frame_of(method).rows(problem)
 
 
 IN_FRAME = Engine(
-    start=frame_start,
+    start=steppers.frame_start,
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=lambda problem, method: True,
-    stepper=frame_stepper,
+    stepper=steppers.frame_stepper,
     stepper_from_guess=inertial_stepper,
     guess_from_substeps=allowed,
     guess_kind=0,
@@ -211,7 +202,7 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     if not run.success or run.counts.get("inertial_steps"):
         raise ValueError(f"the step has no derivative in its frame. {run.status}")
     curves = cast(FrameCurves, run.curves)
-    times, weights = cast(Path, curves.path).times(0, table.c)
+    times, weights = cast(steppers.Path, curves.path).times(0, table.c)
     weights = weights * (step / (table.b @ weights))
     stages, after = _states(curves, table.c)
     slopes = np.stack([
