@@ -10,10 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.polynomial import legendre
 
-from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import EPSILON, Curves, LocalChart
+from galvi.curves.curves import EPSILON, Curves, LocalChart, refuse_outside, times_asked
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
@@ -80,21 +79,16 @@ class ClockCurves:
         return 0.5 * _each(legendre.legvander(2.0 * x - 1.0, len(whole) - 1), whole), rates
 
     def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
-        times = input_checks.array("t", t)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        times, single = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        grid, wanted = sign * self.times, sign * np.atleast_1d(times)
+        grid, wanted = sign * self.times, sign * times
         slack = 8.0 * EPSILON * max(abs(grid[0]), abs(grid[-1]))
-        if not np.all((wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)):
-            raise ValueError(
-                f"t must lie inside the run, from {float(self.times[0])!r} to "
-                f"{float(self.times[-1])!r}; received {input_checks.shown(t)}."
-            )
+        inside = (wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)
+        refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
         index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
         since = sign * (wanted - grid[index])
         found = values(index, self._shares(index, since))
-        return found[0] if times.ndim == 0 else found
+        return found[0] if single else found
 
     def _shares(self, index: Any, since: Array) -> Array:
         """The shares of the steps at times since their starts."""
@@ -146,16 +140,11 @@ class RedoneClockCurves:
         return self._each(t, lambda curves, times: curves.velocity(times), self.problem.v0.shape)
 
     def _each(self, t: Any, values: Any, shape: tuple[int, ...]) -> Array:
-        times = input_checks.array("t", t)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        times, single = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        wanted, grid = sign * np.atleast_1d(times), np.array([s.clock[0] for s in self.known])
-        if not np.all((wanted >= sign * grid[0]) & (wanted <= sign * self.end)):
-            raise ValueError(
-                f"t must lie inside the run, from {float(grid[0])!r} to {self.end!r}; "
-                f"received {input_checks.shown(t)}."
-            )
+        wanted, grid = sign * times, np.array([s.clock[0] for s in self.known])
+        inside = (wanted >= sign * grid[0]) & (wanted <= sign * self.end)
+        refuse_outside(inside, float(grid[0]), self.end, t)
         pieces = np.searchsorted(sign * grid, wanted, side="right") - 1
         found = np.full((len(wanted), *shape), np.nan)
         for k in np.unique(pieces).tolist():
@@ -165,7 +154,7 @@ class RedoneClockCurves:
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
             curves = self.redo_of(self.problem, self.method, self.step, self.known[k], farthest)
             found[rows] = values(curves, sign * wanted[rows])
-        return found[0] if times.ndim == 0 else found
+        return found[0] if single else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,16 +177,11 @@ class JoinedCurves:
         return self._each(t, "velocity")
 
     def _each(self, t: Any, name: str) -> Array:
-        times = input_checks.array("t", t)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        times, single = times_asked(t)
         sign = 1.0 if self.times[-1] > self.times[0] else -1.0
-        grid, wanted = sign * self.times, np.atleast_1d(times)
-        if not np.all((sign * wanted >= grid[0]) & (sign * wanted <= grid[-1])):
-            raise ValueError(
-                f"t must lie inside the run, from {float(self.times[0])!r} to "
-                f"{float(self.times[-1])!r}; received {input_checks.shown(t)}."
-            )
+        grid, wanted = sign * self.times, times
+        inside = (sign * wanted >= grid[0]) & (sign * wanted <= grid[-1])
+        refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
         index = np.searchsorted(grid, sign * wanted, side="right") - 1
         index = np.minimum(index, len(self.parts) - 1)
         order = np.argsort(index, kind="stable")
@@ -208,7 +192,7 @@ class JoinedCurves:
             if rows.size
         ]
         values: Array = np.concatenate(found)[np.argsort(order)] if found else np.zeros(0)
-        return values[0] if times.ndim == 0 else values
+        return values[0] if single else values
 
 
 def cut(curves: Any, n: int) -> Any:

@@ -65,8 +65,33 @@ class GroupChart:
 EPSILON = float(np.finfo(np.float64).eps)
 
 
+class OverTime:
+    """Curves of steps of one length, asked by the time."""
+
+    t0: float
+    step: float
+    coefficients: Array
+    places: Any
+    velocities: Any
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        places = self.places(index, tau)
+        return places[0] if single else places
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
+
+        ValueError outside the run.
+        """
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
+        return velocities[0] if single else velocities
+
+
 @dataclass(frozen=True, eq=False)
-class Curves:
+class Curves(OverTime):
     """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
 
     space         psi_i are its basis functions after the constant, minus their values at 0
@@ -85,24 +110,9 @@ class Curves:
     coefficients: Array
     chart: LocalChart
 
-    def position(self, t: Any) -> Array:
-        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        places = self.places(index, tau)
-        return places[0] if single else places
-
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         return self.chart.place(self.bases[index], self._coordinates(index, tau))
-
-    def velocity(self, t: Any) -> Array:
-        """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
-
-        ValueError outside the run.
-        """
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        velocities = self.velocities(index, tau)
-        return velocities[0] if single else velocities
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
@@ -116,27 +126,38 @@ class Curves:
         return np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
 
 
-def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
-    """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
+def times_asked(t: Any) -> tuple[Array, bool]:
+    """t as (k,), and whether it is a scalar; ValueError for another shape."""
     times = input_checks.array("t", t)
     if times.ndim > 1:
         raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+    return np.atleast_1d(times), times.ndim == 0
+
+
+def refuse_outside(inside: Any, first: float, last: float, t: Any) -> None:
+    """ValueError unless all times were inside a run between two others."""
+    if not np.all(inside):
+        raise ValueError(
+            f"t must lie inside the run, from {first!r} to {last!r}; received "
+            f"{input_checks.shown(t)}."
+        )
+
+
+def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
+    """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
+    times, single = times_asked(t)
     count = len(coefficients)
     with np.errstate(over="ignore"):
-        place = (np.atleast_1d(times) - t0) / step
+        place = (times - t0) / step
     largest = max(abs(t0), abs(t0 + count * step)) / abs(step)
     slack = 4.0 * EPSILON * (largest + count) + 1e-14
-    if not np.all((place >= -slack) & (place <= count + slack)):
-        last = t0 + count * step
-        raise ValueError(
-            f"t must lie inside the run, from {t0!r} to {last!r}; received {input_checks.shown(t)}."
-        )
+    refuse_outside((place >= -slack) & (place <= count + slack), t0, t0 + count * step, t)
     joint = np.round(place)
     place = np.where(np.abs(place - joint) <= slack, joint, place)
     index = np.clip(np.floor(place).astype(np.intp), 0, count - 1)
     past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
     index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
-    return index, place - index, times.ndim == 0
+    return index, place - index, single
 
 
 class CurvesOfSteps(Protocol):
@@ -219,7 +240,7 @@ class MovingPath(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class FrameCurves:
+class FrameCurves(OverTime):
     """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
 
     space         psi_i are its basis functions after the constant, minus their values at 0
@@ -240,21 +261,9 @@ class FrameCurves:
     first: int
     path: MovingPath
 
-    def position(self, t: Any) -> Array:
-        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        places = self.places(index, tau)
-        return places[0] if single else places
-
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         return self._each(index, tau, self._own_places, Curves.position)
-
-    def velocity(self, t: Any) -> Array:
-        """dq/dt at t, where two steps meet that of the later one. ValueError outside the run."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        velocities = self.velocities(index, tau)
-        return velocities[0] if single else velocities
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
