@@ -47,10 +47,9 @@ def copied(old, new, names, only=""):
     classes only the one of this name, and their bases."""
     text = old.read_text()
     if only:
-        kinds = (ast.ClassDef, ast.FunctionDef, ast.Assign)
         parts = [one for one in ast.parse(text).body
-                 if not isinstance(one, kinds) or getattr(one, "name", "")
-                 in (only, "_Matrices", "_Motions")]  # fmt: skip
+                 if not isinstance(one, ast.ClassDef)
+                 or one.name in (only, "_Matrices", "_Motions")]  # fmt: skip
         text = "\n".join(map(ast.unparse, parts))
     for one, other in names.items():
         text = text.replace(one, other)
