@@ -13,7 +13,12 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement
 from galvi.run.plan import Engine, Run
-from galvi.run.point_masses.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
+from galvi.run.point_masses.encounters import (
+    adapted,
+    adapting_steps,
+    body_names,
+    unresolved_passage,
+)
 from galvi.run.point_masses.massless import COARSE, MasslessError
 from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
@@ -91,7 +96,7 @@ def _completed(
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
     if adapting_steps(problem, step, work.passage):
-        remedy = ADAPT
+        remedy = adapted(problem.system)
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
     if found.unjudged:
