@@ -182,7 +182,7 @@ def test_bodies_that_pass_are_not_said_to_collide() -> None:
         assert "collide" not in said and "at a distance of about 1.0e-07" in said, said
         assert adapt in said and "smaller step" not in said, said
     assert "Use a smaller step or a higher degree." in status(1e-2, 0.0, 0.1)
-    said = status(1e-7, 0.0, 0.3, galvi.Drag([1e-9, 1e-9]))  # which no frame takes
+    said = status(1e-7, 0.0, 0.3, galvi.Force(lambda q: 0.0 * q))  # which no frame takes
     assert "Use clock=galvi.DynamicalTime(), whose steps follow" in said and "Frame" not in said
 
 

@@ -71,8 +71,7 @@ def encounter(
 
 
 def adapted(system: Any) -> str:
-    """What takes longer steps than one that follows the closest passage; no frame takes forces of
-    velocity."""
+    """What to use where no step is small enough for a passage; a frame takes no `Force`."""
     return ADAPT if system.acting.conserve else f"Use {OTHER}"
 
 
