@@ -89,7 +89,7 @@ def _completed(
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
     if encounters.adapting_steps(problem, step, work.passage):
-        remedy = encounters.ADAPT
+        remedy = encounters.adapted(problem.system)
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
     if found.unjudged:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
+from galvi.fast.lanes import functions
 from galvi.fast.lanes.vectors import DOUBLE, FUSED, everywhere
 
 
@@ -54,6 +55,14 @@ class Lane:
         for factor in factors[1:]:
             product = product * factor
         return 1.0 / product if twice < 0 else product
+
+    def power(self, y):
+        """These numbers to the power y; see galvi.fast.lanes.functions."""
+        return functions.power(self, self.same(y))
+
+    def logarithm(self):
+        """The natural logarithm; likewise."""
+        return functions.logarithm(self)
 
     def _made(self, value):
         return Lane(self.builder, value, self.flags)

@@ -72,11 +72,16 @@ def encounter(
     remedy = "Use a smaller step or a higher degree"
     if not solvable > abs(step) / MANY:
         energy = 0.5 * rate[pair] - mu[pair] / apart[pair]
-        remedy = ADAPT if energy < 0.0 and not framed else f"Use {OTHER}"
+        remedy = adapted(system) if energy < 0.0 and not framed else f"Use {OTHER}"
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
         f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."
     )
+
+
+def adapted(system: Any) -> str:
+    """What to use where no step is small enough for a passage; a frame takes no `Force`."""
+    return ADAPT if system.acting.conserve else f"Use {OTHER}"
 
 
 def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
