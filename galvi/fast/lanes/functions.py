@@ -12,7 +12,6 @@ import math
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
 from galvi.kernels.lie.arithmetic import polynomial
 
@@ -293,7 +292,7 @@ class Reciprocals:
         function = cgutils.get_or_insert_function(
             self.builder.module, kind, f"llvm.x86.avx512.{name}14.pd.512"
         )
-        return Lane(self.builder, self.builder.call(function, [x.value, NOTHING, byte(-1)]))
+        return type(x)(self.builder, self.builder.call(function, [x.value, NOTHING, byte(-1)]))
 
     def reciprocal(self, x):
         """1 / x."""
