@@ -3,9 +3,9 @@
     python -m benchmarks.experiments.force_costs
 
 The Sun and the outer planets at degree 8 and 200 days, with forces of position and of velocity, and
-with the former in the Kepler frame at 400; REBOUND's WHFast with REBOUNDx's forces, at 200 days;
-and an arm of three hinges with motors and servos. Each median is that of ratios to the first of its
-group, with an interval.
+with the former in the Kepler frame at 400 and in a clock at 0.4 of its units; REBOUND's WHFast with
+REBOUNDx's forces, at 200 days; and an arm of three hinges with motors and servos. Each median is
+that of ratios to the first of its group, with an interval.
 """
 
 from __future__ import annotations

@@ -12,7 +12,11 @@ import numpy as np
 import galvi
 from references.rebound import extras
 
-STEP, LONG, MOMENT = 200.0, 400.0, 0.01  # days, those in a frame, and seconds of the arm
+STEP, MOMENT = 200.0, 0.01  # days, and seconds of the arm
+ELSEWHERE: Mapping[str, tuple[float, dict[str, Any]]] = {
+    "Kepler frame": (400.0, {"chart": galvi.KeplerFrame()}),  # days
+    "clock": (0.4, {"clock": galvi.DynamicalTime()}),
+}
 STEPS, ARM_STEPS = 10_000, 200
 SPEED = 173.14463  # of light, au / day
 NONE = "none"
@@ -85,13 +89,12 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
         name: (partial(_run, forced(force), STEP, STEPS), STEPS)
         for name, force in {**of_position(), **of_velocity()}.items()
     }
-    framed: dict[str, Call] = {
-        name: (partial(_run, forced(force), LONG, STEPS, chart=galvi.KeplerFrame()), STEPS)
-        for name, force in of_position().items()
-    }
-    groups: dict[str, dict[str, Call]] = {
-        "galvi, outer planets": ours, "galvi, Kepler frame": framed,
-    }  # fmt: skip
+    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
+    for place, (step, where) in ELSEWHERE.items():
+        groups[f"galvi, {place}"] = {
+            name: (partial(_run, forced(force), step, STEPS, **where), STEPS)
+            for name, force in of_position().items()
+        }
     if not extras.missing():
         theirs: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),

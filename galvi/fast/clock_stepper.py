@@ -16,12 +16,14 @@ from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.fast.lanes.clocks.advance import compiled_advance_clock
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes, with_low_part
+from galvi.kernels.forces.celestial import WEIGHT
+from galvi.kernels.forces.celestial import pulls as pulls_of
 from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.clocked.plan import Advanced, Motion, Taken
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
@@ -58,9 +60,12 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
         return None
-    if system.forces:
-        return None
-    if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
+    if (
+        not system.acting.conserve
+        or s > MOST_STAGES
+        or method.space != Polynomials(s)
+        or method.rule != gauss(s)
+    ):
         return None
     return _motion(problem, method, energy)
 
@@ -75,7 +80,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     width, m = stages_in_lanes(s, lanes).size, method.space.dimension - 1
     form = (*((0,) * n for n in (dimension, lanes)), s, width)
     kernel = compiled_advance_clock(dimension, lanes)
-    scratch = (8, d, width), (6, width), (4, width), (dimension * len(masses[1]),), (4,)
+    gaps = dimension * (len(masses[1]) + len(masses[4]))
+    scratch = (8, d, width), (6, width), (4, width), (gaps,), (4,)
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
         q, stages, clock = state.state.copy(), state.stages.copy(), state.clock.copy()
@@ -113,8 +119,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
 
 @lru_cache(maxsize=32)
-def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Array]:
-    """The masses of a system as the kernel takes them."""
+def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Array, Array, int]:
+    """The masses of a system, and the terms of its forces, as the kernel takes them."""
     M = system.G * system.masses
     first, second = np.triu_indices(M.size, 1)
     enters = M[first] + M[second] > 0.0
@@ -127,12 +133,15 @@ def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Arr
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
     for whole in (seconds, starts):
         whole.setflags(write=False)
-    return read_only(pairs.ravel()), seconds, starts, read_only(np.stack([0.5 * M, turned]))
+    terms, poles = system.acting.terms.copy(), system.acting.poles
+    terms[:, WEIGHT] *= system.G
+    bodies = read_only(np.stack([0.5 * M, turned]))
+    return read_only(pairs.ravel()), seconds, starts, bodies, read_only(terms), poles
 
 
-def energy_of(masses: tuple[Array, Any, Any, Array], state: Array) -> Array:
+def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -> Array:
     """G times the energy and its low part, from the state (4, bodies, dimension)."""
-    pairs, seconds, starts, bodies = masses
+    pairs, seconds, starts, bodies, terms, poles = masses
     first = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
     second = seconds // state.shape[2]
     with extended_precision():
@@ -140,7 +149,8 @@ def energy_of(masses: tuple[Array, Any, Any, Array], state: Array) -> Array:
         product, low = pairs.reshape(-1, 5)[:, 2:4].T
         squares = np.sum((q[first] - q[second]) ** 2, axis=1)
         pulls = (decimals(product) + decimals(low)) / [square.sqrt() for square in squares]
-        return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls))
+        rest = decimals(pulls_of(terms, poles, state[0] + state[1])[1])
+        return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + rest)
 
 
 def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:

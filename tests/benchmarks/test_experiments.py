@@ -170,10 +170,14 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     assert [row[:2] for row in rows] == [(one, name) for one in groups for name in groups[one]]
     ours = {name: call() for name, (call, _) in groups["galvi, outer planets"].items()}
     assert {run.engine for run in ours.values()} == {"lanes"}
-    framed = {name: call() for name, (call, _) in groups["galvi, Kepler frame"].items()}
+    framed, clocked = (
+        {name: call() for name, (call, _) in groups[f"galvi, {place}"].items()}
+        for place in forced_runs.ELSEWHERE
+    )
     assert {run.engine for run in framed.values()} == {"frame"}
+    assert {run.engine for run in clocked.values()} == {"clock"}
     arms = {name: call() for name, (call, _) in groups["galvi, arm of three hinges"].items()}
-    for runs in (ours, framed, arms):
+    for runs in (ours, framed, clocked, arms):
         plain = runs.pop(forced_runs.NONE)
         assert all(np.any(run.q[-1] != plain.q[-1]) for run in runs.values())
 

@@ -16,12 +16,21 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.extended_precision import decimals, extended_precision
 from galvi.fast.clock_stepper import energy_of, masses_in_clock, motion_in_lanes
+from galvi.kernels.forces.celestial import pulls
+from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.plan import Taken
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.nbody import NBody
 
 # Burrau's problem at t = 63, the first body: quadruple precision, another engine.
 BURRAU_AT_63 = 2.8394339724915002, 8.1128544246959514
+
+
+FLAT = galvi.Oblateness(1, 0.02, 0.5)
+TILTED = galvi.Oblateness(0, 0.02, 0.5, J4=-0.03, pole=(0.2, 0.3, 1.0))
+SMALL = galvi.Oblateness(0, 0.02, 0.02, J4=-0.03, pole=(0.2, 0.3, 1.0))
+BENT = galvi.Relativity(12.0, form="potential")
+LOGARITHM = galvi.PowerLaw(0, -0.05, -1)
 
 
 def gauss(s: int) -> galvi.Galerkin:
@@ -55,14 +64,14 @@ def advance(problem: galvi.Problem, s: int) -> Any:
     return step
 
 
-def several(masses: Any, dimension: int, G: float = 1.0) -> galvi.Problem:
+def several(masses: Any, dimension: int, G: float = 1.0, forces: Any = ()) -> galvi.Problem:
     """Bodies about a unit apart, at moderate speeds."""
     rng = np.random.Generator(np.random.Philox(11))
     n = len(masses)
     q = 1.5 * np.arange(n)[:, None] ** [[1.0, 0.5, 0.2][:dimension]] + 0.2 * rng.normal(
         size=(n, dimension)
     )
-    return galvi.Problem(NBody(masses, G), q, 0.3 * rng.normal(size=(n, dimension)))
+    return galvi.Problem(NBody(masses, G, forces), q, 0.3 * rng.normal(size=(n, dimension)))
 
 
 def burrau() -> galvi.Problem:
@@ -86,7 +95,7 @@ def energy(problem: galvi.Problem, q: Any, v: Any) -> Any:
     total = 0.5 * np.sum(m * np.sum(v * v, axis=1))
     for i, j in combinations(range(len(q)), 2):
         total = total - system.G * m[i] * m[j] / np.sqrt(np.sum((q[i] - q[j]) ** 2))
-    return total
+    return total + pulls(system.acting.terms, system.acting.poles, q)[1]
 
 
 def rates(problem: galvi.Problem, e0: float, feels: Array) -> Any:
@@ -110,18 +119,21 @@ def rates(problem: galvi.Problem, e0: float, feels: Array) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("masses", "dimension", "G", "s"),
+    ("masses", "dimension", "G", "s", "forces"),
     [
-        ([3.0, 4.0, 5.0], 2, 1.0, 8),
-        ([1.0, 0.5, 0.0, 0.0, 0.7], 3, 2.5, 12),
-        ([2.0, 0.0], 3, 0.3, 3),
+        ([3.0, 4.0, 5.0], 2, 1.0, 8, ()),
+        ([1.0, 0.5, 0.0, 0.0, 0.7], 3, 2.5, 12, ()),
+        ([2.0, 0.0], 3, 0.3, 3, ()),
+        ([3.0, 4.0, 5.0], 2, 0.8, 8, (FLAT, LOGARITHM)),
+        ([1.0, 0.5, 0.0, 0.0, 0.7], 3, 2.5, 12, (LOGARITHM, TILTED, BENT)),
+        ([2.0, 0.0], 3, 0.3, 3, BENT),
     ],
 )
 def test_steps_solve_the_equations_of_the_clock(
-    masses: Any, dimension: int, G: float, s: int
+    masses: Any, dimension: int, G: float, s: int, forces: Any
 ) -> None:
     """With an energy E0 that is not the state's, so that each term counts; massless bodies too."""
-    problem = several(masses, dimension, G)
+    problem = several(masses, dimension, G, forces)
     off = 1.1 * energy(problem, problem.q0, problem.v0) - 0.1
     h, n = (0.02, 10) if s == 3 else (0.1, 10)
     taken, state, *_rest, clock, code = advance(problem, s)(
@@ -136,6 +148,28 @@ def test_steps_solve_the_equations_of_the_clock(
     found = np.concatenate([state[0], state[2], clock[:1]])
     assert np.max(np.abs(found - end)) < 3e-11 * max(1.0, np.max(np.abs(end)))
     assert np.array_equal(taken.q[-1], state[0]) and taken.t[-1, 0] == clock[0]
+
+
+@pytest.mark.parametrize("forces", [(), TILTED, BENT, LOGARITHM])
+def test_the_law_of_the_kernel_is_that_of_the_general_engines(forces: Any) -> None:
+    """To rounding, also with an energy that is not the state's; without the forces it is not."""
+    problem = several([3.0, 4.0, 5.0], 3, 1.3, forces)
+    given = several([3.0, 4.0, 5.0], 3, 1.3), gauss(8)
+    for told in (1.0, 1.3):
+        E = told * energy(problem, problem.q0, problem.v0)
+        ways = (
+            motion_in_lanes(problem, gauss(8), E),
+            motion_in_general(problem, gauss(8), E, "auto", ROUND_OFF),
+            motion_in_lanes(*given, E),
+        )
+        fast, general, plain = (
+            way.advance(way.at(problem.q0, problem.v0, 0.0), 0.1, 20, None, False).taken
+            for way in ways
+            if way is not None
+        )
+        assert np.max(np.abs(fast.q - general.q)) < 1e-13  # 1e-15
+        assert np.max(np.abs(fast.t - general.t)) < 1e-13
+        assert not forces or np.max(np.abs(plain.q - general.q)) > 1e-5
 
 
 def at_time(problem: galvi.Problem, s: int, h: float, time: float) -> Taken:
@@ -230,6 +264,9 @@ def test_a_step_that_fails_leaves_those_before_it() -> None:
 
 def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> None:
     problem, light = burrau(), several([1.0], 2)
+    assert motion_in_lanes(several([1.0, 0.5], 2, 1.0, FLAT), gauss(4), None) is not None
+    for force in (galvi.Drag([0.1, 0.1]), galvi.Force(lambda q: 0.0 * q)):
+        assert motion_in_lanes(several([1.0, 0.5], 2, 1.0, force), gauss(4), None) is None
     assert motion_in_lanes(light, gauss(4), None) is None
     assert motion_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), None) is None
     assert motion_in_lanes(problem, gauss(60), None) is None
@@ -246,6 +283,10 @@ def test_the_energy_does_not_drift() -> None:
     with stopped_at(2.0**-48, 0.0):
         early = drift(binary(), blocks=60)
     assert abs(early["K a step"]) > 8.0 * early["standard error"]
+    plain = binary()
+    forced = galvi.Problem(NBody(plain.system.masses, 1.0, (BENT, SMALL)), plain.q0, plain.v0)
+    found = drift(forced, blocks=60)
+    assert abs(found["K a step"]) < 4.0 * found["standard error"] < 8e-17
 
 
 def test_the_path_of_a_light_body_tends_to_that_without_mass() -> None:

@@ -169,9 +169,9 @@ def test_bodies_that_pass_are_not_said_to_collide() -> None:
     """Into the pass, and from it; where a smaller step would help, it is what is said."""
     plain = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
-    def status(rest: float, anomaly: float, h: float) -> str:
+    def status(rest: float, anomaly: float, h: float, forces: Any = ()) -> str:
         masses, q, v = of_an_orbit(rest, anomaly, 1e-3, 0.0, False)
-        problem = galvi.Problem(galvi.NBody(masses), q, v)
+        problem = galvi.Problem(galvi.NBody(masses, forces=forces), q, v)
         run = galvi.integrate(problem, plain, h, int(4.0 / h))
         assert not run.success or run.status.startswith("Completed, but"), run.status
         return run.status
@@ -182,6 +182,8 @@ def test_bodies_that_pass_are_not_said_to_collide() -> None:
         assert "collide" not in said and "at a distance of about 1.0e-07" in said, said
         assert adapt in said and "smaller step" not in said, said
     assert "Use a smaller step or a higher degree." in status(1e-2, 0.0, 0.1)
+    said = status(1e-7, 0.0, 0.3, galvi.Force(lambda q: 0.0 * q))  # which no frame takes
+    assert "Use clock=galvi.DynamicalTime(), whose steps follow" in said and "Frame" not in said
 
 
 def test_the_body_that_is_too_near_a_parabola_for_a_step_is_named() -> None:

@@ -24,10 +24,14 @@ EIGHT = (0,) * LANES
 
 
 def _adding(law):
-    """An intrinsic (form, places, pulls, terms, begin, end): pulls of some terms are added."""
+    """An intrinsic (form, places, pulls, terms, begin, end, *rest): pulls of some terms are added.
+
+    rest  nothing; or gaps at the start, from which the places count, each term's from a number
+          on, this number, and rows, from the first of which the terms' energy is taken
+    """
 
     @in_lanes
-    def add(at, places, pulls, terms, begin, end):
+    def add(at, places, pulls, terms, begin, end, *rest):
         builder, n = at.builder, len(at.axes)
         with cgutils.for_range(builder, end, start=begin, intp=end.type) as loop:
             first = builder.mul(loop.index, loop.index.type(COLUMNS))
@@ -37,9 +41,15 @@ def _adding(law):
                 return builder.mul(builder.fptosi(number, first.type), first.type(n))
 
             source, other = row(SOURCE), row(OTHER)
-            gap = [places[other, x] - places[source, x] for x in at.axes] + [at.none]
+            gap = [places[other, x] - places[source, x] for x in at.axes]
+            if rest:
+                gaps, start, energy = rest
+                start = builder.add(start, builder.mul(loop.index, start.type(n)))
+                gap = [one + gaps.number(start, x) for x, one in enumerate(gap)]
             numbers = [terms.number(first, k) for k in range(NUMBERS, COLUMNS)]
-            pull, back = law(gap[:3], numbers), terms.number(first, BACK)
+            pull, back = law([*gap, at.none][:3], numbers), terms.number(first, BACK)
+            if rest:
+                energy[0] = energy[0] - terms.number(first, WEIGHT) * pull[3]
             for x in at.axes:
                 pulls[other, x] = pulls[other, x] + pull[x]
                 pulls[source, x] = pulls[source, x] - back * pull[x]

@@ -58,7 +58,7 @@ class Lane:
             product = product * factor
         return 1.0 / product if twice < 0 else product
 
-    def raised(self, exponent):
+    def power(self, exponent):
         """A power, the same in all lanes: the nearest multiple of 1/4 by products and roots, times
         exp(r log x) for a rest r of the exponent."""
         builder, most = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
@@ -73,7 +73,7 @@ class Lane:
             builder.store((1.0 / self._made(builder.load(place))).value, place)
         with builder.if_then(builder.fcmp_ordered("!=", rest, DOUBLE(0.0))):
             lane = self._made(spread(builder, rest, self.value.type.count))
-            factor = functions.exponential(lane * functions.logarithm(self))
+            factor = functions.exponential(lane * self.logarithm())
             builder.store((self._made(builder.load(place)) * factor).value, place)
         return self._made(builder.load(place))
 
@@ -87,6 +87,10 @@ class Lane:
             with builder.if_then(chosen):
                 own = factor if bit else factor.call("sqrt")
                 builder.store((self._made(builder.load(place)) * own).value, place)
+
+    def logarithm(self):
+        """The natural logarithm; see galvi.fast.lanes.functions."""
+        return functions.logarithm(self)
 
     def _made(self, value):
         return Lane(self.builder, value, self.flags)

@@ -54,7 +54,7 @@ def raised_number(x, power):
 @in_kernels(raised_number)
 def raised(x, power):
     """x^power of numbers or of lanes."""
-    return x.raised(power) if hasattr(x, "raised") else x**power
+    return x.power(power) if hasattr(x, "call") else x**power
 
 
 def log_of_number(x):
@@ -65,7 +65,7 @@ def log_of_number(x):
 @in_kernels(log_of_number)
 def logarithm(x):
     """The natural logarithm of a number or of lanes."""
-    return x.call("log") if hasattr(x, "call") else np.log(x)
+    return x.logarithm() if hasattr(x, "call") else np.log(x)
 
 
 @generic

@@ -1,8 +1,8 @@
 """Many steps of point masses in a clock: Gauss collocation in tau, dt = g(q) dtau.
 
-With M = G m, T = sum M v^2 / 2, U = sum over pairs M_i M_j / r, S = sum over pairs of
-(M_i + M_j) / r^3 and g = S^(-1/2), the equations are those of K = g (H - E0), H = T - U = G times
-the energy, at K = 0, in v = p / m:
+With M = G m, T = sum M v^2 / 2, U = sum over pairs M_i M_j / r less G times the energy of other
+forces, S = sum over pairs of (M_i + M_j) / r^3 and g = S^(-1/2), the equations are those of
+K = g (H - E0), H = T - U = G times the energy, at K = 0, in v = p / m:
 
     q' = g v,   v_i' = g (a_i - (H - E0) d(log g)/dq_i / M_i),   t' = g,
     d(log g)/dq_i = 3 / (2 S) sum_j (M_i + M_j) / r^3 (q_i - q_j) / r^2.
@@ -17,14 +17,16 @@ d = bodies * dimension rows, one for each coordinate; s stages, then zeros, P in
 masses        pairs (5 n,): M_j, M_i, M_i M_j, its low part and M_i + M_j of each pair of
               bodies, those of one body after another; seconds (n,): the first row of the other;
               starts (N + 1,): where a body's pairs begin; bodies (2, N): M / 2, and 1 / M or 0
-              where the term with H - E0 is left out
+              where the term with H - E0 is left out; terms, poles: of galvi.kernels.forces.
+              celestial, WEIGHT times G
 tables        mu^T and the extrapolation of slopes to the next step (s, P); h b (1, P); the curve's
               coefficients from slopes (m, s)
 state         (4, d)   q, its low part, v, its low part
 stages        (2 d, s) the last step's slopes of q and v, if solver_state[0] says so
 clock         (4,)     t, its low part, E0, its low part
 scratch       rows (8, d, P): slopes of q and v, shifts, pulls, turns, the last step's slopes, none;
-              totals (6, P), changes (4, P), gaps (n dimension,), history (4,)
+              totals (6, P), changes (4, P), gaps of pairs, then of terms, one row for each axis,
+              history (4,)
 noise         changes below it that do not shrink are rounding; a last pass takes the mean of old
               and new slopes then
 done          (2,)     <- steps, passes
@@ -38,18 +40,21 @@ from functools import cache
 import numpy as np
 from numba import types
 
+from galvi.fast.lanes.celestial import add_poles, add_powers
 from galvi.fast.lanes.clocks import rows as lanes
 from galvi.fast.lanes.law import curve_of
 from galvi.fast.lanes.nbody import FIXED_NUMBERS, copy_rows
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit_inline
+from galvi.kernels.forces.celestial import OTHER, SOURCE
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 
 FAR = 0.5  # relative change by the first pass from which on an extrapolated guess is no use
-MASSES = types.Tuple((FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX))
+MASSES = types.Tuple(
+    (FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX, FIXED_MATRIX, types.int64)
+)
 SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, VECTOR, VECTOR))
 TAKEN = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
@@ -66,6 +71,12 @@ def clear(rows):
 def begin(form, masses, tables, state, scratch, guessed):
     """The start of a step: separations, slopes (extrapolated, or 0) and shifts."""
     dimension, (rows, totals, changes, gaps, _) = len(form[0]), scratch
+    terms, pairs = masses[4], masses[1].size
+    for k in range(terms.shape[0]):
+        for x in range(dimension):
+            i, j = int(terms[k, SOURCE]) * dimension + x, int(terms[k, OTHER]) * dimension + x
+            gap = (state[0, j] - state[0, i]) + (state[1, j] - state[1, i])
+            gaps[(pairs + k) * dimension + x] = gap
     for body in range(masses[3].shape[1]):
         for k in range(masses[2][body], masses[2][body + 1]):
             for x in range(dimension):
@@ -95,13 +106,17 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
 def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
     """Passes from the slopes in rows until convergence; returns a code and their number."""
     rows, totals, changes, gaps, history = scratch
-    (pairs, seconds, starts, bodies), dimension, share = masses, len(form[0]), 1.0
+    (pairs, seconds, starts, bodies, terms, poles), dimension, share = masses, len(form[0]), 1.0
+    first = seconds.size * dimension
     begin(form, masses, tables, state, scratch, guessed)
     solve.reset_history(history)
     for passes in range(1, solve.FIXED_POINT_PASSES + 1):
         for body in range(bodies.shape[1]):
             lanes.attract(form, rows[2], gaps, pairs, seconds, body * dimension, starts[body],
                           starts[body + 1], rows[3], rows[4], totals)  # fmt: skip
+        if terms.shape[0] > 0:
+            add_poles(form, rows[2], rows[3], terms, 0, poles, gaps, first, totals)
+            add_powers(form, rows[2], rows[3], terms, poles, terms.shape[0], gaps, first, totals)
         lanes.set_clock(form, tables[2], clock[2], clock[3], totals, changes)
         for body in range(bodies.shape[1]):
             lanes.kick(form, totals, rows[3], rows[4], body * dimension, bodies[1, body], rows[1],
