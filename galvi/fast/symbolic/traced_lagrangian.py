@@ -15,7 +15,7 @@ from galvi.fast.symbolic.code import POWER
 from galvi.fast.symbolic.graph import Graph, Node
 from galvi.fast.symbolic.graph_code import GraphCode, gradient
 from galvi.fast.symbolic.graph_code import gradient as derivatives
-from galvi.fast.symbolic.lane_law import LONGEST, function_lines, law_lines
+from galvi.fast.symbolic.lane_law import LONGEST, LONGEST_KNOWN, function_lines, law_lines
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.fast.symbolic.tracing import traced
@@ -189,7 +189,7 @@ def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
 
     symbols = _symbols((d,), d, "qvt")
     found = traced(slopes, symbols, (2 * d,))
-    printed, lines = _law(found[d:], found[:d], symbols[1], 2 * LONGEST)
+    printed, lines = _law(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
     return lines, np.array(printed.constants)
 
 
