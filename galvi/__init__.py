@@ -23,8 +23,7 @@ from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, s
 from galvi.events.event import Event
 from galvi.events.run import with_events as _with_events
 from galvi.events.search import Found, find_events
-from galvi.groups.group import nearest_rotation
-from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
+from galvi.groups.group import SE2, SE3, SO2, SO3, Rn, nearest_rotation
 from galvi.groups.product import Product
 from galvi.interop.citations import Citation, cite
 from galvi.interop.exports import plot as _plot

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, cast
 
 from galvi.charts.chart import Cayley, Chart, MovingChart
 from galvi.input_checks import shown
-from galvi.properties.properties import classical_name, is_symmetric, orders
+from galvi.properties.properties import classical_names, is_symmetric, orders
 from galvi.rules.rule import Rule, gauss
 from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
@@ -113,8 +113,10 @@ class Galerkin:
         """The classical name if the tableau is a known one, else the space and the rule."""
         if self.in_frame:
             return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
-        known = classical_name(self.table) if self._one_degree else ""
-        space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
+        one_degree = len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1
+        known = next(iter(classical_names(self.table)), "") if one_degree else ""
+        polynomials = self.space.dimension == self.space.degree + 1
+        space = f"degree {self.space.degree}" if polynomials else str(self.space)
         clock = "" if self.clock is None else f", in the clock {self.clock}"
         return (known or f"Galerkin {space}, {self.rule.name}") + clock
 
@@ -128,11 +130,3 @@ class Galerkin:
     ) -> Any:
         """Theoretical properties of this method and of a step on a problem: see `galvi.theory`."""
         return self.theory_of(self, None, problem, step, lipschitz)
-
-    @property
-    def _one_degree(self) -> bool:
-        return len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1
-
-
-def _polynomials(space: Space) -> bool:
-    return space.dimension == space.degree + 1

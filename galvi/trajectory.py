@@ -12,8 +12,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
-from galvi.curves.curves import Curves, RedoneCurves
-from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.curves import Curves, FrameCurves, RedoneCurves
 from galvi.problem import Problem
 from galvi.systems.velocities import velocity_at
 

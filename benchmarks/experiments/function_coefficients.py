@@ -1,4 +1,4 @@
-"""Print the coefficients of galvi.fast.lanes.function_tables, with the error of each series.
+"""Print the coefficients of galvi.fast.lanes.functions, with the error of each series.
 
     python -m benchmarks.experiments.function_coefficients
 

@@ -1,6 +1,6 @@
 """Errors of the stages' first guess, by body: `python -m benchmarks.experiments.solver_ideas`.
 
-Shows why `galvi.fast.lanes.nbody_iteration` first iterates one planet with its star, and why the
+Shows why `galvi.fast.lanes.nbody` first iterates one planet with its star, and why the
 extrapolation uses one earlier step and not two.
 """
 

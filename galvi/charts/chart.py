@@ -1,13 +1,21 @@
-"""Charts of Lie groups: Cayley's, the exponential, and modified Rodrigues parameters."""
+"""Charts of Lie groups, Cayley's, the exponential, and modified Rodrigues parameters: their maps,
+with inverse and derivative, between elements and coordinates."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
-from galvi.kernels.lie.chart_functions import CHARTS
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.kernels.compile.jit import jit
+from galvi.kernels.lie import product
 from galvi.kernels.lie.charts import cayley, exponential, modified_rodrigues
+from galvi.kernels.lie.dispatch import CHARTS, angle_of, coordinate_of
+from galvi.kernels.lie.product import GROUPS
 
 
 class Chart(Hashable, Protocol):
@@ -19,7 +27,7 @@ class Chart(Hashable, Protocol):
 
     @property
     def number(self) -> int:
-        """Index in galvi.kernels.lie.chart_functions.CHARTS."""
+        """Index in galvi.kernels.lie.dispatch.CHARTS."""
 
     @property
     def limit(self) -> float:
@@ -79,3 +87,124 @@ class ModifiedRodrigues:
     number: ClassVar[int] = CHARTS.index(modified_rodrigues)
     limit: ClassVar[float] = modified_rodrigues.LIMIT
     farthest: ClassVar[float] = modified_rodrigues.FARTHEST
+
+
+def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
+    """g Phi(xi), for g (..., *group.shape) and xi (..., d) with the same leading axes."""
+    xi = np.asarray(xi, dtype=np.float64)
+    rows = xi.reshape(-1, group.dimension).copy()
+    out = np.empty((len(rows), _entries(group)))
+    _place_all(group.layout, chart.number, _flat(g, out.shape), rows, out)
+    return out.reshape(*xi.shape[:-1], *group.shape)
+
+
+def tangent(chart: Chart, group: Group, xi: Any) -> Array:
+    """T(xi), (..., d, d), with g^-1 g' = T(xi) xi' along g = Phi(xi), for xi (..., d)."""
+    xi = np.asarray(xi, dtype=np.float64)
+    rows, d = xi.reshape(-1, group.dimension).copy(), group.dimension
+    out = np.empty((len(rows), d, d))
+    _tangent_all(group.layout, chart.number, rows, np.eye(d), out)
+    return np.swapaxes(out, 1, 2).reshape(*xi.shape, d)
+
+
+def tangent_slope(chart: Chart, group: Group, xi: Any, eta: Any) -> Array:
+    """d(T(xi) eta)/dxi, (..., d, d), for xi and eta (..., d)."""
+    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
+    d = group.dimension
+    rows, rates = xi.reshape(-1, d).copy(), eta.reshape(-1, d).copy()
+    out = np.empty((len(rows), d, d))
+    _tangent_slope_all(group.layout, chart.number, rows, rates, np.eye(d), out)
+    return out.reshape(*xi.shape, d)
+
+
+def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
+    """xi with k = g Phi(xi), (..., d), for elements with the same leading axes."""
+    lead = np.shape(k)[: np.ndim(k) - len(group.shape)]
+    shape = (int(np.prod(lead)), _entries(group))
+    out = np.empty((shape[0], group.dimension))
+    _coordinates_all(group.layout, chart.number, _flat(g, shape), _flat(k, shape), out)
+    return out.reshape(*lead, group.dimension)
+
+
+def _entries(group: Group) -> int:
+    return int(np.prod(group.shape))
+
+
+def _flat(g: Any, shape: tuple[int, int]) -> Array:
+    flat = np.asarray(g, dtype=np.float64).reshape(-1, shape[1])
+    return np.broadcast_to(flat, shape).copy()
+
+
+@jit
+def _place_all(layout, chart, g, xi, out):  # type: ignore[no-untyped-def]
+    for k in range(out.shape[0]):
+        product.place(layout, chart, g[k], xi[k], out[k])
+
+
+@jit
+def _tangent_all(layout, chart, xi, units, out):  # type: ignore[no-untyped-def]
+    for k in range(xi.shape[0]):
+        for i in range(units.shape[0]):
+            product.velocity(layout, chart, xi[k], units[i], out[k, i])
+
+
+@jit
+def _tangent_slope_all(layout, chart, xi, eta, units, out):  # type: ignore[no-untyped-def]
+    for k in range(xi.shape[0]):
+        for i in range(units.shape[0]):
+            product.momentum_slope(layout, chart, xi[k], eta[k], units[i], out[k, i])
+
+
+@jit
+def _coordinates_all(layout, chart, g, k, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        product.coordinates(layout, chart, g[row], k[row], out[row])
+
+
+TURN = 2.0 * np.pi
+
+
+def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
+    """Coordinates (k, d) of a path from 0, with their rotations made continuous.
+
+    A rotation by an angle about an axis is also one by angle - 2 pi m; the m nearest to the
+    coordinates before is taken, and the translation of a rigid motion is changed to match. The
+    rotation must stay below the chart's limit, except in the exponential chart, whose map extends
+    beyond it.
+    """
+    path, start = xi.copy(), 0
+    for number, d, _, rotations in group.layout:
+        own = path[:, start : start + d]
+        for k in range(_first_change(chart, own[:, :rotations]), len(path)):
+            w = _followed(chart, own[k - 1, :rotations], own[k, :rotations])
+            if w is not None:
+                GROUPS[number].with_rotation(chart.number, own[k].copy(), w, own[k])
+        start += d
+    return path
+
+
+def _first_change(chart: Chart, w: Array) -> int:
+    """The first row of w (k, 3 or 1) that `_followed` may change; k for none, and without columns.
+
+    Most paths have none, and one pass over arrays is ten times as fast as a loop.
+    """
+    if w.shape[1] == 0:
+        return len(w)
+    size = np.linalg.norm(w, axis=1)
+    angle = np.array([angle_of(chart.number, x) for x in size.tolist()])
+    last, here = size[:-1], size[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cosine = np.where(here > 0.0, np.sum(w[:-1] * w[1:], axis=1) / (last * here), 1.0)
+        changed = (np.round((angle[:-1] * cosine - angle[1:]) / TURN) != 0.0) & (last > 0.0)
+    return 1 + int(np.argmax(changed)) if np.any(changed) else len(w)
+
+
+def _followed(chart: Chart, last: Array, here: Array) -> Array | None:
+    """The coordinates of the same rotation nearest to ``last``; None if these are ``here``."""
+    size, last_size = float(np.linalg.norm(here)), float(np.linalg.norm(last))
+    if last_size == 0.0:
+        return None
+    axis = here / size if size > 0.0 else last / last_size
+    angle, before = (angle_of(chart.number, x) for x in (size, last_size))
+    turns = round((before / last_size * float(last @ axis) - angle) / TURN)
+    return coordinate_of(chart.number, angle + turns * TURN) * axis if turns else None

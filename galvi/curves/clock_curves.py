@@ -1,18 +1,18 @@
-"""The curves of a run in a clock: q and t over tau, and so q over t."""
+"""The curves of a run in a clock, q and t over tau, and so q over t; and those of a run that
+actions changed, one after another, each with steps of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from galvi import input_checks
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import EPSILON, Curves, LocalChart
+from galvi.curves.curves import EPSILON, Curves, LocalChart, refuse_outside, times_asked
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
@@ -79,21 +79,16 @@ class ClockCurves:
         return 0.5 * _each(legendre.legvander(2.0 * x - 1.0, len(whole) - 1), whole), rates
 
     def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
-        times = input_checks.array("t", t)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        times, single = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        grid, wanted = sign * self.times, sign * np.atleast_1d(times)
+        grid, wanted = sign * self.times, sign * times
         slack = 8.0 * EPSILON * max(abs(grid[0]), abs(grid[-1]))
-        if not np.all((wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)):
-            raise ValueError(
-                f"t must lie inside the run, from {float(self.times[0])!r} to "
-                f"{float(self.times[-1])!r}; received {input_checks.shown(t)}."
-            )
+        inside = (wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)
+        refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
         index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
         since = sign * (wanted - grid[index])
         found = values(index, self._shares(index, since))
-        return found[0] if times.ndim == 0 else found
+        return found[0] if single else found
 
     def _shares(self, index: Any, since: Array) -> Array:
         """The shares of the steps at times since their starts."""
@@ -115,8 +110,7 @@ class ClockCurves:
 
 
 def _each(basis: Any, series: Any) -> Array:
-    found: Array = np.einsum("kl,lk->k", basis, series)
-    return found
+    return np.einsum("kl,lk->k", basis, series)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,16 +140,11 @@ class RedoneClockCurves:
         return self._each(t, lambda curves, times: curves.velocity(times), self.problem.v0.shape)
 
     def _each(self, t: Any, values: Any, shape: tuple[int, ...]) -> Array:
-        times = input_checks.array("t", t)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        times, single = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        wanted, grid = sign * np.atleast_1d(times), np.array([s.clock[0] for s in self.known])
-        if not np.all((wanted >= sign * grid[0]) & (wanted <= sign * self.end)):
-            raise ValueError(
-                f"t must lie inside the run, from {float(grid[0])!r} to {self.end!r}; "
-                f"received {input_checks.shown(t)}."
-            )
+        wanted, grid = sign * times, np.array([s.clock[0] for s in self.known])
+        inside = (wanted >= sign * grid[0]) & (wanted <= sign * self.end)
+        refuse_outside(inside, float(grid[0]), self.end, t)
         pieces = np.searchsorted(sign * grid, wanted, side="right") - 1
         found = np.full((len(wanted), *shape), np.nan)
         for k in np.unique(pieces).tolist():
@@ -165,4 +154,64 @@ class RedoneClockCurves:
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
             curves = self.redo_of(self.problem, self.method, self.step, self.known[k], farthest)
             found[rows] = values(curves, sign * wanted[rows])
-        return found[0] if times.ndim == 0 else found
+        return found[0] if single else found
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedCurves:
+    """Curves of a run's parts, as `galvi.curves.curves.Curves` or another kind.
+
+    times  (parts + 1,) from which, and until which, each is the run's
+    parts  the curves; that of the last step of one may go on beyond its time
+    """
+
+    times: Array
+    parts: tuple[Any, ...]
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
+        return self._each(t, "position")
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, on a group the body velocity; at an action that after it."""
+        return self._each(t, "velocity")
+
+    def _each(self, t: Any, name: str) -> Array:
+        times, single = times_asked(t)
+        sign = 1.0 if self.times[-1] > self.times[0] else -1.0
+        grid, wanted = sign * self.times, times
+        inside = (sign * wanted >= grid[0]) & (sign * wanted <= grid[-1])
+        refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
+        index = np.searchsorted(grid, sign * wanted, side="right") - 1
+        index = np.minimum(index, len(self.parts) - 1)
+        order = np.argsort(index, kind="stable")
+        cuts = np.flatnonzero(np.diff(index[order])) + 1
+        found = [
+            getattr(self.parts[index[rows[0]]], name)(wanted[rows])
+            for rows in np.split(order, cuts)
+            if rows.size
+        ]
+        values: Array = np.concatenate(found)[np.argsort(order)] if found else np.zeros(0)
+        return values[0] if single else values
+
+
+def cut(curves: Any, n: int) -> Any:
+    """The curves of the first n steps."""
+    if n == len(curves.bases):
+        return curves
+    parts = {"bases": curves.bases[:n], "coefficients": curves.coefficients[:n]}
+    if isinstance(curves, ClockCurves):
+        parts |= {"times": curves.times[: n + 1], "rates": curves.rates[:n], "last": curves.step}
+    return replace(curves, **parts)
+
+
+def merged(parts: list[Any]) -> Any:
+    """Curves one after another as one."""
+    names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
+    whole: dict[str, Any] = {
+        name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names
+    }
+    if isinstance(parts[0], ClockCurves):
+        times = [parts[0].times, *(part.times[1:] for part in parts[1:])]
+        whole |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
+    return replace(parts[0], **whole)

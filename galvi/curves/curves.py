@@ -1,4 +1,4 @@
-"""The Galerkin curves of a run: kept, or done again from a saved state."""
+"""The Galerkin curves of a run, also in a moving frame: kept, or done again from a saved state."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Chart
-from galvi.charts.maps import place, tangent
+from galvi.charts.chart import Chart, place, tangent
 from galvi.checkpoint import Checkpoint
 from galvi.groups.group import Group
 from galvi.method import Galerkin
@@ -60,15 +59,39 @@ class GroupChart:
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
         """The body velocity T(xi) xi', (..., d)."""
-        result: Array = np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
-        return result
+        return np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
 
 
 EPSILON = float(np.finfo(np.float64).eps)
 
 
+class OverTime:
+    """Curves of steps of one length, asked by the time."""
+
+    t0: float
+    step: float
+    coefficients: Array
+    places: Any
+    velocities: Any
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        places = self.places(index, tau)
+        return places[0] if single else places
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
+
+        ValueError outside the run.
+        """
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
+        return velocities[0] if single else velocities
+
+
 @dataclass(frozen=True, eq=False)
-class Curves:
+class Curves(OverTime):
     """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
 
     space         psi_i are its basis functions after the constant, minus their values at 0
@@ -87,24 +110,9 @@ class Curves:
     coefficients: Array
     chart: LocalChart
 
-    def position(self, t: Any) -> Array:
-        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        places = self.places(index, tau)
-        return places[0] if single else places
-
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         return self.chart.place(self.bases[index], self._coordinates(index, tau))
-
-    def velocity(self, t: Any) -> Array:
-        """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
-
-        ValueError outside the run.
-        """
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        velocities = self.velocities(index, tau)
-        return velocities[0] if single else velocities
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
@@ -115,31 +123,41 @@ class Curves:
     def _coordinates(self, index: Any, tau: Array) -> Array:
         """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
         basis = self.space.basis(np.append(tau, 0.0))[:, 1:]
-        xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
-        return xi
+        return np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
+
+
+def times_asked(t: Any) -> tuple[Array, bool]:
+    """t as (k,), and whether it is a scalar; ValueError for another shape."""
+    times = input_checks.array("t", t)
+    if times.ndim > 1:
+        raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+    return np.atleast_1d(times), times.ndim == 0
+
+
+def refuse_outside(inside: Any, first: float, last: float, t: Any) -> None:
+    """ValueError unless all times were inside a run between two others."""
+    if not np.all(inside):
+        raise ValueError(
+            f"t must lie inside the run, from {first!r} to {last!r}; received "
+            f"{input_checks.shown(t)}."
+        )
 
 
 def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
     """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
-    times = input_checks.array("t", t)
-    if times.ndim > 1:
-        raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+    times, single = times_asked(t)
     count = len(coefficients)
     with np.errstate(over="ignore"):
-        place = (np.atleast_1d(times) - t0) / step
+        place = (times - t0) / step
     largest = max(abs(t0), abs(t0 + count * step)) / abs(step)
     slack = 4.0 * EPSILON * (largest + count) + 1e-14
-    if not np.all((place >= -slack) & (place <= count + slack)):
-        last = t0 + count * step
-        raise ValueError(
-            f"t must lie inside the run, from {t0!r} to {last!r}; received {input_checks.shown(t)}."
-        )
+    refuse_outside((place >= -slack) & (place <= count + slack), t0, t0 + count * step, t)
     joint = np.round(place)
     place = np.where(np.abs(place - joint) <= slack, joint, place)
     index = np.clip(np.floor(place).astype(np.intp), 0, count - 1)
     past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
     index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
-    return index, place - index, times.ndim == 0
+    return index, place - index, single
 
 
 class CurvesOfSteps(Protocol):
@@ -203,3 +221,81 @@ class RedoneCurves:
             curves = self.redo_of(self.problem, self.method, self.step, self.known[k], first, count)
             found[rows] = values(curves, own - first, tau[rows])
         return found[0] if single else found
+
+
+TINY = 1e-100  # imaginary increments of complex steps
+
+
+class MovingPath(Protocol):
+    """The frame of a run."""
+
+    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
+        """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
+
+    def flow(self, w: Any, t: Any) -> Any:
+        """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
+
+    def curves(self, number: int, base: Array) -> Curves:
+        """Those of a step that was done in the inertial frame, from time 0 on."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCurves(OverTime):
+    """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
+
+    space         psi_i are its basis functions after the constant, minus their values at 0
+    t0, step      start of the first curve and the length h of each
+    bases         (steps, 4, m) the state in the frame before each step, and its low parts, which
+                  files of older versions lack
+    coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
+                  was done in the inertial frame all but the first are NaN, and its base has (q, v)
+    first         number of the first step since the problem's start
+    path          the frame
+    """
+
+    space: Space
+    t0: float
+    step: float
+    bases: Array
+    coefficients: Array
+    first: int
+    path: MovingPath
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        return self._each(index, tau, self._own_places, Curves.position)
+
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        return self._each(index, tau, self._own_velocities, Curves.velocity)
+
+    def _each(self, index: Any, tau: Array, own: Any, elsewhere: Any) -> Array:
+        """Values by ``own`` in the frame, and by ``elsewhere`` on curves in the inertial one."""
+        away = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(self.bases[index, 0, 0])
+        rows, values = [np.flatnonzero(~away)], [own(index[~away], tau[~away])]
+        for k in np.unique(index[away]).tolist():
+            rows.append(np.flatnonzero(away & (index == k)))
+            curves = self.path.curves(self.first + k, self.bases[k])
+            values.append(elsewhere(curves, tau[rows[-1]] * self.step))
+        return np.concatenate(values)[np.argsort(np.concatenate(rows))]
+
+    def _own_places(self, index: Any, tau: Array) -> Array:
+        w, _rate, since = self._moving(index, tau)
+        return self.path.flow(w, since)
+
+    def _own_velocities(self, index: Any, tau: Array) -> Array:
+        w, rate, since = self._moving(index, tau)
+        moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
+        return np.imag(moved) / TINY
+
+    def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
+        """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""
+        c, slope = self.path.node(self.first + index, tau)
+        basis = self.space.basis(np.append(c, 0.0))[:, 1:]
+        ways = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
+        rates = np.einsum("kdi,ki->kd", self.coefficients[index], self.space.derivative(c)[:, 1:])
+        w, rate = self.bases[index].copy(), np.zeros_like(self.bases[index])
+        n = ways.shape[1] // 2
+        w[:, :2, :n] += ways.reshape(-1, 2, n)
+        rate[:, :2, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
+        return w, rate, (tau - 0.5) * self.step

@@ -8,15 +8,14 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import coordinates, place
+from galvi.charts.chart import Exponential, coordinates, place
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.general import lagrangian_of
 from galvi.run.clocked.run import motion_of
 from galvi.run.energies import start_energies
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.velocities import velocity_at
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.diagnostics.symplecticity import stage_states
-from galvi.groups.matrix_groups import SE3, SO3
+from galvi.groups.group import SE3, SO3
 from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at
@@ -39,8 +39,7 @@ def energy(run: Trajectory, t: Any = None) -> Array:
         return system.energy(q, v, times)
     each = kinetic_energy(system, p.reshape(-1, *run.problem.v0.shape))
     kinetic = each.reshape(times.shape)
-    result: Array = kinetic + cast(VectorSystem, system).potential_energy(q, times)
-    return result
+    return kinetic + cast(VectorSystem, system).potential_energy(q, times)
 
 
 def momentum_map(run: Trajectory, t: Any = None) -> Array:
@@ -146,8 +145,7 @@ class MomentumBalance:
     @property
     def defect(self) -> Array:
         """The change of momentum that neither impulse explains, in momentum's shape."""
-        result: Array = self.momentum - self.momentum[0] - self.potential - self.force
-        return result
+        return self.momentum - self.momentum[0] - self.potential - self.force
 
 
 def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalance:
@@ -223,8 +221,7 @@ def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
     """The largest entry of |R^T R - I|, (saved,) at steps, or of t's shape on the curve."""
     R = _matrices(run, t)
     square = np.einsum("...ki,...kj->...ij", R, R)
-    defect: Array = np.max(np.abs(square - np.eye(3)), axis=(-2, -1))
-    return defect
+    return np.max(np.abs(square - np.eye(3)), axis=(-2, -1))
 
 
 def _matrices(run: Trajectory, t: Any) -> Array:

@@ -187,8 +187,7 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
 def _angle(x: Array) -> Array:
     """x reduced to [0, 2 pi)."""
     turned = np.mod(x, TURN)
-    result: Array = np.where(turned == TURN, 0.0, turned)
-    return result
+    return np.where(turned == TURN, 0.0, turned)
 
 
 def _nbody(run: Trajectory) -> NBody:

@@ -9,10 +9,9 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import coordinates, place
+from galvi.charts.chart import Exponential, coordinates, place
 from galvi.curves.clock_curves import ClockCurves
-from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.curves import FrameCurves
 from galvi.diagnostics.clock_symplecticity import clock_round_trip_error, clock_symplecticity_defect
 from galvi.groups.group import Group
 from galvi.method import Galerkin
@@ -69,7 +68,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. In a moving frame see `galvi.fast.in_frame.derivative`. Raises ValueError when the
+    da/dq dQ. In a moving frame see `galvi.fast.in_frame.engine`. Raises ValueError when the
     step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")

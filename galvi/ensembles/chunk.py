@@ -7,11 +7,97 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from galvi.arrays import Array
-from galvi.ensembles.batch import Batch
 from galvi.ensembles.keep import Keep, TimeGrid
-from galvi.ensembles.laws import Law, LawNumbers
+from galvi.ensembles.laws import Law, LawNumbers, kernel_of
+from galvi.fast.lanes.members.steps import FIRST, TODO
+from galvi.fast.lanes.vectors import LANES
+from galvi.fast.nystrom_stepper import aligned
 from galvi.method import Galerkin
+
+
+class Batch:
+    """Some members of a law, from their starts on.
+
+    law, numbers  of the members
+    method        whose steps they take
+    step          (n,) each member's own
+    t0            time of the start
+    q, v, p       (n, r), (n, d), (n, d) starts; p in the law's own momenta
+    tolerance     relative change at which an iteration stops
+
+    Nothing that is computed for a member depends on the others.
+    """
+
+    def __init__(
+        self, law: Law, numbers: LawNumbers, method: Galerkin, step: Array, t0: float, q: Array,
+        v: Array, p: Array, tolerance: float,
+    ) -> None:  # fmt: skip
+        self.count, self.law, self.numbers = len(q), law, numbers
+        s, constants, kernel = method.stages, numbers.constants, kernel_of(law, method)
+        self.fields, self.function, self.work = kernel.fields, kernel.function, kernel.work(s)
+        tables, complement, growth = kernel.tables
+        self.blocks = -(-self.count // LANES)
+        rows, c = self.fields.rows(s), max(constants.shape[1], 1)
+        self.records, self.constants = aligned((self.blocks, rows, LANES), (self.blocks, c, LANES))
+        self.constants[:, : constants.shape[1]] = self._in_lanes(constants)
+        starts = {"q": q, "p": p, "step": step[:, None], "start": np.full((1, 1), t0),
+                  "alive": np.ones((1, 1)), **kernel.memory(q, p)}  # fmt: skip
+        for name, values in starts.items():
+            first = self.fields.first[name]
+            self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
+        if not kernel.alone:
+            self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
+        reals = np.append(growth, tolerance)
+        self._kept_alive = (tables, complement, reals)
+        self.words = np.array(
+            [
+                *(array.ctypes.data for array in (
+                    self.records, self.constants, self.work, tables, complement, reals
+                )),
+                self.blocks, s, 0, 0, growth.size, kernel.extra, c, rows,
+            ],
+            dtype=np.int64,
+        )  # fmt: skip
+        self.done = 0
+
+    def advance(self, steps: int) -> None:
+        """Do so many more steps of all members that have not failed."""
+        self.words[FIRST], self.words[TODO] = self.done, steps
+        self.function(self.words.ctypes.data)
+        self.done += steps
+
+    def field(self, name: str, size: int = 1) -> Array:
+        """A field of the records, (n, size)."""
+        first = self.fields.first[name]
+        rows = self.records[:, first : first + size]
+        return np.ascontiguousarray(rows.transpose(0, 2, 1)).reshape(-1, size)[: self.count]
+
+    def states(self) -> tuple[Array, Array]:
+        """Configurations (n, r) and conjugate momenta (n, d) now; NaN of a member that failed."""
+        q, p = self.field("q", self.law.entries), self.field("p", self.law.dimension)
+        p = self.numbers.momenta(p)
+        failed = self.failed > 0
+        q[failed], p[failed] = np.nan, np.nan
+        return q, p
+
+    @property
+    def failed(self) -> Any:
+        """(n,) the step at which a member failed, 0 for none."""
+        return self.field("failed")[:, 0].astype(np.int64)
+
+    @property
+    def passes(self) -> Any:
+        """(n,) passes of the iterations so far."""
+        return self.field("passes")[:, 0].astype(np.int64)
+
+    def _in_lanes(self, values: Array) -> Array:
+        """(1 or n, k) as (blocks, k, 8); the last members fill up with the last one."""
+        index = np.minimum(np.arange(self.blocks * LANES), len(values) - 1)
+        return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
+
 
 CALL_SECONDS = 0.1  # of a call of the kernel, after which Ctrl-C is looked at
 

@@ -26,10 +26,10 @@ from galvi.fast.nystrom_stepper import FINER
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.coupling import coupled_layout
 from galvi.run.ensemble import processors
+from galvi.run.group_system import coupled_layout
 from galvi.run.integrate import check_end, checked
-from galvi.run.number_of_steps import number_of_steps
+from galvi.run.plan import number_of_steps
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"

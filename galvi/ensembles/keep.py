@@ -83,11 +83,9 @@ class FinalStates:
     """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """The last one."""
         return [plan.steps]
 
     def begin(self, plan: TimeGrid) -> Record:
-        """As `Keep`."""
         return _Final()
 
 
@@ -137,11 +135,9 @@ class StatesAt:
         return found.astype(np.int64)
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """All that one of the members needs."""
         return [int(k) for k in np.unique(self.numbers(plan))]
 
     def begin(self, plan: TimeGrid) -> Record:
-        """As `Keep`."""
         return _At(self.numbers(plan), plan)
 
 
@@ -176,11 +172,9 @@ class Extrema:
             _check_callable(self.quantity)
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """All of them."""
         return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
-        """As `Keep`."""
         return _Extremes(self.quantity)
 
 
@@ -220,11 +214,9 @@ class Histogram:
         object.__setattr__(self, "edges", tuple(edges.tolist()))
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """All of them."""
         return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
-        """As `Keep`."""
         return _Counts(self.quantity, np.array(self.edges), len(plan.step))
 
 
@@ -260,11 +252,9 @@ class OfStates:
     function: Any
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """All of them."""
         return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
-        """As `Keep`."""
         return _Whole(self.function, plan)
 
 

@@ -17,7 +17,7 @@ from galvi.problem import Problem
 from galvi.run.integrate import checked
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
-from galvi.run.run_arrays import check_memory
+from galvi.run.plan import check_memory
 from galvi.trajectory import Trajectory
 
 

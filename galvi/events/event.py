@@ -125,7 +125,6 @@ class Approach:
     other: Any
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
-        """As `Quantity`."""
         i, j = _two_bodies(problem, self.one, self.other)
 
         def distance(q: Any, v: Any, t: Any) -> Any:
@@ -144,7 +143,6 @@ class Distance:
     distance: float
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
-        """As `Quantity`."""
         i, j = _two_bodies(problem, self.one, self.other)
         _, apart, _ = Approach(i, j).of(problem)
         square = self.distance**2
@@ -165,7 +163,6 @@ class Transit:
     observer: tuple[float, ...]
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
-        """As `Quantity`."""
         i, j = _two_bodies(problem, self.one, self.other)
         towards = np.array(self.observer) / np.linalg.norm(self.observer)
         if towards.size != problem.q0.shape[1]:
@@ -198,7 +195,6 @@ class Plane:
     body: Any
 
     def of(self, problem: Problem) -> tuple[Value, None, None]:
-        """As `Quantity`."""
         many = isinstance(problem.system, NBody)
         if many and self.body is None:
             raise ValueError("of point masses a plane is crossed by one; give body.")
@@ -223,7 +219,6 @@ class Angle:
     value: float
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
-        """As `Quantity`."""
         if problem.q0.ndim != 1:
             raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
         size, links = problem.q0.size, getattr(problem.system, "links", ())

@@ -20,12 +20,10 @@ from tqdm import tqdm
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves, cut, merged
 from galvi.curves.curves import RedoneCurves
-from galvi.curves.joined import JoinedCurves, cut, merged
-from galvi.events.block import CHUNK
+from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
-from galvi.events.pieces import piece_of, pieces
 from galvi.events.search import MOST, START, Rows, Search
 from galvi.method import Galerkin
 from galvi.problem import Problem

@@ -15,9 +15,8 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.events.asked import Asked, Function
-from galvi.events.block import CHUNK, Block
+from galvi.events.block import CHUNK, Block, Piece, pieces
 from galvi.events.event import Event, several_events
-from galvi.events.pieces import Piece, pieces
 from galvi.events.roots import roots
 from galvi.input_checks import shown
 from galvi.method import Galerkin
@@ -182,7 +181,6 @@ class Search:
         return Rows(np.zeros(0), whole, whole, q, v, np.zeros(0))
 
     def found(self) -> Found:
-        """All of them."""
         self.rows = [joined(self.rows or [self.none()])]
         t, step, index, q, v, value = self.rows[0]
         names = tuple(self.events[k].name for k in index.tolist())

@@ -10,8 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.fast.lanes.called import called_numbers
-from galvi.fast.lanes.countdown import HISTORY
-from galvi.fast.lanes.group_law import compiled_advance_group_law
+from galvi.fast.lanes.group_law import HISTORY, compiled_advance_group_law
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.fast.lanes.law_pass import rows_of_work
@@ -26,17 +25,16 @@ from galvi.fast.nystrom_stepper import (
     words_of,
 )
 from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.coupling import coupled_layout
-from galvi.run.group_steppers import stepper_after_failure
-from galvi.run.plan import Call, Run
-from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.group_engine import stepper_after_failure
+from galvi.run.group_system import coupled_layout
+from galvi.run.plan import CALLED, FORCES_IN_LANES, Call, Run, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.nbody import NBody
@@ -111,8 +109,7 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
 
 def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
     """The degree of each component, where the space has several; else None."""
-    degrees: tuple[int, ...] | None = getattr(method.space, "degrees", None)
-    return degrees
+    return getattr(method.space, "degrees", None)
 
 
 @lru_cache(maxsize=32)
@@ -147,8 +144,7 @@ def outside(table: Tableau, coefficients: int) -> Array:
     """C (s, s) of galvi.fast.lanes.law for the space's first functions."""
     root = np.sqrt(table.b)
     slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
-    result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
-    return result
+    return np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
 
 
 def law_stepper(run: Run, work: RunArrays) -> Call:
@@ -201,7 +197,7 @@ def _compiled_on_group(
 ) -> tuple[int, LaneLaw, Any]:  # fmt: skip
     """The address of the system's law in a chart, the law, and the function, which must be kept.
 
-    layout  of galvi.run.coupling
+    layout  of galvi.run.group_system
     lanes  of a vector
     one    for one vector of stages, or for several
     """
@@ -244,8 +240,7 @@ def orthonormal_complement(table: Tableau) -> Array:
     """The functions Y (s - m, s) of galvi.fast.lanes.group_law at the stages."""
     root = np.sqrt(table.b)
     whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
-    result: Array = whole[:, table.slope.shape[1] :].T / root
-    return result
+    return whole[:, table.slope.shape[1] :].T / root
 
 
 def group_law_stepper(run: Run, work: RunArrays) -> Call:

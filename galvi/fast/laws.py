@@ -19,7 +19,7 @@ from galvi.fast.symbolic.traced_lagrangian import (
     traced_gradient,
     traced_lagrangian,
 )
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.trees import tree
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn

@@ -19,9 +19,8 @@ from galvi.fast.symbolic.lane_law import compiled_law, fits, unit_mass_law
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.nystrom.advance import STREAK
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES
-from galvi.run.nystrom_steppers import ROUND_OFF, general_stepper, kernel_tableau
-from galvi.run.plan import Call, Run
-from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.nystrom_engine import ROUND_OFF, general_stepper, kernel_tableau
+from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
@@ -223,8 +222,7 @@ def _extrapolated(table: Tableau, kept: Array) -> Array:
     """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
     polynomials: (l, s, P)."""
     terms = table.extrapolation.T @ kept
-    sums: Array = np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
-    return sums
+    return np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
 
 
 @lru_cache(maxsize=32)

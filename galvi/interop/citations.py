@@ -60,7 +60,7 @@ def cite(run: Trajectory) -> Citation:
     else:
         found = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
         keys, text = found, f"{_named(problem.name)} was integrated with {method}"
-    text += f" {_keys(keys)}" if keys else ""
+    text += f" [{', '.join(dict.fromkeys(keys))}]" if keys else ""
     text += f", using galvi {galvi_version()} [galvi]"
     keys = [*keys, "galvi"]
     if "DE421" in str(problem.parameters.get("source", "")) + problem.units:
@@ -72,7 +72,3 @@ def cite(run: Trajectory) -> Citation:
 
 def _named(name: str) -> str:
     return f"The problem '{name}'" if name else "The problem"
-
-
-def _keys(keys: list[str]) -> str:
-    return f"[{', '.join(dict.fromkeys(keys))}]"

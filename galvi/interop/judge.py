@@ -66,8 +66,7 @@ class Judged:
     def own(self) -> Mapping[str, Any]:
         """Of the user's own setting: integrator, error, energy and momentum (their largest relative
         changes), seconds, status; None where a number is not known."""
-        own: Mapping[str, Any] = self.data["own"]
-        return own
+        return self.data["own"]
 
     @property
     def truth_agreement(self) -> float:
@@ -79,8 +78,7 @@ class Judged:
     def recommended(self) -> Mapping[str, Any] | None:
         """The cheapest integrator and setting that reach the error, with error, energy and seconds;
         None where none does."""
-        best: Mapping[str, Any] | None = self.data["recommended"]
-        return best
+        return self.data["recommended"]
 
     @property
     def table(self) -> pandas.DataFrame:

@@ -9,14 +9,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.input_checks import shown
-from galvi.interop.mujoco_forces import (
-    HINGE,
-    SLIDE,
-    Reasons,
-    disabled,
-    unknown_actuators,
-    unknown_tendons,
-)
+from galvi.interop import mujoco_forces
 
 Found = str | None
 
@@ -70,7 +63,7 @@ def _each(which: Any, what: str) -> Found:
 
 
 def _contacts(model: Any) -> Found:
-    if disabled(model, "CONTACT", "CONSTRAINT"):
+    if mujoco_forces.disabled(model, "CONTACT", "CONSTRAINT"):
         return None
     return _counted(_pairs(model), "pair of geoms may meet", "pairs of geoms may meet")
 
@@ -82,7 +75,7 @@ def _pairs(model: Any) -> int:
     roots = model.body_weldid[bodies]
     above = model.body_weldid[model.body_parentid[roots]]
     types, kin = model.geom_contype[some], model.geom_conaffinity[some]
-    filtered = not disabled(model, "FILTERPARENT")
+    filtered = not mujoco_forces.disabled(model, "FILTERPARENT")
     count = int(model.npair)
     for k in range(len(some)):
         rest = slice(k + 1, None)
@@ -99,7 +92,7 @@ def _pairs(model: Any) -> int:
 
 
 def _limits(model: Any) -> Found:
-    if disabled(model, "LIMIT", "CONSTRAINT"):
+    if mujoco_forces.disabled(model, "LIMIT", "CONSTRAINT"):
         return None
     number = np.count_nonzero(model.jnt_limited) + np.count_nonzero(model.tendon_limited)
     return _counted(number, "limited joint" if not model.tendon_limited.any() else "limit")
@@ -109,7 +102,7 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
     """The actuators on a hinge or a slide, with their gear; their armature and damping are its."""
     import mujoco
 
-    if int(model.jnt_type[joint]) not in (HINGE, SLIDE):
+    if int(model.jnt_type[joint]) not in (mujoco_forces.HINGE, mujoco_forces.SLIDE):
         return []
     kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     on_joint = np.isin(model.actuator_trntype, kinds) & (model.actuator_trnid[:, 0] == joint)
@@ -117,7 +110,7 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
     return [(int(k), float(gears[model.actuator_outadr[k]])) for k in np.flatnonzero(on_joint)]
 
 
-def _in_words(reasons: Reasons) -> Found:
+def _in_words(reasons: mujoco_forces.Reasons) -> Found:
     """Reasons with the names of a few objects each; None for none."""
     few = (
         (
@@ -130,7 +123,7 @@ def _in_words(reasons: Reasons) -> Found:
 
 
 def _actuators(model: Any) -> Found:
-    reasons = unknown_actuators(model)
+    reasons = mujoco_forces.unknown_actuators(model)
     own = (model.actuator_armature != 0.0) | (model.actuator_damping != 0.0)
     for joint in range(model.njnt):
         for k, _ in motors(model, joint):
@@ -165,7 +158,7 @@ def tendon_forces(model: Any) -> list[str]:
 
 
 def _tendons(model: Any) -> Found:
-    reasons = unknown_tendons(model)
+    reasons = mujoco_forces.unknown_tendons(model)
     for name in sorted(set(tendon_forces(model)) - {f"tendon_{one}" for one in UNDERSTOOD}):
         if np.any(getattr(model, name) != 0):
             reasons.setdefault("with what galvi does not know", []).append(name)
@@ -173,7 +166,7 @@ def _tendons(model: Any) -> Found:
 
 
 def _equality(model: Any) -> Found:
-    if disabled(model, "EQUALITY", "CONSTRAINT"):
+    if mujoco_forces.disabled(model, "EQUALITY", "CONSTRAINT"):
         return None
     return _counted(np.count_nonzero(model.eq_active0), "equality constraint")
 
@@ -185,7 +178,7 @@ def _fluid(model: Any) -> Found:
 
 
 def _friction(model: Any) -> Found:
-    if disabled(model, "FRICTIONLOSS", "CONSTRAINT"):
+    if mujoco_forces.disabled(model, "FRICTIONLOSS", "CONSTRAINT"):
         return None
     number = np.count_nonzero(model.dof_frictionloss)
     tendons = np.count_nonzero(model.tendon_frictionloss)
@@ -195,24 +188,24 @@ def _friction(model: Any) -> Found:
 
 
 def _gravcomp(model: Any) -> Found:
-    if disabled(model, "GRAVITY"):
+    if mujoco_forces.disabled(model, "GRAVITY"):
         return None
     limited = np.any((model.jnt_actgravcomp != 0) & (model.jnt_actfrclimited != 0))
     return "weights held by joints with limits of force" if limited else None
 
 
 def _springs(model: Any) -> Found:
-    if disabled(model, "SPRING"):
+    if mujoco_forces.disabled(model, "SPRING"):
         return None
-    own = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) & (model.jnt_type < SLIDE)
+    own = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) & (model.jnt_type < mujoco_forces.SLIDE)
     own |= (model.jnt_stiffness != 0.0) & (model.jnt_plasticadr >= 0)
     return _each(own, "of a ball or free joint, or that yields")
 
 
 def _dampers(model: Any) -> Found:
-    if disabled(model, "DAMPER"):
+    if mujoco_forces.disabled(model, "DAMPER"):
         return None
-    turning = model.jnt_type[model.dof_jntid] < SLIDE
+    turning = model.jnt_type[model.dof_jntid] < mujoco_forces.SLIDE
     own = [*(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
            *np.any(model.actuator_dampingpoly != 0.0, axis=-1)]  # fmt: skip
     return _each(own, "of a ball or free joint, or of an actuator")

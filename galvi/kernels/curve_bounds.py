@@ -6,8 +6,7 @@ from functools import cache
 
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit
 
 
 @jit

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
-from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, jit_inline
 
 
 class Plan(NamedTuple):

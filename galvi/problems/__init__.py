@@ -1,10 +1,12 @@
 """Ready problems: each is a function that returns a `galvi.Problem`."""
 
 from galvi.problems.brownout import brownout
-from galvi.problems.oscillators import fermi_pasta_ulam_tsingou, harmonic_oscillator, henon_heiles
 from galvi.problems.pendulums import (
     double_pendulum,
     elastic_pendulum,
+    fermi_pasta_ulam_tsingou,
+    harmonic_oscillator,
+    henon_heiles,
     planar_chain,
     planar_pendulum,
     skew_arm,

@@ -66,7 +66,8 @@ def brownout(
         v0=speed,
         name=f"brownout, {d * 1e6:g} micrometres"
         + ("" if drag_coefficient is not None else ", Schiller-Naumann"),
-        parameters={"diameter": d, **_coefficient(drag_coefficient)},
+        parameters={"diameter": d}
+        | ({} if drag_coefficient is None else {"drag_coefficient": float(drag_coefficient)}),
         units="m, s, kg; z up from the ground, below the rotor's hub",
     )
 
@@ -77,7 +78,3 @@ def _drag(d: float, coefficient: float | None) -> RotorDrag:
         return RotorDrag(3.0 * math.pi * VISCOSITY * d, SchillerNaumann(AIR * d / VISCOSITY))
     known = input_checks.positive("drag_coefficient", coefficient)
     return RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * known)
-
-
-def _coefficient(coefficient: float | None) -> dict[str, float]:
-    return {} if coefficient is None else {"drag_coefficient": float(coefficient)}

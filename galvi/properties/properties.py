@@ -125,11 +125,6 @@ MOST = 65  # largest number of stages for which collocation matrices are compute
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
-def classical_name(table: Tableau) -> str:
-    """The best known name of the method with this tableau, or ''."""
-    return next(iter(classical_names(table)), "")
-
-
 def classical_names(table: Tableau) -> tuple[str, ...]:
     """Names of known methods with this tableau, the best known first.
 
@@ -204,20 +199,17 @@ def _integrals(c: Array) -> Array:
     integrals = np.column_stack(
         [c] + [(values[:, i + 1] - values[:, i - 1]) / (2 * (2 * i + 1)) for i in range(1, stages)]
     )
-    result: Array = integrals @ np.linalg.inv(values[:, :stages])
-    return result
+    return integrals @ np.linalg.inv(values[:, :stages])
 
 
 def _interpolatory(values: Array) -> Array:
     """Interpolatory weights at nodes with these values (s, s) of the Legendre polynomials."""
-    weights: Array = np.linalg.inv(values)[0]
-    return weights
+    return np.linalg.inv(values)[0]
 
 
 def _lobatto_weights(c: Array) -> Array:
     n = c.size - 1
-    weights: Array = 1.0 / (n * (n + 1) * legendre(2.0 * c - 1.0, n)[:, n] ** 2)
-    return weights
+    return 1.0 / (n * (n + 1) * legendre(2.0 * c - 1.0, n)[:, n] ** 2)
 
 
 def _same(left: Array, right: Array) -> bool:

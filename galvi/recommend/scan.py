@@ -165,14 +165,12 @@ def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
 def distances(one: Array, other: Array) -> Array:
     """Largest distance of a body, a vector or a row of a matrix, (saved,), for (saved, ..., d)."""
     apart = np.linalg.norm(one - other, axis=-1).reshape(len(one), -1)
-    largest: Array = np.max(apart, axis=1)
-    return largest
+    return np.max(apart, axis=1)
 
 
 def elapsed(run: Trajectory) -> Array:
     """Times (saved,) since the start; with a clock, in its units."""
-    found: Array = np.abs(run.t - run.t[0]) if run.tau is None else run.tau
-    return found
+    return np.abs(run.t - run.t[0]) if run.tau is None else run.tau
 
 
 def at_times_of(run: Trajectory, better: Trajectory) -> Array:
@@ -180,8 +178,7 @@ def at_times_of(run: Trajectory, better: Trajectory) -> Array:
     if run.tau is None:
         return better.q
     late = (run.t - better.t).reshape(-1, *(1,) * (better.q.ndim - 1))
-    found: Array = better.q + late * better.v
-    return found
+    return better.q + late * better.v
 
 
 @dataclass

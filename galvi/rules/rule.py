@@ -276,7 +276,8 @@ def _newton_cotes(points: int) -> Rule:
     n = points - 1
     with extended_precision():
         nodes = tuple(Decimal(j) / n for j in range(points))
-        weights = tuple(_ratio(_lagrange_integral(j, n)) for j in range(points))
+        integrals = (_lagrange_integral(j, n) for j in range(points))
+        weights = tuple(Decimal(one.numerator) / Decimal(one.denominator) for one in integrals)
         degree = points if points % 2 else n
         return Rule(f"Newton-Cotes {points}", degree, nodes, weights)
 
@@ -289,10 +290,6 @@ def _lagrange_integral(j: int, n: int) -> Fraction:
             product = np.convolve(product, np.array([Fraction(-i, j - i), Fraction(1, j - i)]))
     total = sum((c * Fraction(n) ** k / (k + 1) for k, c in enumerate(product)), Fraction(0))
     return Fraction(total)
-
-
-def _ratio(number: Fraction) -> Decimal:
-    return Decimal(number.numerator) / Decimal(number.denominator)
 
 
 MOST_PIECES = 10_000  # pieces, which take seconds in extended precision

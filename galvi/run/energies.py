@@ -55,8 +55,7 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(table: Tableau, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    result: Array = stages @ _at_the_end(table)
-    return result
+    return stages @ _at_the_end(table)
 
 
 @lru_cache(maxsize=32)

@@ -36,8 +36,7 @@ from galvi.run.energies import (
     start_energies,
     velocities_at_the_end,
 )
-from galvi.run.plan import Engine, Run
-from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.plan import NEVER, Engine, Run, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
 VELOCITIES = 2  # the row of the state that has them

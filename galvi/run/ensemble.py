@@ -24,8 +24,7 @@ from galvi.problem import Problem
 from galvi.run.integrate import NONE, WITH_EVENTS, checked, checked_in_clock
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
-from galvi.run.plan import Run
-from galvi.run.run_arrays import check_memory
+from galvi.run.plan import Run, check_memory
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 

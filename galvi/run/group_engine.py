@@ -2,31 +2,105 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.charts import CHARTS
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import coordinates, tangent, unwrapped
+from galvi.charts.chart import Exponential, coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import GroupChart, IdentityChart, LocalChart
-from galvi.groups.group import Group
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Group, Rn
+from galvi.kernels.compile.function_pointers import interpreted
+from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS
 from galvi.kernels.nystrom.solve import NOT_FINITE
-from galvi.kernels.on_group.advance import LEFT_CHART, RATES
+from galvi.kernels.on_group.advance import LEFT_CHART, RATES, advance_group, compiled_advance_group
+from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_steppers import solves_by_iteration, stepper, stepper_after_failure
-from galvi.run.group_system import group_system
-from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
-from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.systems.system import GroupSystem, WithLimits
+from galvi.run import plan as runs
+from galvi.run.group_system import coupled_layout, group_system
+from galvi.run.nystrom_engine import kernel_tableau
+from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
 from galvi.systems.traces import Traces, traces
+from galvi.tableau import Tableau
+
+FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
+FAST: list[
+    Callable[[runs.Run, runs.RunArrays], runs.Call | None]
+] = []  # tried first; galvi.fast registers them
+ITERATES: list[Callable[[Problem, Galerkin], bool]] = []  # whether one of them does such runs
+
+
+def general_stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
+    """A `Call` of the general kernel: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
+    system: Any = group_system(problem, method)
+    field, law = _law(system, traces(system))
+    kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
+    layout, chart = coupled_layout(system, problem), method.group_chart
+    unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
+    basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
+    plan, progress, kept = runs.run_plan(run, work, max(run.start.tolerance, FINEST))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            law, layout, chart.number, chart.farthest, basis, plan, todo, progress,
+            work.step_angle, kept,
+        ))  # fmt: skip
+
+    return call
+
+
+@lru_cache(maxsize=32)
+def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
+
+    found  the system's traces, on which it depends
+    """
+    field = system.lagrangian_kernel()
+    return field, tuple(Law(
+        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
+        field.force_kind, field.force_constants,
+    ))  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
+    tableau, first = kernel_tableau(table), np.concatenate([[0], np.cumsum(degrees)])
+    return tuple(Basis(
+        table.psi, table.slope, table.end, table.b, table.c, first.astype(np.int64),
+        table.projection, tableau.analysis, tableau.extrapolation, tableau.growth,
+    ))  # fmt: skip
+
+
+def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
+    """Whether fixed-point iteration is available: the general kernel has none."""
+    return any(applies(problem, method) for applies in ITERATES)
+
+
+stepper = runs.first_of(FAST, general_stepper)
+
+
+def stepper_after_failure(run: runs.Run, work: runs.RunArrays) -> runs.Call:
+    """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
+    call = general_stepper(run, work)
+    if run.start.solver == "newton" or not solves_by_iteration(run.problem, run.method):
+        return call
+
+    def counted(todo: int) -> int:
+        before = work.done
+        code = call(todo)
+        work.counts[runs.LEFT_OVER] += work.done - before
+        return code
+
+    return counted
+
 
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
@@ -38,13 +112,13 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
     return cast(GroupSystem, group_system(problem, method))
 
 
-def _start(problem: Problem, stages: int) -> Start:
+def _start(problem: Problem, stages: int) -> runs.Start:
     """The state, see galvi.kernels.on_group.advance; stages are velocities."""
     return _start_of(problem, stages, traces(problem.system))
 
 
 @lru_cache(maxsize=32)
-def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
+def _start_of(problem: Problem, stages: int, found: Traces) -> runs.Start:
     """As ``_start``, which depends on the system's traces."""
     p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
@@ -55,7 +129,7 @@ def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
         nu = np.empty(p0.size)
         product.in_space(layout, g.copy(), p0.copy(), nu)
         state[1, 2 * p0.size : 3 * p0.size] = nu
-    return fixed(state, *_guess(problem.v0.ravel(), stages))
+    return runs.fixed(state, *_guess(problem.v0.ravel(), stages))
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
@@ -65,7 +139,9 @@ def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
     return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
-def rates_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array | None:
+def rates_from_substeps(
+    substeps: runs.Substeps, run: runs.Run, work: runs.RunArrays
+) -> Array | None:
     """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
 
     None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds the
@@ -81,8 +157,8 @@ def rates_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array 
     for parts in SUBSTEPS:
         begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
         here = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
-        fine = substeps(Run(here, method, step / parts, parts, begin))
-        for row, name in enumerate(COUNTED):
+        fine = substeps(runs.Run(here, method, step / parts, parts, begin))
+        for row, name in enumerate(runs.COUNTED):
             work.counts[row] += fine.counts[name]
         if fine.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
@@ -114,7 +190,7 @@ def _farthest_of(group: Group, path: Array) -> float:
     return farthest
 
 
-def _failure(run: Run, code: int, work: RunArrays) -> str:
+def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
     problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
     if isinstance(problem.system, WithLimits):
         q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
@@ -164,7 +240,7 @@ def _chart(problem: Problem, method: Galerkin) -> LocalChart:
     return GroupChart(_system(problem, method).group, method.group_chart)
 
 
-ON_GROUP = Engine(
+ON_GROUP = runs.Engine(
     start=lambda problem, method: _start(problem, method.stages),
     velocity_row=1,
     solves_by_iteration=solves_by_iteration,
@@ -174,6 +250,6 @@ ON_GROUP = Engine(
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
     momenta=lambda problem, momenta: momenta.reshape(-1, *problem.v0.shape),
-    curves=curves_in(_chart),
+    curves=runs.curves_in(_chart),
     failure=_failure,
 )

@@ -1,10 +1,21 @@
-"""Selects the kernel for a problem: that of Lie groups, or that of canonical systems."""
+"""Selects the kernel for a problem: that of Lie groups, or that of canonical systems.
+
+And which factors of a group move independently: those that no mass couples, directly or not.
+Round-off of a fast coordinate is seen in all those that a mass couples to it, and in no others.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, cast
 
-from galvi.groups.matrix_groups import Rn
+import numpy as np
+import numpy.typing as npt
+
+from galvi.arrays import Array
+from galvi.charts.chart import Exponential
+from galvi.groups.group import Rn
+from galvi.kernels.lie.product import COUPLED, DIMENSION, place
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
@@ -12,6 +23,7 @@ from galvi.systems.canonical_on_rn import CanonicalOnRn, checked_degrees
 from galvi.systems.nbody import NBody
 from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.system import GroupSystem
+from galvi.systems.traces import traces
 
 
 def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSystem | None:
@@ -30,3 +42,53 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
     if isinstance(system, NBody) and system.acting.of_velocity:
         return NBodyOnRn(system, problem.q0.shape[1])
     return None
+
+
+STATES, FAR = 3, 0.5  # looked at beside the start, and how far from it
+SOME = 1e-9  # of the masses, which is a coupling
+
+
+def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
+    """The layout of the group of a problem's system with one more column: a number that coupled
+    factors share, 0 for all where the mass is not known."""
+    layout = system.group.layout
+    if len(layout) == 1 or not hasattr(system, "mass"):
+        alone = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
+        alone[:, :COUPLED] = layout
+        return alone
+    return _coupled_layout(problem, traces(system))
+
+
+@lru_cache(maxsize=32)
+def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
+    """As above for a Lagrangian on several factors; ``found`` are its traces."""
+    layout = problem.system.group.layout  # type: ignore[attr-defined]
+    numbers = np.arange(len(layout))
+    owner = np.repeat(numbers, layout[:, DIMENSION])
+    try:
+        masses = _masses(problem, layout)
+    except Exception:  # of a user's function at a state that it does not expect
+        numbers[:] = 0
+        masses = np.zeros((owner.size, owner.size))
+    size = np.sqrt(np.abs(np.diag(masses)))
+    with np.errstate(invalid="ignore"):
+        coupled = ~np.isfinite(masses) | (masses > SOME * np.outer(size, size))
+    for i, j in np.argwhere(coupled):
+        one, other = numbers[owner[i]], numbers[owner[j]]
+        numbers[numbers == max(one, other)] = min(one, other)
+    return np.column_stack([layout, numbers])
+
+
+def _masses(problem: Problem, layout: Any) -> Array:
+    """The largest |d2L/dv2| at the start and some other states; infinite where it is not known."""
+    system: Any = problem.system
+    generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
+    chart, largest = Exponential().number, np.zeros((v.size, v.size))
+    for k in range(STATES + 1):
+        near, speed = q.ravel().copy(), v
+        if k:
+            place(layout, chart, q.ravel().copy(), generator.uniform(-FAR, FAR, v.size), near)
+            speed = v + generator.uniform(-FAR, FAR, v.size) * max(1.0, float(np.max(np.abs(v))))
+        mass = np.abs(system.mass(near.reshape(q.shape), speed, problem.t0))
+        largest = np.maximum(largest, np.where(np.isnan(mass), np.inf, mass))
+    return largest

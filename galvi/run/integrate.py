@@ -21,10 +21,8 @@ from galvi.problem import Problem, WithFunctions
 from galvi.run.clocked.run import check_step, run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
-from galvi.run.number_of_steps import number_of_steps, steps_until
-from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
-from galvi.run.plan import Engine, Run
-from galvi.run.run_arrays import check_memory
+from galvi.run.nystrom_engine import ROUND_OFF, SOLVERS
+from galvi.run.plan import Engine, Run, check_memory, number_of_steps, steps_until
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem

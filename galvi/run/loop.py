@@ -23,9 +23,8 @@ from galvi.run.energies import asks_functions
 from galvi.run.energy_check import judge
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
-from galvi.run.plan import Engine, Run, RunCurves
-from galvi.run.point_masses.massless import MasslessError, massless_error
-from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
+from galvi.run.plan import COUNTED, NEVER, Engine, Run, RunArrays, RunCurves
+from galvi.run.point_masses.encounters import MasslessError, massless_error
 from galvi.run.status import ending
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory

@@ -1,21 +1,28 @@
-"""A run as a value, and the interface of the engines that do it: on vector spaces, on Lie groups
-and in moving frames."""
+"""A run as a value, the arrays that it writes to, and the interface of the engines that do it: on
+vector spaces, on Lie groups and in moving frames."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves, LocalChart
-from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.curves import Curves, FrameCurves, LocalChart
+from galvi.kernels.nystrom.advance import DONE
+from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 
@@ -55,6 +62,22 @@ def fixed(*start: Any) -> Start:
 
 
 Substeps = Callable[[Run], Trajectory]  # with smaller steps, which are not retried when they fail
+
+
+def first_of(
+    fast: list[Callable[[Run, RunArrays], Call | None]], general: Callable[[Run, RunArrays], Call]
+) -> Callable[[Run, RunArrays], Call]:
+    """A `Call` of the first kernel that does a run; the general one does all."""
+
+    def stepper(run: Run, work: RunArrays) -> Call:
+        if run.start.solver != "newton":
+            for one in fast:
+                call = one(run, work)
+                if call is not None:
+                    return call
+        return general(run, work)
+
+    return stepper
 
 
 @dataclass(frozen=True)
@@ -115,3 +138,192 @@ def curves_in(local_chart: Callable[[Problem, Galerkin], LocalChart]) -> Any:
         return Curves(method.space, t0, step, shaped, x, local_chart(problem, method))
 
     return curves
+
+
+LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
+
+
+def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
+    """``steps``, or the duration over the step; ValueError unless a whole number."""
+    if (steps is None) == (duration is None):
+        raise ValueError(
+            "give either steps or duration; received " + ("neither." if steps is None else "both.")
+        )
+    if steps is not None:
+        return input_checks.whole("steps", steps)
+    length = input_checks.positive("duration", duration, "For backwards, make the step negative.")
+    ratio = length / abs(step)
+    if ratio > input_checks.LARGEST:
+        input_checks.whole("duration over step", ratio)
+    whole, sign = round(ratio), math.copysign(1.0, step)
+    if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
+        raise ValueError(
+            f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
+            f"{ratio:.6g} steps. Choose step={length / max(1, math.ceil(ratio)) * sign!r}"
+            + (f" or {length / math.floor(ratio) * sign!r}." if ratio >= 1.0 else ".")
+        )
+    return whole
+
+
+def steps_until(until: float, t0: float, step: float, done: int) -> int:
+    """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
+    ratio = (input_checks.real("until", until) - t0) / step
+    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
+    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
+    if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
+        raise ValueError(
+            f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
+            f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."
+        )
+    return whole - done
+
+
+COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
+FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
+CLOSE, APART = 64, 512  # then one in APART
+EACH = 127  # steps of a run up to which each is watched
+ALWAYS_FREE = 2.0**28  # bytes; what needs no more is not compared with the memory that is free
+NEVER = 62  # watches every 2^62-th step, which is none
+
+
+def check_memory(runs: Sequence[Run]) -> None:
+    """ValueError when runs that differ in their problems would keep more data than the memory that
+    is free."""
+    _, method, _, steps, start = runs[0][:5]
+    d, m = sum(run.problem.q0.size for run in runs), method.space.dimension - 1
+    halves = 2 if method.in_frame else 1  # places alone, or velocities too
+    rows = 3 * (steps / start.save_every + 2)
+    rows += steps * halves * (1 + m) if start.keeps_curves else 0
+    needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
+    if needed > ALWAYS_FREE and needed > (memory := free_memory()):
+        many = f"{len(runs)} runs of " if len(runs) > 1 else ""
+        raise ValueError(
+            f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
+            f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer with save_every, "
+            f"and curves=False."
+        )
+
+
+def free_memory() -> float:
+    """Bytes of memory that a process can still have: all there is, or infinite, where the system
+    does not say."""
+    try:
+        text = Path("/proc/meminfo").read_text(encoding="ascii")
+        return 1024.0 * int(text.partition("MemAvailable:")[2].split()[0])
+    except (OSError, IndexError):  # not Linux
+        if not hasattr(os, "sysconf"):
+            return float("inf")
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+
+
+class RunArrays(NamedTuple):
+    """The current state of a run and the results it keeps.
+
+    A configuration has r entries and a velocity d, which differ only on groups; there are s stages
+    and m curve coefficients.
+
+    state, stages, solver_state  see galvi.checkpoint
+    step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
+    counts                       (8,) as in COUNTED, then evaluations of single pairs of bodies,
+                                 steps that fixed-point iteration left to Newton's method, or a
+                                 moving frame to the inertial one, force evaluations in lanes, and
+                                 whether these call compiled functions
+    saved_steps                  (saved,) numbers of the saved steps
+    saved_q                      (saved, r) configurations, NaN until they are computed
+    saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
+    bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
+    watch                        every 2^watch-th step since the problem's start is watched
+    seen                         (watched + 1, r + d), as saved_q and saved_v, of the watched steps
+                                 and room for the last; for a Lagrangian (watched + 1, r + d + d s),
+                                 with the stages
+    passage                      (5,) see galvi.kernels.forces.passages; (0,) without point masses
+    """
+
+    state: Array
+    stages: Array
+    solver_state: npt.NDArray[np.int64]
+    step_angle: Array
+    counts: npt.NDArray[np.int64]
+    saved_steps: Any
+    saved_q: Array
+    saved_v: Array
+    bases: Array
+    coefficients: Array
+    watch: int
+    seen: Array
+    passage: Array
+
+    @classmethod
+    def of(cls, run: Run, row: int, curve_size: tuple[int, int], watched: bool = True) -> RunArrays:
+        """Arrays for the steps of a run; ``row`` of its first state is the first saved_v.
+
+        curve_size  numbers of a curve's base, and rows of its coefficients
+        watched     whether states are kept to judge the energy
+        """
+        problem, method, steps, start = run.problem, run.method, run.steps, run.start
+        r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
+        saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
+        saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
+        saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
+        solver_state = start.solver_state.copy()
+        solver_state[DONE] = 0
+        rows = steps if start.keeps_curves else 0
+        watch = watched_steps(steps) if watched else NEVER
+        seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
+        stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
+        passage = np.zeros(0)
+        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+            passage = start.passage.copy() if start.passage.size else np.zeros(5)
+        return cls(
+            start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
+            np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
+            watch, np.full((seen, r + d + stages), np.nan), passage,
+        )  # fmt: skip
+
+    @property
+    def done(self) -> int:
+        """Steps done so far."""
+        return int(self.solver_state[DONE])
+
+    @property
+    def in_lanes(self) -> bool:
+        """Whether vector instructions did steps, or began them."""
+        return bool(self.counts[FORCES_IN_LANES])
+
+    def record(self, run: Run, q: Array, v: Array) -> None:
+        """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
+        start = run.start
+        self.solver_state[DONE] += 1
+        row, rest = divmod(self.done, start.save_every)
+        if self.done == run.steps:
+            row, rest = len(self.saved_q) - 1, 0
+        if rest == 0:
+            self.saved_q[row], self.saved_v[row] = q, v
+        number = start.first + self.done
+        row = (number >> self.watch) - (start.first >> self.watch) - 1
+        if number % (1 << self.watch) == 0 and row < len(self.seen):
+            self.seen[row, : q.size + v.size] = np.concatenate([q, v])
+
+
+def run_plan(
+    run: Run, work: RunArrays, tolerance: float
+) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The steps of a run, its current state and its kept results, as the kernels take them."""
+    start = run.start
+    plan = Plan(
+        float(run.problem.t0), run.step, tolerance, start.first, run.steps, start.save_every,
+        work.watch,
+    )  # fmt: skip
+    progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
+    kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
+    return tuple(plan), tuple(progress), tuple(kept)
+
+
+def watched_steps(steps: int) -> int:
+    """k so that a run of ``steps`` steps is watched at every 2^k-th."""
+    if steps <= EACH:
+        return 0
+    wanted = min(max(steps // APART, min(steps // CLOSE, MANY), FEWEST), MOST)
+    return max(steps // wanted, 1).bit_length() - 1

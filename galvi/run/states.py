@@ -20,8 +20,7 @@ from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
-from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.nystrom_steppers import reaching
+from galvi.run.nystrom_engine import NYSTROM, reaching
 from galvi.run.plan import Run
 from galvi.systems.velocities import momentum_at, velocity_at
 from galvi.trajectory import Trajectory

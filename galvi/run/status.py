@@ -12,15 +12,8 @@ from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement
-from galvi.run.plan import Engine, Run
-from galvi.run.point_masses.encounters import (
-    adapted,
-    adapting_steps,
-    body_names,
-    unresolved_passage,
-)
-from galvi.run.point_masses.massless import COARSE, MasslessError
-from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
+from galvi.run.plan import CALLED, LEFT_OVER, Engine, Run, RunArrays
+from galvi.run.point_masses import encounters
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -42,7 +35,7 @@ class Ending(NamedTuple):
 
 def ending(
     engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
-    light: Callable[[], MasslessError | None],
+    light: Callable[[], encounters.MasslessError | None],
 ) -> Ending:  # fmt: skip
     """The end of a run whose last kernel call returned ``code``.
 
@@ -71,11 +64,11 @@ def ending(
 
 def _completed(
     engine: Engine, run: Run, work: RunArrays, found: Judgement, ruined: int | None,
-    light: Callable[[], MasslessError | None],
+    light: Callable[[], encounters.MasslessError | None],
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     problem, step, steps = run.problem, run.step, run.total or run.steps
-    passage = unresolved_passage(problem, step, work.passage)
+    passage = encounters.unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
     if found.unknown:
         undefined = "the energy is not a number"
@@ -95,8 +88,8 @@ def _completed(
             said.append(f"Compiled functions were called one state at a time: {why}.")
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
-    if adapting_steps(problem, step, work.passage):
-        remedy = adapted(problem.system)
+    if encounters.adapting_steps(problem, step, work.passage):
+        remedy = encounters.adapted(problem.system)
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
     if found.unjudged:
@@ -116,11 +109,11 @@ def _off(found: Judgement) -> str:
     return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"
 
 
-def _off_without_mass(problem: Problem, found: MasslessError | None) -> list[str]:
+def _off_without_mass(problem: Problem, found: encounters.MasslessError | None) -> list[str]:
     """That steps change the energy of a body without mass, or nothing."""
-    if found is None or not found.share > COARSE:
+    if found is None or not found.share > encounters.COARSE:
         return []
-    body = body_names(problem, len(problem.q0))[found.body]
+    body = encounters.body_names(problem, len(problem.q0))[found.body]
     return [
         f"a step changes the energy of the massless body {body} by about {found.share:.1g} of "
         f"v^2 / 2 + G M / r (an estimate, from {found.states} of the steps)"

@@ -89,8 +89,7 @@ class Polynomials:
         hit = (gap == 0.0).astype(np.float64)
         on_node = hit.any(axis=1, keepdims=True)
         terms = np.where(on_node, hit, weights / np.where(on_node, 1.0, gap))
-        values: Array = terms / np.sum(terms, axis=1, keepdims=True)
-        return values
+        return terms / np.sum(terms, axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)

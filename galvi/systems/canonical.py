@@ -11,7 +11,6 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
 from galvi.systems.derivative_check import Curve, check_derivatives, direction, lengths
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
@@ -19,7 +18,7 @@ from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import compiles, returned_array
+from galvi.systems.user_functions import check_given, compiles, returned_array, values_at
 
 Function = Callable[..., Any]
 
@@ -55,12 +54,8 @@ class Canonical:
 
     def __post_init__(self) -> None:
         check_force(self)
-        input_checks.flag("check", self.check)
+        check_given(self, ("potential", "gradient", "hessian"), "q", needed="potential")
         object.__setattr__(self, "mass", _positive_mass(self.mass))
-        for name in ("potential", "gradient", "hessian"):
-            function = getattr(self, name)
-            if not callable(function) and (name == "potential" or function is not None):
-                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
         if self.explicit_time and self.builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
@@ -68,7 +63,6 @@ class Canonical:
             )
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
@@ -149,7 +143,6 @@ class Canonical:
 
     @property
     def untraced(self) -> str:
-        """As `Lagrangian.untraced`."""
         return reasons(self)
 
     def momentum(self, v: Array) -> Array:
@@ -166,14 +159,7 @@ class Canonical:
         """V at each of the configurations q (..., d) and times t (...)."""
         if self.builtin is not None:
             return self.builtin(q)
-        leading = q.shape[:-1]
-        times = np.broadcast_to(t, leading).ravel()
-        rows = q.reshape(-1, q.shape[-1])
-        values = [
-            self.potential(*self._arguments(x, s)) if np.all(np.isfinite(x)) else np.nan
-            for x, s in zip(rows, times, strict=True)
-        ]
-        return np.array(values, dtype=np.float64).reshape(leading)
+        return values_at(lambda x, s: self.potential(*self._arguments(x, s)), q, t, 1)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """dV/dq at one configuration, (d,)."""

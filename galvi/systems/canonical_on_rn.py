@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import with_force
@@ -27,11 +27,9 @@ class CanonicalOnRn:
     group: Rn
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """The shape of a configuration: velocities and momenta are like q."""
         return self.canonical.velocity_shape(shape)
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """Raise ValueError as `Canonical.check_state`."""
         self.canonical.check_state(q, v, t)
 
     def momentum(self, v: Array) -> Array:
@@ -44,7 +42,6 @@ class CanonicalOnRn:
 
     @property
     def potential_calls_per_force(self) -> int:
-        """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
 
     def lagrangian_kernel(self) -> LagrangianKernel:

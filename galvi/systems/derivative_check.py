@@ -199,15 +199,13 @@ def lengths(q: Array) -> Array:
     """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
     size = np.abs(q)
     largest = float(np.max(size)) or 1.0
-    result: Array = np.where(size > TINY * largest, size, largest)
-    return result
+    return np.where(size > TINY * largest, size, largest)
 
 
 def direction(count: int, number: int = 0) -> Array:
     """A fixed generic direction, (count,): sizes from 0.5 to 1.5 and both signs; one per number."""
     k = np.arange(1.0, count + 1.0) + 17.0 * number
-    result: Array = (0.5 + (k * GOLDEN) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
-    return result
+    return (0.5 + (k * GOLDEN) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
 
 
 def words(numbers: Array | Sequence[float]) -> str:

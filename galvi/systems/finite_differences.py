@@ -103,8 +103,7 @@ def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:
         found = np.array([_slopes(gradient, q, step * size, *time) for step in STEPS])
         gaps = np.max(np.abs(np.diff(found, axis=0)), axis=(1, 2))
         gaps = np.where(np.isfinite(gaps), gaps, np.inf)
-        finer: Array = found[1 + int(np.argmin(gaps))]
-        return finer
+        return found[1 + int(np.argmin(gaps))]
 
     return hessian
 
@@ -228,8 +227,7 @@ def hat(w: Array) -> Array:
 def rotated(w: Array) -> Array:
     """Cayley's map (I - hat(w) / 2)^-1 (I + hat(w) / 2), (3, 3)."""
     W = hat(w)
-    result: Array = np.eye(3) + (W + 0.5 * W @ W) / (1.0 + 0.25 * float(w @ w))
-    return result
+    return np.eye(3) + (W + 0.5 * W @ W) / (1.0 + 0.25 * float(w @ w))
 
 
 def _same(function: Callable[..., Any]) -> Callable[..., Any]:

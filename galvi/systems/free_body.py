@@ -4,28 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.groups.matrix_groups import SE3
-from galvi.input_checks import shown
+from galvi.groups.group import SE3
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.rigid_body import inverse, possible_inertia
+from galvi.systems.rigid_body import Body, inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.traces import reasons, share
-from galvi.systems.user_functions import returned_array
+from galvi.systems.user_functions import check_given, returned_array
 
 Function = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
-class FreeBody:
+class FreeBody(Body):
     """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x - V for the rigid motion q = [[R, x], [0, 1]].
 
     mass           positive
@@ -46,6 +44,9 @@ class FreeBody:
     a mass or an inertia that no body can have, TypeError for something that cannot be called.
     """
 
+    group: ClassVar[SE3] = SE3()
+    _numbers: ClassVar[tuple[str, ...]] = ("mass", "inertia", "g")
+
     mass: float
     inertia: Any
     g: Any = (0.0, 0.0, 0.0)
@@ -58,57 +59,21 @@ class FreeBody:
 
     def __post_init__(self) -> None:
         check_force(self)
-        input_checks.flag("check", self.check)
+        check_given(self, ("potential", "gradient"), "q")
         object.__setattr__(self, "mass", input_checks.positive("mass", self.mass))
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))
-        for name in ("potential", "gradient"):
-            function = getattr(self, name)
-            if function is not None and not callable(function):
-                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
         if self.potential is None and (self.gradient is not None or self.explicit_time):
             raise ValueError(
                 "a gradient and explicit_time are those of a potential; received none. Give one."
             )
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        make = partial(
-            FreeBody, explicit_time=self.explicit_time, timed_force=self.timed_force,
-            check=self.check,
-        )  # fmt: skip
-        functions = self.potential, self.gradient, self.force
-        return make, (self.mass, self.inertia, self.g, *functions)
-
-    @property
-    def group(self) -> SE3:
-        """The configuration space, SE(3)."""
-        return SE3()
-
-    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """(6,): angular velocity, then velocity, in the body's frame."""
-        return (6,)
-
-    def check_state(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless q is a rigid motion."""
-        self.group.check("q0", q)
-
-    def check_functions(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should there, finite."""
-        check_force_at(self, q, v, t)
-        if self.potential is None:
-            return
-        given = (q, t) if self.explicit_time else (q,)
-        value = input_checks.returned("potential", self.potential(*given))
-        slope = np.zeros((4, 4))
-        if self.gradient is not None:
-            slope = returned_array(
-                "gradient", self.gradient(*given), (4, 4), "an array of shape (4, 4), dV/dq"
-            )
-        if not (np.isfinite(value) and np.all(np.isfinite(slope))):
-            raise ValueError(
-                f"potential and gradient must be finite at the start; received {value} and "
-                f"{slope.tolist()} at q0. Check them, or start elsewhere."
-            )
+    def potential_gradient(self, q: Array, t: float) -> Array:
+        """The given dV/dq at one motion, (4, 4); 0 without one."""
+        if self.gradient is None:
+            return np.zeros((4, 4))
+        values = self.gradient(*self._arguments(q, t))
+        return returned_array("gradient", values, (4, 4), "an array of shape (4, 4), dV/dq")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless a gradient is that of V, at a state and near it."""
@@ -144,17 +109,6 @@ class FreeBody:
             explicit_time=self.explicit_time, timed_force=self.timed_force, check=self.check,
         )  # fmt: skip
 
-    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
-        if self.has_functions:
-            self.lagrangian.trace(q, v, t, anew)
-            share(self, self.lagrangian)
-
-    @property
-    def untraced(self) -> str:
-        """As `galvi.Lagrangian.untraced`."""
-        return reasons(self)
-
     def momentum(self, v: Array) -> Array:
         """p = (J w, mass v), v of shape (..., 6)."""
         return np.concatenate([v[..., :3] @ self.inertia, self.mass * v[..., 3:]], axis=-1)
@@ -172,14 +126,7 @@ class FreeBody:
         result: Array = -self.mass * (q[..., :3, 3] @ self.g)
         if self.potential is None:
             return result
-        rows, times = q.reshape(-1, 4, 4), np.broadcast_to(t, q.shape[:-2]).ravel()
-        values = [
-            self.potential(*((x.copy(), float(s)) if self.explicit_time else (x.copy(),)))
-            if np.all(np.isfinite(x))
-            else np.nan
-            for x, s in zip(rows, times, strict=True)
-        ]
-        return result + np.array(values, dtype=np.float64).reshape(q.shape[:-2])
+        return result + self._potentials(q, t)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; without a potential the constants are J by rows, mass,
@@ -194,5 +141,4 @@ class FreeBody:
 
     @property
     def potential_calls_per_force(self) -> int:
-        """As `galvi.Lagrangian.potential_calls_per_force`."""
         return 0 if self.potential is None else self.lagrangian.potential_calls_per_force

@@ -11,10 +11,8 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential
-from galvi.charts.maps import place
-from galvi.groups.group import Group, is_group
-from galvi.groups.matrix_groups import Rn
+from galvi.charts.chart import Exponential, place
+from galvi.groups.group import Group, Rn, is_group
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems import legendre_transform
@@ -23,7 +21,7 @@ from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import compiles, returned_array
+from galvi.systems.user_functions import check_given, compiles, returned_array
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -67,11 +65,7 @@ class Lagrangian:
 
     def __post_init__(self) -> None:
         check_force(self)
-        input_checks.flag("check", self.check)
-        for name in ("function", "slopes"):
-            value = getattr(self, name)
-            if not callable(value) and (name == "function" or value is not None):
-                raise TypeError(f"{name} must be a function of (q, v); received {shown(value)}.")
+        check_given(self, ("function", "slopes"), "(q, v)", needed="function")
         if not is_group(self.group):
             raise TypeError(
                 f"group must be a group such as galvi.SO3(); received {shown(self.group)}."

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.maps import place
+from galvi.charts.chart import place
 from galvi.groups.group import Group
 from galvi.input_checks import shown
 from galvi.systems.forces.external_force import check_force, force_at

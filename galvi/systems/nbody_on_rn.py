@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.forces import celestial, celestial_velocity, lagrangian_derivatives
 from galvi.systems.nbody import NBody
 from galvi.systems.system import LagrangianKernel

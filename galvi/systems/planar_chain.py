@@ -67,7 +67,6 @@ class PlanarChain:
         return out.ravel()
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """As `BuiltinLagrangian.at_states`."""
         found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape)
         compiled_planar_chain_states()(q, v, self.numbers, *found)
         return found

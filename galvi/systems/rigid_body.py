@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.matrix_groups import SO3
-from galvi.input_checks import shown
+from galvi.groups.group import SE3, SO3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient, hat, rotated
@@ -21,15 +20,79 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import reasons, share
-from galvi.systems.user_functions import compiles, returned_array
+from galvi.systems.user_functions import check_given, compiles, returned_array, values_at
 
 Function = Callable[..., Any]
 SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
 FLAT = 1e-12  # by how much a thin body's largest moment may exceed the sum of the others
 
 
+class Body:
+    """What bodies share: a potential, perhaps with its gradient, and a force, in functions that
+    are those of a `Lagrangian` where they are traced or called."""
+
+    group: ClassVar[SO3 | SE3]
+    potential: Any
+    gradient: Any
+    force: Any
+    explicit_time: Any
+    timed_force: Any
+    check: Any
+    lagrangian: Any
+    has_functions: Any  # whether there is a potential that is not built in, or a force
+    potential_gradient: Any  # dV/dq at one configuration, 0 where it is not known
+    _numbers: ClassVar[tuple[str, ...]]  # the fields before the potential
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        made: Any = type(self)
+        make = partial(
+            made, explicit_time=self.explicit_time, timed_force=self.timed_force,
+            check=self.check,
+        )  # fmt: skip
+        names = (*self._numbers, "potential", "gradient", "force")
+        return make, tuple(getattr(self, name) for name in names)
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """(d,): angular velocity, then velocity, in the body's frame."""
+        return (self.group.dimension,)
+
+    def check_state(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless q is an element of the group."""
+        self.group.check("q0", q)
+
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should there, finite."""
+        check_force_at(self, q, v, t)
+        if self.potential is None:
+            return
+        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        slope = self.potential_gradient(q, t)
+        if not (np.isfinite(value) and np.all(np.isfinite(slope))):
+            raise ValueError(
+                f"potential and gradient must be finite at the start; received {value} and "
+                f"{slope.tolist()} at q0. Check them, or start elsewhere."
+            )
+
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
+        if self.has_functions:
+            self.lagrangian.trace(q, v, t, anew)
+            share(self, self.lagrangian)
+
+    @property
+    def untraced(self) -> str:
+        return reasons(self)
+
+    def _potentials(self, q: Array, t: Array) -> Array:
+        return values_at(lambda x, s: self.potential(*self._arguments(x, s)), q, t, 2)
+
+    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
+        q = np.array(q, dtype=np.float64)
+        return (q, float(t)) if self.explicit_time else (q,)
+
+
 @dataclass(frozen=True, eq=False)
-class RigidBody:
+class RigidBody(Body):
     """L = v . J v / 2 - V(R), or V(R, t); R' = R hat(v).
 
     inertia        J about the fixed point or the centre of mass, in the body's frame: three
@@ -49,6 +112,9 @@ class RigidBody:
     inertia that no body can have, TypeError for something that cannot be called.
     """
 
+    group: ClassVar[SO3] = SO3()
+    _numbers: ClassVar[tuple[str, ...]] = ("inertia",)
+
     inertia: Any
     potential: Function | None = None
     gradient: Function | None = None
@@ -59,51 +125,14 @@ class RigidBody:
 
     def __post_init__(self) -> None:
         check_force(self)
-        input_checks.flag("check", self.check)
+        check_given(self, ("potential", "gradient"), "R")
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
-        for name in ("potential", "gradient"):
-            function = getattr(self, name)
-            if function is not None and not callable(function):
-                raise TypeError(f"{name} must be a function of R; received {shown(function)}.")
         if self.gradient is not None and self.potential is None:
             raise ValueError("a gradient needs its potential; received none. Give both.")
         if self.explicit_time and isinstance(self.potential, UniformGravity):
             raise ValueError(
                 f"explicit_time means functions of (R, t); {self.potential!r} takes R alone. "
                 f"Leave explicit_time out, or give a potential(R, t)."
-            )
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        make = partial(
-            RigidBody, explicit_time=self.explicit_time, timed_force=self.timed_force,
-            check=self.check,
-        )  # fmt: skip
-        return make, (self.inertia, self.potential, self.gradient, self.force)
-
-    @property
-    def group(self) -> SO3:
-        """The configuration space, SO(3)."""
-        return SO3()
-
-    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """(3,): angular velocity in the body's frame."""
-        return (3,)
-
-    def check_state(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless q is a rotation matrix."""
-        self.group.check("q0", q)
-
-    def check_functions(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should there, finite."""
-        check_force_at(self, q, v, t)
-        if self.potential is None:
-            return
-        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
-        slope = self.potential_gradient(q, t)
-        if not (np.isfinite(value) and np.all(np.isfinite(slope))):
-            raise ValueError(
-                f"potential and gradient must be finite at the start; received {value} and "
-                f"{slope.tolist()} at q0. Check them, or start elsewhere."
             )
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
@@ -146,16 +175,9 @@ class RigidBody:
             explicit_time=self.explicit_time, timed_force=self.timed_force,
         )  # fmt: skip
 
-    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
-        if self.force is not None or not self.known_potential:
-            self.lagrangian.trace(q, v, t, anew)
-            share(self, self.lagrangian)
-
     @property
-    def untraced(self) -> str:
-        """As `galvi.Lagrangian.untraced`."""
-        return reasons(self)
+    def has_functions(self) -> bool:
+        return self.force is not None or not self.known_potential
 
     @property
     def known_potential(self) -> bool:
@@ -176,22 +198,15 @@ class RigidBody:
 
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
-        result: Array = 0.5 * np.sum(v * self.momentum(v), axis=-1)
-        return result
+        return 0.5 * np.sum(v * self.momentum(v), axis=-1)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the rotations q (..., 3, 3) and times t (...)."""
-        leading = q.shape[:-2]
         if self.potential is None:
             return np.abs(0.0 * q[..., 0, 0])
         if isinstance(self.potential, UniformGravity):
             return np.asarray(self.potential(q))
-        times = np.broadcast_to(t, leading).ravel()
-        values = [
-            self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan
-            for R, s in zip(q.reshape(-1, 3, 3), times, strict=True)
-        ]
-        return np.array(values, dtype=np.float64).reshape(leading)
+        return self._potentials(q, t)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """dV/dR at one rotation, (3, 3)."""
@@ -250,10 +265,6 @@ class RigidBody:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
         known = self.gradient is not None or self.known_potential
         return 0 if known or self.lagrangian.builtin is not None else CALLS
-
-    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
-        q = np.array(q, dtype=np.float64)
-        return (q, float(t)) if self.explicit_time else (q,)
 
 
 def inverse(inertia: Array) -> Array:

@@ -48,8 +48,7 @@ TRACERS: list[Callable[[Any, Array, Array, float], Finders]] = []
 
 def traces(system: Any) -> Traces:
     """The traces of a system; none where they were not sought."""
-    found: Traces = vars(system).get(KEPT, NONE)
-    return found
+    return vars(system).get(KEPT, NONE)
 
 
 def reasons(system: Any) -> str:

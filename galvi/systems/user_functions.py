@@ -9,6 +9,7 @@ import numpy as np
 from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
+from galvi.input_checks import flag, shown
 
 
 def compiles(function: Callable[..., Any], signature: Any) -> bool:
@@ -40,6 +41,31 @@ def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str
             f"{result.dtype}."
         )
     return np.ascontiguousarray(result, dtype=np.float64)
+
+
+def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") -> None:
+    """TypeError unless the functions of these names are functions or, but the one that is needed,
+    None, and ``check`` is True or False.
+
+    of  their argument, for the message
+    """
+    flag("check", system.check)
+    for name in names:
+        function = getattr(system, name)
+        if not callable(function) and (name == needed or function is not None):
+            raise TypeError(f"{name} must be a function of {of}; received {shown(function)}.")
+
+
+def values_at(function: Callable[[Array, float], float], q: Array, t: Any, axes: int) -> Array:
+    """A function of one configuration, of so many axes, and its time, at each of q (..., *shape)
+    and t (...); NaN where q is not finite."""
+    lead = q.shape[: q.ndim - axes]
+    rows, times = q.reshape(-1, *q.shape[q.ndim - axes :]), np.broadcast_to(t, lead).ravel()
+    values = [
+        function(x, s) if np.all(np.isfinite(x)) else np.nan
+        for x, s in zip(rows, times, strict=True)
+    ]
+    return np.array(values, dtype=np.float64).reshape(lead)
 
 
 def sympy_module() -> Any:

@@ -30,5 +30,4 @@ def kinetic_energy(system: System, p: Array) -> Array:
     That of a massless body, whose p is 0, is 0.
     """
     twice = np.where(p == 0.0, 0.0, p * system.velocity(p))
-    result: Array = 0.5 * twice.sum(axis=tuple(range(1, p.ndim)))
-    return result
+    return 0.5 * twice.sum(axis=tuple(range(1, p.ndim)))

@@ -60,7 +60,7 @@ def mine(points):
 PROBLEM = """
 from dataclasses import replace
 
-from galvi.problems.oscillators import harmonic_oscillator
+from galvi.problems.pendulums import harmonic_oscillator
 
 
 def mine():

@@ -78,7 +78,7 @@ def test_the_quickest_tests_are_asked_first_and_no_more_than_two_minutes_of_them
 
 def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_named(tmp_path):
     callers = dict(Reach(ROOT, tmp_path)._callers("galvi/kernels/lie/rotations.py"))
-    assert "galvi/run/group_steppers.py" in callers
+    assert "galvi/run/group_engine.py" in callers
     assert "galvi/spaces/fourier.py" not in callers
     compiled = dict(Reach(ROOT, tmp_path)._callers("references/textbook/grain_flights.py"))
     cloud = "benchmarks/claims/vector_spaces/v25_brownout_cloud.py"

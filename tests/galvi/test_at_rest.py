@@ -14,7 +14,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.run import coupling
+from galvi.run import group_system
 
 TINY = (0.0, 1e-300, 1e-16, 1e-9)
 CHARTS = (galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues())
@@ -111,8 +111,8 @@ def test_what_no_mass_couples_is_solved_as_if_alone(size: float, solver: str) ->
 
 def test_the_floor_is_what_makes_them_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: all factors are taken for coupled."""
-    monkeypatch.setattr(coupling, "SOME", -1.0)
-    coupling._coupled_layout.cache_clear()
+    monkeypatch.setattr(group_system, "SOME", -1.0)
+    group_system._coupled_layout.cache_clear()
     with pytest.raises(AssertionError):
         test_what_no_mass_couples_is_solved_as_if_alone(1e12, "newton")
-    coupling._coupled_layout.cache_clear()
+    group_system._coupled_layout.cache_clear()

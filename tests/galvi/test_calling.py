@@ -8,8 +8,8 @@ from numba import njit, types
 from numba.core.errors import TypingError
 from numba.core.runtime import _nrt_python, rtsys
 
-from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
 from galvi.kernels.compile.function_pointers import addresses, call_matrix, call_vector, call_void
+from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR
 
 NOTHING = types.void(VECTOR, REAL)
 

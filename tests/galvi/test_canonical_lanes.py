@@ -21,8 +21,7 @@ from galvi.fast.lanes import laws as potentials
 from galvi.fast.laws import slopes_of
 from galvi.fast.symbolic.lane_law import WIDEST, WIDEST_COUPLED
 from galvi.run import engine_choice
-from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.nystrom_steppers import general_stepper
+from galvi.run.nystrom_engine import NYSTROM, general_stepper
 from galvi.systems.canonical import Canonical
 from references.forces.force import gradient
 

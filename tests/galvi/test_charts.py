@@ -9,10 +9,10 @@ from scipy.linalg import expm, expm_frechet
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.charts.maps import coordinates, place, tangent, tangent_slope, unwrapped
+from galvi.charts.chart import coordinates, place, tangent, tangent_slope, unwrapped
 from galvi.groups import GROUPS
 from galvi.kernels.lie import product
-from galvi.kernels.lie.chart_functions import angle_of
+from galvi.kernels.lie.dispatch import angle_of
 from galvi.systems.finite_differences import WEIGHTS, rotated
 from tests.galvi.angles import CAYLEY, EXPONENTIAL, RODRIGUES, each_size
 from tests.galvi.group_matrices import as_matrix, element, hat, title, vectors

@@ -19,7 +19,7 @@ from galvi.fast.clock_stepper import energy_of, masses_in_clock, motion_in_lanes
 from galvi.kernels.forces.celestial import pulls
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.plan import Taken
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.nbody import NBody
 
 # Burrau's problem at t = 63, the first body: quadruple precision, another engine.

@@ -15,7 +15,7 @@ import galvi
 from galvi.curves.clock_curves import ClockCurves
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.run import motion_of
-from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.nystrom_engine import ROUND_OFF
 from references.stored.encounters import burrau
 from tests.galvi.clock_problems import (
     BURRAU,

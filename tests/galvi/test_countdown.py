@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from galvi.fast.lanes import countdown
-from galvi.fast.lanes.countdown import begin_countdown, judged
+from galvi.fast.lanes import group_law
+from galvi.fast.lanes.group_law import begin_countdown, judged
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, SOLVED
 
 ROUNDING, TOLERANCE = 2e-16, 2.0**-55
@@ -14,7 +14,7 @@ ROUNDING, TOLERANCE = 2e-16, 2.0**-55
 
 def passes(changes, tolerance=TOLERANCE, judged=judged):
     """The code, and how many changes were judged until it came."""
-    history, count = np.empty(countdown.HISTORY), 0
+    history, count = np.empty(group_law.HISTORY), 0
     begin_countdown(history)
     for change in changes:
         count += 1
@@ -51,9 +51,9 @@ def test_convergence_that_rests_for_some_passes_is_waited_for():
 def test_a_plateau_far_above_rounding_errors_is_no_solution_at_once(monkeypatch):
     plateau = [*(1e-2 * 0.1 ** np.arange(11.0)), *[2e-12] * 40]
     code, count = passes(plateau)
-    assert code == SOLVED and count >= 11 + countdown.PATIENCE
-    monkeypatch.setattr(countdown, "NOISE", 1.0)  # as if any plateau were rounding errors
-    assert passes(plateau, judged=judged.py_func)[1] < 11 + countdown.PATIENCE
+    assert code == SOLVED and count >= 11 + group_law.PATIENCE
+    monkeypatch.setattr(group_law, "NOISE", 1.0)  # as if any plateau were rounding errors
+    assert passes(plateau, judged=judged.py_func)[1] < 11 + group_law.PATIENCE
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from galvi.kernels.nystrom.linear_equations import solve_equations
-from galvi.kernels.on_group.elimination import factor, substitute
+from galvi.kernels.nystrom.step import solve_equations
+from galvi.kernels.on_group.derivative import factor, substitute
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 7, 24])

@@ -13,8 +13,7 @@ from galvi.run import integrate as integrating
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.plan import Run
-from galvi.run.run_arrays import RunArrays
+from galvi.run.plan import Run, RunArrays
 from tests.galvi.lagrangians import opaque
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run import run_arrays
+from galvi.run import plan
 from galvi.run.integrate import checked
-from galvi.run.run_arrays import check_memory
+from galvi.run.plan import check_memory
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
@@ -53,7 +53,7 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
-    monkeypatch.setattr(run_arrays, "free_memory", lambda: float(2**30))
+    monkeypatch.setattr(plan, "free_memory", lambda: float(2**30))
     (_, big), (_, small) = (
         checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER)
     )
@@ -74,13 +74,13 @@ def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     galvi.integrate(problem, EIGHT, 10.0, 4000, curves=curves)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    monkeypatch.setattr(run_arrays, "ALWAYS_FREE", 0.0)
-    monkeypatch.setattr(run_arrays, "free_memory", lambda: 1.1 * peak)
+    monkeypatch.setattr(plan, "ALWAYS_FREE", 0.0)
+    monkeypatch.setattr(plan, "free_memory", lambda: 1.1 * peak)
     check_memory([run])
-    monkeypatch.setattr(run_arrays, "free_memory", lambda: 0.9 * peak)
+    monkeypatch.setattr(plan, "free_memory", lambda: 0.9 * peak)
     with pytest.raises(ValueError, match=r"^4000 steps would .* that are free on this machine"):
         check_memory([run])
-    monkeypatch.setattr(run_arrays, "free_memory", lambda: 2.0**20)
+    monkeypatch.setattr(plan, "free_memory", lambda: 2.0**20)
     with pytest.raises(ValueError, match=r"more than the 0\.000977 GiB that are free"):
         check_memory([run])
 
@@ -88,18 +88,18 @@ def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
 @pytest.mark.skipif(not hasattr(os, "sysconf"), reason="this system does not tell its memory")
 def test_thefree_memory_is_a_part_of_all():
     everything = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    assert 1e-3 * everything < run_arrays.free_memory() <= everything
+    assert 1e-3 * everything < plan.free_memory() <= everything
 
 
 def test_where_the_system_does_not_tell_what_is_free_it_is_all_there_is(monkeypatch):
     def unreadable(*_, **__):
         raise OSError
 
-    monkeypatch.setattr(run_arrays.Path, "read_text", unreadable)
-    monkeypatch.setattr(run_arrays.os, "sysconf", lambda name: 2.0**15, raising=False)
-    assert run_arrays.free_memory() == 2.0**30
-    monkeypatch.delattr(run_arrays.os, "sysconf")
-    assert run_arrays.free_memory() == float("inf")
+    monkeypatch.setattr(plan.Path, "read_text", unreadable)
+    monkeypatch.setattr(plan.os, "sysconf", lambda name: 2.0**15, raising=False)
+    assert plan.free_memory() == 2.0**30
+    monkeypatch.delattr(plan.os, "sysconf")
+    assert plan.free_memory() == float("inf")
 
 
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])

@@ -18,7 +18,7 @@ from galvi.fast.nystrom_stepper import words_of
 from galvi.fast.symbolic.lane_law import compiled_group_law
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
-from galvi.run.coupling import coupled_layout
+from galvi.run.group_system import coupled_layout
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (

@@ -6,7 +6,7 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 import galvi
-from galvi.charts.maps import place
+from galvi.charts.chart import place
 from galvi.systems.finite_differences import WEIGHTS
 from tests.galvi.group_bodies import MOMENTS, R0, SO3, TWIST, bent, bent_slope, run
 from tests.galvi.group_matrices import element, vectors

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.experiments.function_coefficients import series, tables
-from galvi.fast.lanes import function_tables, functions
+from galvi.fast.lanes import functions
 from tests.galvi.lane_functions import compiled
 
 NAN, INFINITY = float("nan"), float("inf")
@@ -143,11 +143,11 @@ def test_the_coefficients_are_those_that_the_experiment_computes() -> None:
     with mp.workdps(DIGITS):
         for name, (function, low, high, degree) in tables().items():
             found = [float(c) for c in series(function, low, high, degree)]
-            assert found == pytest.approx(getattr(function_tables, name), rel=1e-12)
+            assert found == pytest.approx(getattr(functions, name), rel=1e-12)
 
 
 def test_a_wrong_digit_of_a_coefficient_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = (function_tables.SINE[0] * (1.0 + 1e-14), *function_tables.SINE[1:])
+    wrong = (functions.SINE[0] * (1.0 + 1e-14), *functions.SINE[1:])
     monkeypatch.setattr(functions, "SINE", wrong)
 
     def spoiled(x: Any) -> Any:

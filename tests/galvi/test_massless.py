@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run import loop
-from galvi.run.point_masses import massless
+from galvi.run.point_masses import encounters
 from galvi.trajectory import COMPLETED
 from references.rebound.ias15 import IAS15
 from references.scipy.ivp import DOP853, TIGHT
@@ -34,9 +34,9 @@ def method(degree: int, chart: object = None) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **options)
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> list[massless.MasslessError]:
+def watched(monkeypatch: pytest.MonkeyPatch) -> list[encounters.MasslessError]:
     """The estimates of the runs that follow."""
-    seen: list[massless.MasslessError] = []
+    seen: list[encounters.MasslessError] = []
     estimate = loop.massless_error
 
     def noted(*arguments):  # type: ignore[no-untyped-def]
@@ -77,7 +77,7 @@ def test_there_is_no_false_alarm(chart, e, degree, a_turn, monkeypatch) -> None:
     seen = watched(monkeypatch)
     run = galvi.integrate(comet(e), method(degree, chart), PERIOD / a_turn, 20 * a_turn)
     assert run.status == COMPLETED
-    assert len(seen) == 1 and seen[0].share < massless.COARSE
+    assert len(seen) == 1 and seen[0].share < encounters.COARSE
 
 
 @pytest.mark.parametrize("solver", ["auto", "newton"])

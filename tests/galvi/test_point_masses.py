@@ -9,8 +9,7 @@ import galvi
 from galvi.fast.lanes.nbody import near_limit
 from galvi.kernels.forces.passages import NEAR
 from galvi.run import engine_choice
-from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.nystrom_steppers import general_stepper
+from galvi.run.nystrom_engine import NYSTROM, general_stepper
 from galvi.run.point_masses.encounters import encounter
 
 KEPLER = galvi.problems.kepler(0.6)

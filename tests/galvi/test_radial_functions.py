@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from galvi.charts import CHARTS
-from galvi.kernels.lie import chart_functions
+from galvi.kernels.lie import dispatch
 from galvi.kernels.lie.charts import exponential
 from galvi.kernels.lie.groups import so2
 from tests.galvi.angles import CAYLEY, DECADES, EXPONENTIAL, RODRIGUES, each_size
@@ -39,17 +39,17 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
         exact = mp.mpf(u)
         rotation, turn, inverse = exact_radial(chart, exact)
         first, second = (slope_of_radial(chart, exact, times) for times in (1, 2))
-    value, slope, bend = chart_functions.tangent_radial(chart.number, u)
+    value, slope, bend = dispatch.tangent_radial(chart.number, u)
     near = size > 5.0 and chart == EXPONENTIAL
     for mine, expected, close in (
         (
-            chart_functions.rotation_radial(chart.number, u),
+            dispatch.rotation_radial(chart.number, u),
             rotation,
             4e-15,
         ),  # 1.4e-15, 2e-16 below 5
         (value, turn, 1e-15),  # 3e-16
         (
-            chart_functions.inverse_radial(chart.number, u),
+            dispatch.inverse_radial(chart.number, u),
             inverse,
             1e-13 if near else 4e-15,
         ),  # 4e-14, 1e-15 of 1 - u d
@@ -68,17 +68,17 @@ def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
         angle, slope = (function(x) for function in ANGLES[chart])
         half = mp.cos(angle / 2), mp.sin(angle / 2)
         bend = mp.diff(ANGLES[chart][1], x)
-    along, less = chart_functions.half_turn(number, float(size) ** 2)
+    along, less = dispatch.half_turn(number, float(size) ** 2)
     assert along * size == pytest.approx(float(half[1]), rel=1e-15, abs=1e-15)
     assert less == pytest.approx(float(half[0] - 1), rel=1e-14)
     found = float(angle), float(slope), float(bend)
     assert (
-        chart_functions.angle_of(number, size),
+        dispatch.angle_of(number, size),
         *so2.slopes(number, float(size)),
     ) == (pytest.approx(found, rel=1e-14))
     if found[0] < 3.0:
-        assert chart_functions.coordinate_of(number, found[0]) == pytest.approx(size, rel=1e-14)
-        factor = chart_functions.from_quaternion(number, *map(float, half))
+        assert dispatch.coordinate_of(number, found[0]) == pytest.approx(size, rel=1e-14)
+        factor = dispatch.from_quaternion(number, *map(float, half))
         assert factor * float(half[1]) == pytest.approx(size, rel=1e-14)
 
 
@@ -95,7 +95,7 @@ def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
 @pytest.mark.parametrize("share", [0.0, *(s / 2 for s in DECADES), 0.7, 0.86, 0.9999999, 1.0])
 def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share):
-    module = chart_functions.CHARTS[chart.number]
+    module = dispatch.CHARTS[chart.number]
     u = (share * module.REACH_IN_LANES) ** 2
     with mp.workdps(150):
         x = mp.mpf(u) or mp.mpf(10) ** -30

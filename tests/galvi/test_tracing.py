@@ -19,7 +19,7 @@ from galvi.fast.symbolic.trace_check import evaluated
 from galvi.fast.symbolic.traced_lagrangian import traced_force, traced_gradient
 from galvi.fast.symbolic.traced_lagrangian import traced_lagrangian as trace_lagrangian
 from galvi.fast.symbolic.tracing import traced
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.systems.traces import Untraceable
 
 Q, V, T = np.array([0.7, -0.4]), np.array([0.3, 0.9]), 0.6

@@ -109,7 +109,7 @@ FAULTS = (
         "a wrong sign in a problem's force",
         (
             (
-                "problems/oscillators.py",
+                "problems/pendulums.py",
                 "q[1] + q[0] ** 2 - q[1] ** 2])",
                 "q[1] + q[0] ** 2 + q[1] ** 2])",
             ),

@@ -60,9 +60,8 @@ from benchmarks.applications.brownout.grain_pass import (
     rate_at,
 )
 from galvi.fast.lanes.vectors import LANES
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit, jit_inline
 
 FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
 ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to

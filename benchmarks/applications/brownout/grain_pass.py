@@ -34,11 +34,10 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.elementary import exp, inverse
-from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.functions import Reciprocals
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import LANES, Lanes
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.compile.jit import MATRIX, VECTOR, jit_inline
 from galvi.kernels.lie.arithmetic import where
 
 Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows

@@ -5,8 +5,7 @@ from __future__ import annotations
 from benchmarks.claims.kit import *
 from benchmarks.measures.matrix_group import MatrixGroup
 from galvi.charts import CHARTS
-from galvi.charts.chart import Chart
-from galvi.charts.maps import coordinates, place
+from galvi.charts.chart import Chart, coordinates, place
 from galvi.groups import GROUPS
 from galvi.groups.group import Group
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from galvi.charts.chart import Chart
-from galvi.charts.maps import coordinates, place, tangent
+from galvi.charts.chart import Chart, coordinates, place, tangent
 
 CHART, GROUP = galvi.Cayley(), galvi.SO3()
 OF_H = -2.0  # galvi's xi over H's eta

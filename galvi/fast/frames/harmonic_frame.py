@@ -52,17 +52,14 @@ class HarmonicFrame:
 
     @property
     def name(self) -> str:
-        """For titles and tables."""
         return "harmonic frame"
 
     @property
     def reversible(self) -> bool:
-        """See `Frame`."""
         return True
 
     @property
     def conserved(self) -> str:
-        """See `Frame`."""
         return "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
 
     def __post_init__(self) -> None:
@@ -79,7 +76,6 @@ class HarmonicFrame:
         object.__setattr__(self, "stiffness", tuple(map(tuple, K.tolist())))  # hashable
 
     def refusal(self, problem: Problem) -> str:
-        """See `Frame`."""
         system, d = problem.system, problem.q0.size
         if not isinstance(system, Canonical) or system.force is not None:
             return (
@@ -106,15 +102,12 @@ class HarmonicFrame:
         return ""
 
     def leaves(self, problem: Problem, step: float) -> str:
-        """See `Frame`: it covers any."""
         return ""
 
     def rows(self, problem: Problem) -> int:
-        """See `Frame`."""
         return problem.q0.size
 
     def enter(self, problem: Problem, q: Array, v: Array) -> Array:
-        """See `Frame`."""
         system: Any = problem.system
         F, _squares = _modes(self, problem)
         state = np.zeros((8, problem.q0.size))
@@ -123,7 +116,6 @@ class HarmonicFrame:
         return state
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
-        """See `Frame`."""
         F, squares = _modes(self, problem)
         system: Any = problem.system
         d, offsets = problem.q0.size, (c - 0.5) * step
@@ -137,13 +129,11 @@ class HarmonicFrame:
         return Motion(pointers, rates, numbers, 2 * d, 0, _sizes(self, problem, step))
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
-        """See `Frame`."""
         F, squares = _modes(self, problem)
         omega, t = np.sqrt(squares), t[:, None]
         return (np.cos(omega * t) * w[:, 0] + _sine(omega, t) * w[:, 1]) @ F.T
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
-        """See `Frame`."""
         F, squares = _modes(self, problem)
         system: Any = problem.system
         omega = np.sqrt(squares)

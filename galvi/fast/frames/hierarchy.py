@@ -87,8 +87,7 @@ def attraction(strengths: Array, q: Any) -> Array:
     square = np.sum(gap * gap, axis=-1)
     bodies = np.arange(q.shape[1])
     square[:, bodies, bodies] = 1.0
-    pulls: Array = np.einsum("j,kijx->kix", strengths, gap * (square**-1.5)[..., None])
-    return pulls
+    return np.einsum("j,kijx->kix", strengths, gap * (square**-1.5)[..., None])
 
 
 def _dot(a: Any, b: Any) -> Any:
@@ -173,8 +172,7 @@ def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
         inside = leaves(part)
         whole = float(np.sum(masses[inside]))
         weights = masses[inside] / whole if whole > 0.0 else np.full(len(inside), 1 / len(inside))
-        place: Array = weights @ problem.q0[inside]
-        return place
+        return weights @ problem.q0[inside]
 
     parts = [*given]
     for body in left:

@@ -1,20 +1,113 @@
-"""Runs in a moving frame: the third engine, for methods whose chart is a frame."""
+"""Runs in a moving frame: the third engine, for methods whose chart is a frame.
+
+What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
+some steps. Such a step is done in the inertial frame, by Gauss collocation of the whole force, in
+the fewest parts that end at the same place as a quarter as many. It depends on the state at the
+step's start alone.
+"""
 
 from __future__ import annotations
+
+from typing import cast
 
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.frame_curves import FrameCurves
-from galvi.fast.in_frame.fallback import allowed, inertial_curves, inertial_stepper
-from galvi.fast.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
-from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.charts.chart import Cayley
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves, FrameCurves, IdentityChart
+from galvi.fast.frames.frame import Frame, matrix_of
+from galvi.fast.in_frame import stepper as steppers
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.plan import Engine, Run
+from galvi.rules.rule import gauss
+from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
+from galvi.run.nystrom_engine import ROUND_OFF, nystrom_start, stepper
+from galvi.run.plan import FORCES_IN_LANES, LEFT_OVER, Call, Engine, Run, RunArrays
 from galvi.run.point_masses.encounters import encounter
-from galvi.run.run_arrays import RunArrays
+from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
+
+PARTS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
+SAME = 1e-12  # of the largest place or velocity
+PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
+
+
+def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
+    """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
+    checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    return work.stages if steppers.falls_back(checks) else None
+
+
+def inertial_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` that does one step in the inertial frame and returns to the moving one."""
+    problem, step = run.problem, run.step
+    d, shape = problem.q0.size, problem.q0.shape
+
+    def call(todo: int) -> int:
+        number = run.start.first + work.done
+        before = work.state[0, :d].copy(), work.state[2, :d].copy()
+        found = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
+        if found is None:
+            return DIVERGED
+        for k in (ITERATIONS, FORCES):
+            work.counts[k] += found.counts[k]
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
+        work.counts[LEFT_OVER] += 1
+        if len(work.bases):
+            row = work.bases[work.done].reshape(4, -1)
+            row[:] = 0.0
+            row[:2, :d] = before
+            work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
+        q, v = (found.state[k].reshape(shape) for k in (0, 2))
+        work.state[:] = steppers.enter_again(problem, run.method, q, v)
+        work.solver_state[0] = NOTHING
+        work.record(run, q.ravel(), v.ravel())
+        return SOLVED
+
+    return call
+
+
+def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
+    """The curves of such a step, from time 0 at its start."""
+    work = _in_parts(problem, step, t, q, v, curves=True)
+    assert work is not None, "the step was done before"
+    size = step / len(work.bases)
+    shape = problem.q0.shape
+    bases = work.bases.reshape(-1, *shape)
+    return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
+
+
+def _in_parts(
+    problem: Problem, step: float, t: float, q: Array, v: Array, *, curves: bool
+) -> RunArrays | None:
+    """The step in the fewest parts that end as a quarter of them do; None where there are none."""
+    here = Problem(problem.system, q.reshape(problem.q0.shape), v.reshape(problem.q0.shape), t)
+    last: Array | None = None
+    total = np.zeros(0, dtype=np.int64)
+    for parts in PARTS:
+        begin = Checkpoint(
+            0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
+        )
+        run = Run(here, PLAIN, step / parts, parts, begin)
+        work = RunArrays.of(run, 2, (q.size, q.size), watched=False)
+        with np.errstate(all="ignore"):  # what is not finite is a code
+            code = stepper(run, work)(parts)
+        total = work.counts if total.size == 0 else total + work.counts
+        if code != SOLVED:
+            last = None
+            continue
+        end = work.state[[0, 2]] + work.state[[1, 3]]
+        if last is not None:
+            sizes = np.max(np.abs(end), axis=1)
+            if np.all(np.max(np.abs(end - last), axis=1) <= SAME * sizes):
+                return work._replace(counts=total)
+        last = end
+    return None
+
 
 ELSEWHERE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
@@ -24,14 +117,14 @@ ELSEWHERE = (
 
 def refuse(problem: Problem, method: Galerkin) -> None:
     """ValueError where the method's frame does not apply to the problem."""
-    refusal = frame_of(method).refusal(problem)
+    refusal = steppers.frame_of(method).refusal(problem)
     if refusal:
         raise ValueError(refusal)
 
 
 def _failure(run: Run, code: int, work: RunArrays) -> str:
     problem, method, step = run.problem, run.method, run.step
-    frame = frame_of(method)
+    frame = steppers.frame_of(method)
     q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
     outside = ""
     if np.all(np.isfinite([q, v])):
@@ -60,24 +153,24 @@ def _failure(run: Run, code: int, work: RunArrays) -> str:
 def _curves(
     problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
 ) -> FrameCurves:
-    motion = motion_of(problem, method, step)
-    path = Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
+    motion = steppers.motion_of(problem, method, step)
+    path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
     first = round((t0 - problem.t0) / step)
-    bases = bases.reshape(len(bases), -1, frame_start(problem, method)[0].shape[1])
+    bases = bases.reshape(len(bases), -1, steppers.frame_start(problem, method)[0].shape[1])
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
 
 
 def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
-    start = frame_start(problem, method)[0]
-    return 4 * start.shape[1], 2 * frame_of(method).rows(problem)
+    start = steppers.frame_start(problem, method)[0]
+    return 4 * start.shape[1], 2 * steppers.frame_of(method).rows(problem)
 
 
 IN_FRAME = Engine(
-    start=frame_start,
+    start=steppers.frame_start,
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=lambda problem, method: True,
-    stepper=frame_stepper,
+    stepper=steppers.frame_stepper,
     stepper_from_guess=inertial_stepper,
     guess_from_substeps=allowed,
     guess_kind=0,
@@ -95,3 +188,44 @@ def frame_engine(problem: Problem, method: Galerkin) -> Engine:
     """The engine; ValueError where the method's frame does not apply to the problem."""
     refuse(problem, method)
     return IN_FRAME
+
+
+def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
+    """D(q1, v1)/D(q0, v0) of one step whose passes have converged, with its nodes held, (2 d, 2 d).
+
+    With w the state at the step's centre and F_j = omega_j w' at the stages W_j:
+    dW_j = dw + sum_l A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after
+    w = phi_(h/2). Raises ValueError when the step fails, or was done in the inertial frame.
+    """
+    frame, table, d = cast(Frame, method.chart), method.table, problem.q0.size
+    run = uninterrupted(integrate(problem, method, step, 1, curves=True))
+    if not run.success or run.counts.get("inertial_steps"):
+        raise ValueError(f"the step has no derivative in its frame. {run.status}")
+    curves = cast(FrameCurves, run.curves)
+    times, weights = cast(steppers.Path, curves.path).times(0, table.c)
+    weights = weights * (step / (table.b @ weights))
+    stages, after = _states(curves, table.c)
+    slopes = np.stack([
+        weight * frame.derivatives(problem, w, float(t))[1]
+        for weight, w, t in zip(weights, stages, times, strict=True)
+    ])  # fmt: skip
+    s, unit = len(times), np.eye(2 * d)
+    coupled = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
+    lines = np.tile(unit, (s, 1))
+    dW = np.linalg.solve(np.eye(s * 2 * d) - coupled, lines).reshape(s, 2 * d, 2 * d)
+    kick = unit + np.einsum("j,jab,jbc->ac", table.b, slopes, dW)
+    start = frame.enter(problem, problem.q0, problem.v0)[[4, 6]]
+    first, last = (frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after))
+    into = np.kron(np.eye(2), matrix_of(frame, problem))
+    return np.linalg.solve(into, last @ kick @ first @ into)
+
+
+def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:
+    """w at the stages (s, 2, m), and after the step at its centre (2, m)."""
+    base = curves.bases[0, :2]
+    basis = curves.space.basis(np.concatenate([c, [0.0, 1.0]]))[:, 1:]
+    ways = (basis - basis[-2]) @ curves.coefficients[0].T
+    n = ways.shape[1] // 2
+    states = np.tile(base, (len(ways), 1, 1))
+    states[:, :, :n] += ways.reshape(-1, 2, n)
+    return states[:-2], states[-1]

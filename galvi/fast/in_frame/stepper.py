@@ -13,13 +13,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.fast.frames.frame import Frame, Motion, revolution
-from galvi.fast.lanes.frames.collocation import (
-    ALARM,
-    CHANGE,
-    MOST_PASSES,
-    NOISE,
-    compiled_advance_frame,
-)
+from galvi.fast.lanes.frames import collocation
 from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.fast.lanes.vectors import LANES
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
@@ -28,9 +22,8 @@ from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.nystrom_steppers import ROUND_OFF
-from galvi.run.plan import Call, Run, Start, fixed
-from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, Start, fixed, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
@@ -96,8 +89,7 @@ def legendre_integrals(c: Array, count: int) -> Array:
     k = np.arange(1, count)
     first = 0.5 * (P[:, 1:2] + 1.0)
     rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
-    result: Array = np.hstack([first, rest])
-    return result
+    return np.hstack([first, rest])
 
 
 def frame_stepper(run: Run, work: RunArrays) -> Call:
@@ -120,7 +112,7 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
     for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
         nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
-    kernel = compiled_advance_frame()
+    kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
     def advance(todo: int) -> int:
@@ -158,7 +150,7 @@ def checks_of(
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
     given, most = frame_of(method).passes, max(one.passes for one in converged)
-    few = range(2, most + 1) if given is None else (min(given, MOST_PASSES),)
+    few = range(2, most + 1) if given is None else (min(given, collocation.MOST_PASSES),)
     seen = converged
     for passes in few:
         checks = float(passes), np.inf, left, 0.0
@@ -170,7 +162,7 @@ def checks_of(
         if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
     change = max(one.change for one in seen)
-    return float(passes), max(USUAL * change, NOISE), left, 0.0
+    return float(passes), max(USUAL * change, collocation.NOISE), left, 0.0
 
 
 class Probe(NamedTuple):
@@ -207,13 +199,13 @@ def _probed(
             break
         end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
         passes = int(work.counts[ITERATIONS]) - before
-        found.append(Probe(start, passes, float(tables[-2][CHANGE]), end / sizes))
+        found.append(Probe(start, passes, float(tables[-2][collocation.CHANGE]), end / sizes))
     return found
 
 
 def falls_back(checks: tuple[float, ...]) -> bool:
     """Whether the first step converged, so that others that do not are done elsewhere."""
-    return checks[ALARM] >= 0.0
+    return checks[collocation.ALARM] >= 0.0
 
 
 def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array:
@@ -231,7 +223,7 @@ def frame_start(problem: Problem, method: Galerkin) -> Start:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The curves' frame, see `galvi.curves.frame_curves.MovingPath`."""
+    """The curves' frame, see `galvi.curves.curves.MovingPath`."""
 
     problem: Problem
     method: Galerkin
@@ -275,11 +267,8 @@ class Path:
         return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
 
     def flow(self, w: Array, t: Array) -> Array:
-        """See `MovingPath`."""
         return frame_of(self.method).flow(self.problem, w, t)
 
     def curves(self, number: int, base: Array) -> Curves:
-        """See `MovingPath`."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
-        found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
-        return found
+        return self.elsewhere(self.problem, self.step, t, q, v)

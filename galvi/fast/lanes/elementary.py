@@ -40,19 +40,17 @@ def tan(x):
     return sine / cosine
 
 
-def exp(x):
-    """The exponential."""
-    return functions.exponential(x) if isinstance(x, Lane) else np.exp(x)
+def _either(of_lane, plain):
+    """A function of a lane, or of numbers and arrays."""
+    return lambda x: of_lane(x) if isinstance(x, Lane) else plain(x)
 
 
-def log(x):
-    """The natural logarithm."""
-    return functions.logarithm(x) if isinstance(x, Lane) else np.log(x)
-
-
-def sqrt(x):
-    """The square root."""
-    return functions.square_root(x) if isinstance(x, Lane) else np.sqrt(x)
+exp = _either(functions.exponential, np.exp)
+log = _either(functions.logarithm, np.log)
+sqrt = _either(functions.square_root, np.sqrt)
+sinh = _either(functions.hyperbolic_sine, np.sinh)
+cosh = _either(functions.hyperbolic_cosine, np.cosh)
+tanh = _either(functions.hyperbolic_tangent, np.tanh)
 
 
 def over_cube(numerator, square):
@@ -81,24 +79,9 @@ def inverse_quarters(x, n):
 
 
 def _reciprocals(x):
-    """``builder.reciprocals`` of a lane, a `galvi.fast.lanes.reciprocals.Reciprocals`,
+    """``builder.reciprocals`` of a lane, a `galvi.fast.lanes.functions.Reciprocals`,
     where its kernel has them."""
     return getattr(getattr(x, "builder", None), "reciprocals", None)
-
-
-def sinh(x):
-    """The hyperbolic sine."""
-    return functions.hyperbolic_sine(x) if isinstance(x, Lane) else np.sinh(x)
-
-
-def cosh(x):
-    """The hyperbolic cosine."""
-    return functions.hyperbolic_cosine(x) if isinstance(x, Lane) else np.cosh(x)
-
-
-def tanh(x):
-    """The hyperbolic tangent."""
-    return functions.hyperbolic_tangent(x) if isinstance(x, Lane) else np.tanh(x)
 
 
 def power(x, y):

@@ -25,6 +25,10 @@ to those of curves, f from the last xi and eta with these momenta, and from eta 
 and multipliers; p0 is not an unknown. A step for which that does not converge, or whose rotation
 exceeds REACHES, is left to the general kernel.
 
+The iteration is done after the passes that its rate asks for. Changes of about a rounding error say
+nothing of what is still missing, and a pass that is not needed costs as much as any other. So the
+rate is taken from the changes above CLEAR, and the passes that it asks for below are counted down.
+
 law           address of the law's galvi.fast.lanes.group_pass
 given         its argument
 layout, chart           as in galvi.kernels.lie.product
@@ -35,6 +39,9 @@ series        (s, P)    Legendre coefficients from stages, transposed
 growth        (l,)      Legendre polynomials at the next step's end
 fit           (m, s)    h times the coefficients of a curve from its rates at the stages
 c             (P,)      nodes
+history       (HISTORY,) of which the first four are those of galvi.kernels.nystrom.solve.decide;
+              the last known change, times the rate at each pass; that rate; OVER changes, the
+              newest first
 spare         (6, at least HISTORY, P and the width of state)  scratch, and the state before a step
 """
 
@@ -45,41 +52,91 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.fast.lanes.countdown import begin_countdown, judged
+from galvi.fast.lanes import group_rows as blocks
 from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE
-from galvi.fast.lanes.group_rows import (
-    BEFORE,
-    CHANGE,
-    END,
-    ETA,
-    KEPT,
-    PART,
-    PLACE,
-    PULLED,
-    TIMES,
-    VELOCITY,
-    F,
-)
 from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
 from galvi.kernels.lie import product
-from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.arithmetic import generic, in_kernels, larger, square_root, where
+from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    FORCES,
-    GOING,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-)
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
 from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
 from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
+
+HISTORY = 10  # numbers of history
+REST, RATE, CHANGES = 4, 5, 6  # indices there
+OVER = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
+FAR = 1e4  # changes so many times larger than the tolerance are not looked at closely
+SOON = 1e-11  # relative change from which on the remaining passes are counted
+CLEAR = 3e-15  # relative change that is not round-off
+NOISE = 1e-13  # relative change that may be slow convergence, if PATIENCE passes lessen it
+PATIENCE = 12.0
+
+
+@generic
+def begin_countdown(history):
+    """Set history to its initial values."""
+    solve.reset_history(history)
+    history[REST], history[RATE] = np.inf, 0.5
+    for k in range(CHANGES, CHANGES + OVER):
+        history[k] = np.inf
+
+
+@generic
+def rate_of(change, last, second, first):
+    """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
+    guess = where(second < np.inf, larger(change / last, last / second), square_root(change / last))
+    return where(first < np.inf, square_root(square_root(change / first)), guess)
+
+
+def number_is_true(condition):
+    """Whether a comparison of numbers is true."""
+    return condition
+
+
+@in_kernels(number_is_true)
+def is_true(condition):
+    """Whether a comparison of numbers is true; of lanes it is not known."""
+    return not hasattr(condition, "select") and number_is_true(condition)
+
+
+@generic
+def count_down(change, tolerance, history):
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with this largest relative change; also
+    in lanes."""
+    last, second, third, first = history[6], history[7], history[8], history[9]
+    history[6], history[7], history[8], history[9] = change, last, second, third
+    quick = (change > larger(FAR * tolerance, SOON)) & (change < 0.5 * last) & (last < np.inf)
+    if is_true(quick):
+        history[0] = change
+        return solve.GOING
+    rate, kept = history[RATE], (history[1], history[2], history[3], history[REST], history[RATE])
+    code, rest = solve.decide(change, tolerance, history), history[REST] * rate
+    left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
+    solved, least, idle = code < solve.NOT_FINITE, history[2], history[3]
+    # a rate may be small by chance, and some parts lag
+    once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
+    patient = solved & (least > NOISE) & (idle >= solve.IDLE) & (idle < PATIENCE)
+    rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
+    unknown = (change <= CLEAR) | (change >= SOON)
+    if not is_true(unknown):
+        new = rate_of(change, last, second, first)
+        unknown = unknown | (new <= 0.0) | (new >= 1.0)
+        left = where(unknown, left, change * new - tolerance * (1.0 - new))
+        rest, rate = where(unknown, rest, change), where(unknown, rate, new)
+    code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
+    history[REST], history[RATE] = rest, rate
+    for k in range(5):
+        history[k + 1] = where(quick, kept[k], history[k + 1])
+    return where(quick, solve.GOING, code)
+
+
+judged = jit_inline(count_down)
+
 
 GROUP_TABLES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR))
 
@@ -94,25 +151,25 @@ def rows(block, d):
 def relax(law, given, stages, d, numbers, tolerance, counts, history):
     """Passes from the xi and eta in work until convergence; returns a code."""
     begin_countdown(history)
-    for passes in range(FIXED_POINT_PASSES):
+    for passes in range(solve.FIXED_POINT_PASSES):
         change = do(PASS, law, given, numbers, d)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += stages
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
             do(LOW, law, given, numbers, d)
             continue
         code = judged(change, tolerance, history)
-        if code != GOING:
+        if code != solve.GOING:
             return code
-    return DIVERGED
+    return solve.DIVERGED
 
 
 @jit_inline
 def do(part, law, given, numbers, d):
     """Do one part of galvi.fast.lanes.group_pass; returns the change it notes."""
-    numbers[3 * d + PART] = part
+    numbers[3 * d + blocks.PART] = part
     call_void(law, given)
-    return numbers[3 * d + CHANGE]
+    return numbers[3 * d + blocks.CHANGE]
 
 
 @jit_noalloc
@@ -139,14 +196,18 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
     series, growth, fit, c = tables
     state, stages, solver_state, counts, _passage = progress
     (d, s), r, h = stages.shape, kept.q.shape[1], plan.step
-    velocity, before, eta = work[rows(VELOCITY, d)], work[rows(BEFORE, d)], work[rows(ETA, d)]
+    velocity, before, eta = (
+        work[rows(blocks.VELOCITY, d)],
+        work[rows(blocks.BEFORE, d)],
+        work[rows(blocks.ETA, d)],
+    )
     xi, kick, times = (
-        work[END * d : (END + 1) * d, 0],
-        work[PULLED * d : (PULLED + 1) * d, 0],
-        work[TIMES * d],
+        work[blocks.END * d : (blocks.END + 1) * d, 0],
+        work[blocks.PULLED * d : (blocks.PULLED + 1) * d, 0],
+        work[blocks.TIMES * d],
     )
     history, sizes, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
-    numbers[3 * d + PLACE + r] = h
+    numbers[3 * d + blocks.PLACE + r] = h
     do(PREPARE, law, given, numbers, d)
     for i in range(d):
         for k in range(velocity.shape[1]):
@@ -157,24 +218,26 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
         for i in range(d):
             numbers[i] = state[1, i]
         for i in range(r):
-            numbers[3 * d + PLACE + i] = state[0, i]
+            numbers[3 * d + blocks.PLACE + i] = state[0, i]
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
-                solver_state[TERMS] = terms_of(series, growth, velocity, work[rows(F, d)], sizes)
-            numbers[3 * d + KEPT] = solver_state[TERMS]
+                solver_state[TERMS] = terms_of(
+                    series, growth, velocity, work[rows(blocks.F, d)], sizes
+                )
+            numbers[3 * d + blocks.KEPT] = solver_state[TERMS]
             do(AHEAD, law, given, numbers, d)
         copy_into(saved, state)
         do(BEGIN, law, given, numbers, d)
         code = relax(law, given, s, d, numbers, plan.tolerance, counts, history)
-        if code == SOLVED:
+        if code == solve.SOLVED:
             farthest = do(FINISH, law, given, numbers, d)
             reach = REACHES[chart]
             if not (farthest <= reach * reach and product.largest_rotation(layout, xi) <= reach):
-                code = DIVERGED
+                code = solve.DIVERGED
             elif not finish(layout, chart, xi, kick, saved, state):
-                code = NOT_FINITE
+                code = solve.NOT_FINITE
                 copy_into(state, saved)
-        if code != SOLVED:
+        if code != solve.SOLVED:
             copy_rows(stages, before)
             return code
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
@@ -183,7 +246,7 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
             curve_of(fit, eta, kept.curves[step])
         watch_stages(plan, kept, step, r + d, velocity, s)
     copy_rows(stages, velocity)
-    return SOLVED
+    return solve.SOLVED
 
 
 @cache

@@ -49,22 +49,11 @@ from numba import types
 
 from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows, end_of_step
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    FORCES,
-    GOING,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-    reset_history,
-    verdict,
-)
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into, terms_to_extrapolate
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
@@ -138,22 +127,22 @@ def iterate(law, given, tables, alone, stages, h, state, work, numbers, toleranc
     """Passes from the stages in work until convergence; returns a code."""
     d = state.shape[1]
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
-    reset_history(history)
+    solve.reset_history(history)
     numbers[2 * d + 2] = 0.0
-    for passes in range(FIXED_POINT_PASSES):
+    for passes in range(solve.FIXED_POINT_PASSES):
         call_void(law, given)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += stages
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += stages
         if passes == 0 and numbers[2 * d] == 0.0:  # sizes are known after it, as from rest
             numbers[2 * d] = inverse_size(state[0], 1.0 if alone else h, Q if alone else V)
             if not alone:
                 numbers[2 * d + 1] = inverse_size(state[1], h, F)
                 add_low_parts(tables, stages, state, V, F, work[4 * d : 5 * d], work[5 * d : 6 * d])
             continue
-        code = verdict(numbers[2 * d + 2], tolerance, history)
-        if code != GOING:
+        code = solve.verdict(numbers[2 * d + 2], tolerance, history)
+        if code != solve.GOING:
             return code
-    return DIVERGED
+    return solve.DIVERGED
 
 
 @jit_inline
@@ -261,13 +250,13 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
         code = iterate(
             law, given, tables, alone, s, h, state, work, numbers, plan.tolerance, counts, history
         )
-        if code == SOLVED:
+        if code == solve.SOLVED:
             if alone:
                 gather(kicks, 0, s, V, F)
-                code = SOLVED if end_of_step(h, F, state) else NOT_FINITE
+                code = solve.SOLVED if end_of_step(h, F, state) else solve.NOT_FINITE
             elif not complete(kicks, V, F, state):
-                code = NOT_FINITE
-        if code != SOLVED:
+                code = solve.NOT_FINITE
+        if code != solve.SOLVED:
             copy_into(state, saved)
             copy_rows(stages, before)
             return code
@@ -281,7 +270,7 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
         if not alone:
             watch_stages(plan, kept, step, 2 * d, V, s)
     copy_rows(stages, V)
-    return SOLVED
+    return solve.SOLVED
 
 
 @cache

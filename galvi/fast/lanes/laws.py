@@ -6,15 +6,7 @@ those of galvi.kernels.forces.
 
 from __future__ import annotations
 
-from galvi.fast.lanes.elementary import (
-    exp,
-    inverse_quarters,
-    log,
-    over_cube,
-    sin,
-    sine_cosine,
-    sqrt,
-)
+from galvi.fast.lanes import elementary
 from galvi.kernels.forces.rotor_wind import (
     CORE,
     DESCENT,
@@ -36,7 +28,7 @@ def central_force(q, t, c):
     square = q[0] * q[0]
     for x in q[1:]:
         square = square + x * x
-    pull = over_cube(c[0], square)
+    pull = elementary.over_cube(c[0], square)
     return [pull * x for x in q]
 
 
@@ -47,7 +39,7 @@ def linear_spring(q, t, c):
 
 def pendulum(q, t, c):
     """weight sin(q)."""
-    return [c[0] * sin(x) for x in q]
+    return [c[0] * elementary.sin(x) for x in q]
 
 
 def spring_chain(q, t, c):
@@ -66,7 +58,7 @@ def planar_chain(n):
     """The law of galvi.kernels.forces.planar_chain for n links, with its constants."""
 
     def law(q, v, t, c):
-        seen = [sine_cosine(x) for x in q]
+        seen = [elementary.sine_cosine(x) for x in q]
         forces, momenta, mass = [], [], []
         aligned = [[0.0] * n for _ in range(n)]
         crossed = [[0.0] * n for _ in range(n)]
@@ -169,7 +161,7 @@ def point_masses(bodies, dimension):
                 square = gap[0] * gap[0]
                 for x in gap[1:]:
                     square = square + x * x
-                pull = over_cube(1.0, square)
+                pull = elementary.over_cube(1.0, square)
                 onto_i, onto_j = c[j] * pull, c[i] * pull
                 for k, x in enumerate(gap):
                     found[i][k] = onto_i * x + found[i][k]
@@ -215,7 +207,7 @@ def rotor_wind(q, decay):
         for sign in (1.0, -1.0):  # a ring and its image
             zeta = q[2] - sign * share * height
             P = square + (R * R + CORE * CORE) + zeta * zeta
-            scale = sign * inverse_quarters(P * P - 4.0 * R * R * square, 7)
+            scale = sign * elementary.inverse_quarters(P * P - 4.0 * R * R * square, 7)
             outwards = outwards + P * zeta * scale
             upwards = upwards + (P * (2.0 * P - 3.0 * square) - 2.0 * R * R * square) * scale
     outwards = 3.0 * STRENGTH * outwards
@@ -224,14 +216,14 @@ def rotor_wind(q, decay):
 
 def quadratic(square, c):
     """k |w|, and its change by |w| times |w|, from |w|^2.   constants [k]"""
-    rate = c[0] * sqrt(square)
+    rate = c[0] * elementary.sqrt(square)
     return rate, rate
 
 
 def schiller_naumann(square, c):
     """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
     squared = c[1] * c[1] * square + SMALLEST
-    inertial = c[0] * (INERTIA * exp(log(squared) * (0.5 * INERTIA_POWER)))
+    inertial = c[0] * (INERTIA * elementary.exp(elementary.log(squared) * (0.5 * INERTIA_POWER)))
     return c[0] + inertial, INERTIA_POWER * inertial
 
 
@@ -239,7 +231,7 @@ def _in_rotor_wind(drag):
     """The force -rate w, w = v - wind, with the rate of a drag law."""
 
     def force(q, v, t, c):
-        wind = rotor_wind(q, exp(t * (-1.0 / DESCENT)))
+        wind = rotor_wind(q, elementary.exp(t * (-1.0 / DESCENT)))
         w = [x - u for x, u in zip(v, wind, strict=True)]
         rate = -drag(w[0] * w[0] + w[1] * w[1] + w[2] * w[2], c)[0]
         return [rate * x for x in w]

@@ -14,7 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.functions import Reciprocals
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, Lanes
 

@@ -48,8 +48,7 @@ class SymbolicForce:
                 )
         except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
             out[...] = np.nan
-        result: Array = out[1]
-        return result
+        return out[1]
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row

@@ -173,6 +173,13 @@ class Graph:
         return self.inverse(found) if p < 0.0 else found
 
 
+def _unary(name: str) -> Callable[[Any], Any]:
+    def of_node(node: Node) -> Node:
+        return node.graph.unary(name, node)
+
+    return of_node
+
+
 class Node:
     """An expression. Its operators are those of numbers, its methods those of numpy's functions."""
 
@@ -267,41 +274,9 @@ class Node:
     def __repr__(self) -> str:
         return f"<{self.kind} of the state>"
 
-    def sin(self) -> Node:
-        """The sine."""
-        return self.graph.unary("sin", self)
-
-    def cos(self) -> Node:
-        """The cosine."""
-        return self.graph.unary("cos", self)
-
-    def tan(self) -> Node:
-        """The tangent."""
-        return self.graph.unary("tan", self)
-
-    def exp(self) -> Node:
-        """The exponential."""
-        return self.graph.unary("exp", self)
-
-    def log(self) -> Node:
-        """The natural logarithm."""
-        return self.graph.unary("log", self)
-
-    def sqrt(self) -> Node:
-        """The square root."""
-        return self.graph.unary("sqrt", self)
-
-    def sinh(self) -> Node:
-        """The hyperbolic sine."""
-        return self.graph.unary("sinh", self)
-
-    def cosh(self) -> Node:
-        """The hyperbolic cosine."""
-        return self.graph.unary("cosh", self)
-
-    def tanh(self) -> Node:
-        """The hyperbolic tangent."""
-        return self.graph.unary("tanh", self)
+    sin, cos, tan, exp, log, sqrt, sinh, cosh, tanh = map(
+        _unary, ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
+    )
 
     def arctan2(self, other: Any) -> Node:
         """The angle of the point (other, self)."""
@@ -313,40 +288,31 @@ class Node:
         return self.graph.node("atan2", self, x)
 
     def arctan(self) -> Node:
-        """The arc tangent."""
         return self.arctan2(1.0)
 
     def arcsin(self) -> Node:
-        """The arc sine."""
         return self.arctan2(((1.0 - self) * (1.0 + self)).sqrt())
 
     def arccos(self) -> Node:
-        """The arc cosine."""
         root: Node = ((1.0 - self) * (1.0 + self)).sqrt()
         return root.arctan2(self)
 
     def hypot(self, other: Any) -> Any:
-        """The root of the sum of squares."""
         return (self * self + other * other) ** 0.5
 
     def log2(self) -> Any:
-        """The logarithm to base 2."""
         return self.log() / math.log(2.0)
 
     def log10(self) -> Any:
-        """The logarithm to base 10."""
         return self.log() / math.log(10.0)
 
     def radians(self) -> Any:
-        """Degrees in radians."""
         return self * (math.pi / 180.0)
 
     def degrees(self) -> Any:
-        """Radians in degrees."""
         return self * (180.0 / math.pi)
 
     def conjugate(self) -> Node:
-        """The number itself."""
         return self
 
     fabs, deg2rad, rad2deg = __abs__, radians, degrees

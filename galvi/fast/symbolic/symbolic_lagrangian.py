@@ -50,7 +50,6 @@ class SymbolicLagrangian:
         return self._in_python("slopes" if "def slopes_" in self.source else "law", q, v, *t)
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """As `BuiltinLagrangian.at_states`."""
         if " if " in self.source or "from math" in self.source:  # code for one state
             rest = np.zeros(self.dimension)
             rows = [

@@ -19,8 +19,7 @@ from galvi.fast.symbolic.lane_law import LONGEST, function_lines, law_lines
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.fast.symbolic.tracing import traced
-from galvi.groups.group import Group
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Group, Rn
 from galvi.systems.traces import Untraceable
 
 Function = Callable[..., Any]
@@ -41,7 +40,6 @@ class TracedTerm:
 
     @property
     def holds(self) -> bool:
-        """As of galvi.fast.symbolic.tracing."""
         return self.sample.holds
 
     def defined(self, q: Array, t: float) -> bool:
@@ -125,7 +123,6 @@ class TracedLagrangian:
 
     @property
     def holds(self) -> bool:
-        """As of galvi.fast.symbolic.tracing."""
         return all(sample.holds for sample in self.samples)
 
     def defined(self, q: Array, v: Array, t: float) -> bool:

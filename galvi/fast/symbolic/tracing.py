@@ -198,5 +198,4 @@ def _callable(function: Any, stand_ins: StandIns) -> Callable[..., Any]:
     call = getattr_static(function, "__call__", None)
     if not isinstance(function, CPUDispatcher) and isinstance(call, FunctionType):
         function = MethodType(call, function)
-    found: Callable[..., Any] = stand_ins.replaced(function)
-    return found
+    return stand_ins.replaced(function)

@@ -11,6 +11,7 @@ from functools import cache
 from typing import Any
 
 import numba
+from numba import types
 
 from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.parts import call_as_part
@@ -60,3 +61,9 @@ def _compiled_for(dispatcher, signature, compiler):
     fixed.compile(signature)
     fixed.disable_compile()
     return fixed
+
+
+REAL = types.float64
+VECTOR = types.float64[::1]
+MATRIX = types.float64[:, ::1]
+TENSOR3 = types.float64[:, :, ::1]

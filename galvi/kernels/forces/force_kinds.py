@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, REAL, TENSOR3, VECTOR
+from galvi.kernels.compile.jit import MATRIX, REAL, TENSOR3, VECTOR
 
 BUILT_IN = 0
 GRADIENT = 1

@@ -26,9 +26,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
 from galvi.kernels.compile.function_pointers import call_matrix, call_vector, call_void
-from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, jit, jit_inline
 from galvi.kernels.forces import force_kinds as fields
 from galvi.kernels.forces.accelerations import accelerations
 from galvi.kernels.lie import product

@@ -7,8 +7,7 @@ from functools import cache
 
 from numba import types
 
-from galvi.kernels.compile.array_types import VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit_noalloc
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit_noalloc
 
 SIGNATURE = types.void(
     *(types.Array(types.float64, n, "C", readonly=True) for n in (3, 1)), types.float64, VECTOR

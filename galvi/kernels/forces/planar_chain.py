@@ -11,8 +11,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit
 
 ROWS = types.Array(types.float64, 2, "A", readonly=True)
 NUMBERS = types.Array(types.float64, 1, "C", readonly=True)

@@ -1,7 +1,8 @@
 """Selection of charts and groups by number, so that one compiled kernel serves all of them.
 
 A chart or a group is a module with functions of fixed names; its number is its index among the
-modules of its package in alphabetical order. Nothing else branches on charts or groups.
+modules of its package in alphabetical order. Nothing else branches on charts or groups. For what
+the functions do see galvi.kernels.lie.charts and galvi.kernels.lie.groups.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from pkgutil import iter_modules
 
+from galvi.kernels.lie import charts
 from galvi.kernels.lie.arithmetic import generic
 
 
@@ -29,3 +31,16 @@ def by_number(name, modules):
     names["__name__"] = __name__
     exec(compile("\n".join(lines), f"<{name} by number, of {__name__}>", "exec"), names)
     return generic(names[f"{name}_by_number"])
+
+
+CHARTS = modules_of(charts)
+
+rotation_radial = by_number("rotation", CHARTS)
+tangent_radial = by_number("tangent", CHARTS)
+inverse_radial = by_number("inverse", CHARTS)
+translation_radial = by_number("translation", CHARTS)
+half_turn = by_number("half_turn", CHARTS)
+from_quaternion = by_number("from_quaternion", CHARTS)
+angle_of = by_number("angle", CHARTS)
+coordinate_of = by_number("coordinate", CHARTS)
+REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)

@@ -2,7 +2,7 @@
 
 layout  (factors, 4)  for each factor the number of its group, its dimension, the entries of an
                       element, and the number of leading components that are rotations
-chart   number of a chart of rotations (galvi.kernels.lie.chart_functions)
+chart   number of a chart of rotations (galvi.kernels.lie.dispatch)
 g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebra
 
 For the functions of each factor see galvi.kernels.lie.groups.
@@ -46,35 +46,20 @@ def {name}(layout, {", ".join(arguments).replace("*", "")}):
     return jit_noalloc(names[name])
 
 
-# out <- g Phi(xi)
 place = over_factors("place", "chart", "g*", "xi", "out*")
-# out <- T(xi) eta, the velocity g^-1 g' along g Phi(xi) with xi' = eta
 velocity = over_factors("velocity", "chart", "xi", "eta", "out")
-# out <- T(xi)^-1 v
 rate = over_factors("rate", "chart", "xi", "v", "out")
-# out <- T(xi)^T mu
 momentum = over_factors("momentum", "chart", "xi", "mu", "out")
-# out <- T(xi)^-T pi
 covector = over_factors("covector", "chart", "xi", "pi", "out")
-# out <- d(mu . T(xi) eta)/dxi
 momentum_slope = over_factors("momentum_slope", "chart", "xi", "eta", "mu", "out")
-# out <- Ad*_{Phi(xi)^-1} mu - mu
 coadjoint_change = over_factors("coadjoint_change", "chart", "xi", "mu", "out")
-# out <- Ad*_{Phi(xi)} mu, the inverse of ``coadjoint_inverse``
 coadjoint = over_factors("coadjoint", "chart", "xi", "mu", "out")
-# xi <- the coordinates of k in the chart at g: k = g Phi(xi)
 coordinates = over_factors("coordinates", "chart", "g*", "k*", "xi")
-# Corrects the orthogonality of rotations, which rounding disturbs, by one Newton step.
 restore = over_factors("restore", "g*")
-# out <- the derivative along g hat(e_a) of a function with Euclidean derivative slope
 left_derivative = over_factors("left_derivative", "g*", "slope*", "out")
-# g <- g Phi(xi) with compensated sums; memory and low are zeros when only g is known
 advance = over_factors("advance", "chart", "xi", "g*", "memory*", "low*")
-# out <- mu along the axes of space
 in_space = over_factors("in_space", "g*", "mu", "out")
-# mu and nu <- the momentum at g1 = g Phi(xi) after an impulse kick in the frame of g; nu is that
-# along the axes of space, not used by groups where it is the body's; low: rounding errors of nu, or
-# else of mu
+# nu is not used by groups where the momentum is the body's; low is then that of mu
 carry = over_factors("carry", "chart", "g*", "g1*", "xi", "kick", "mu", "nu", "low")
 
 

@@ -9,14 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
+from galvi.kernels.lie import dispatch
 from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
-from galvi.kernels.lie.chart_functions import (
-    from_quaternion,
-    half_turn,
-    inverse_radial,
-    rotation_radial,
-    tangent_radial,
-)
 
 LAST_BIT = 1.5 * 2.0**26  # added to a number below 1, leaves a multiple of 2^-26
 
@@ -26,7 +20,7 @@ def rotation(chart, xi):
     """I + sine hat(xi) + cosine hat(xi)^2, three rows."""
     x, y, z = xi[0], xi[1], xi[2]
     u = x * x + y * y + z * z
-    sine, cosine = rotation_radial(chart, u)
+    sine, cosine = dispatch.rotation_radial(chart, u)
     return (
         (1.0 - cosine * (y * y + z * z), cosine * x * y - sine * z, cosine * x * z + sine * y),
         (cosine * x * y + sine * z, 1.0 - cosine * (x * x + z * z), cosine * y * z - sine * x),
@@ -63,7 +57,7 @@ def times(R, v):
 @generic
 def change(chart, sign, xi, v):
     """R v - v for sign = 1, R^T v - v for sign = -1."""
-    sine, cosine = rotation_radial(chart, dot(xi, xi))
+    sine, cosine = dispatch.rotation_radial(chart, dot(xi, xi))
     return turned(sign * sine, cosine, xi, v)
 
 
@@ -77,7 +71,7 @@ def rotated(chart, sign, xi, v):
 @generic
 def tangent(chart, sign, xi, v):
     """T v for sign = 1, T^T v for sign = -1."""
-    (a, b, c), _, _ = tangent_radial(chart, dot(xi, xi))
+    (a, b, c), _, _ = dispatch.tangent_radial(chart, dot(xi, xi))
     b = -sign * b
     x, y, z = cross(xi, v)
     x, y, z = b * x + a * v[0], b * y + a * v[1], b * z + a * v[2]
@@ -90,7 +84,7 @@ def tangent(chart, sign, xi, v):
 @generic
 def inverse_tangent(chart, sign, xi, v):
     """T^-1 v for sign = 1, T^-T v for sign = -1."""
-    k, d = inverse_radial(chart, dot(xi, xi))
+    k, d = dispatch.inverse_radial(chart, dot(xi, xi))
     x, y, z = cross(xi, v)
     half, along = 0.5 * sign, d * dot(xi, v)
     return (
@@ -102,7 +96,7 @@ def inverse_tangent(chart, sign, xi, v):
 @generic
 def tangent_slope(chart, xi, eta, mu):
     """d(mu . T(xi) eta)/dxi."""
-    (_, b, c), (a1, b1, c1), _ = tangent_radial(chart, dot(xi, xi))
+    (_, b, c), (a1, b1, c1), _ = dispatch.tangent_radial(chart, dot(xi, xi))
     x, y, z = cross(eta, mu)
     p, q = dot(xi, eta), dot(xi, mu)
     radial = 2.0 * (a1 * dot(eta, mu) - b1 * (x * xi[0] + y * xi[1] + z * xi[2]))
@@ -142,7 +136,7 @@ def quaternion(R):
 def coordinates(chart, R, xi):
     """xi <- the coordinates of the rotation with rows R, by the angle of at most pi."""
     w, x, y, z = quaternion(R)
-    factor = from_quaternion(chart, abs(w), np.sqrt(x * x + y * y + z * z))
+    factor = dispatch.from_quaternion(chart, abs(w), np.sqrt(x * x + y * y + z * z))
     factor = -factor if w < 0.0 else factor
     xi[0], xi[1], xi[2] = factor * x, factor * y, factor * z
 
@@ -166,7 +160,7 @@ def turn_quaternion(chart, xi, q, low):
     q + low is a unit quaternion to about 1e-32. Else the rounding of |q| near 1, the same for many
     steps, would make matrices slightly larger or smaller than rotations, and energies drift.
     """
-    along, less = half_turn(chart, dot(xi, xi))
+    along, less = dispatch.half_turn(chart, dot(xi, xi))
     a, b, c = along * xi[0], along * xi[1], along * xi[2]
     w, x, y, z = q[0], q[1], q[2], q[3]
     steps = (

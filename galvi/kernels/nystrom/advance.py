@@ -15,18 +15,11 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.compile.jit import TENSOR3, VECTOR, compiled_for, jit
 from galvi.kernels.forces.passages import note_passages
+from galvi.kernels.nystrom import step as steps
 from galvi.kernels.nystrom.solve import FORCE, NOT_FINITE, SOLVED, Force, solve
-from galvi.kernels.nystrom.step import (
-    TABLEAU,
-    NystromTableau,
-    all_finite,
-    complete_step,
-    copy_into,
-    curve_coefficients,
-    predict,
-)
+from galvi.kernels.nystrom.step import TABLEAU
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record
 
 NOTHING, LAST_STEP, GUESS = 0, 1, 2
@@ -40,17 +33,17 @@ def commit(tableau, plan, step, streak, work, progress, kept, before):
     before (4, d) <- the state at the start of the step
     """
     state, h = progress.state, plan.step
-    copy_into(before, state)
-    complete_step(tableau, h, work, state)
-    if not all_finite(state):
-        copy_into(state, before)
+    steps.copy_into(before, state)
+    steps.complete_step(tableau, h, work, state)
+    if not steps.all_finite(state):
+        steps.copy_into(state, before)
         return False
-    copy_into(progress.stages, work)
+    steps.copy_into(progress.stages, work)
     solver_state = progress.solver_state
     solver_state[HOLDS], solver_state[STREAK], solver_state[DONE] = LAST_STEP, streak, step + 1
     record(plan, kept, step, before[0], state[0], state[2])
     if kept.bases.shape[0] > 0:
-        curve_coefficients(tableau, h, before, work, kept.curves[step])
+        steps.curve_coefficients(tableau, h, before, work, kept.curves[step])
     return True
 
 
@@ -61,7 +54,7 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
     solver_state[DONE] counts the steps done; a step that cannot be solved leaves the state
     unchanged.
     """
-    force, tableau = Force(*force), NystromTableau(*tableau)
+    force, tableau = Force(*force), steps.NystromTableau(*tableau)
     plan, progress, kept = Plan(*plan), Progress(*progress), Kept(*kept)
     state, a, solver_state, h = progress.state, progress.stages, progress.solver_state, plan.step
     d, s = a.shape
@@ -72,9 +65,9 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         for k in range(s):
             t[k] = plan.t0 + ((plan.first + step) + tableau.c[k]) * h
         if solver_state[HOLDS] == LAST_STEP:
-            predict(tableau, a, work)
+            steps.predict(tableau, a, work)
         elif solver_state[HOLDS] == GUESS:
-            copy_into(work, a)
+            steps.copy_into(work, a)
         else:
             work = np.zeros((d, s))
         code, streak = solve(
@@ -99,4 +92,43 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
 def compiled_advance():
     """``advance`` compiled or cached, one kernel for all systems."""
     whole = types.int64
-    return compiled_for(advance, whole(FORCE, TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))
+    return compiled_for(advance, whole(FORCE, steps.TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))
+
+
+NEVER = 62  # 2^62 steps between those that are watched
+
+
+@jit
+def reach(force, tableau, solver, tolerance, step, begin, whole, rest, states, stages, codes):
+    """Do whole[k] steps of ``step`` and one of rest[k], unless that is 0, from each of n states.
+
+    begin  (n,) times of the states (n, 4, d), see galvi.kernels.nystrom.step, which are advanced
+    stages (n, d, s) accelerations from which the last step's iteration starts, and with which it
+           ends
+    codes  (n,) <- the code of the step that failed, 0 for none
+    """
+    none, counts, holds = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
+    kept = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])
+    for k in range(codes.size):
+        holds[:], n, code = 0, whole[k], SOLVED
+        if n > 0:
+            plan = (begin[k], step, tolerance, 0, n, n, NEVER)
+            progress = (states[k], np.zeros(stages[k].shape), holds, counts, none[0])
+            code = advance(force, tableau, plan, solver, n, progress, kept)
+        if code == SOLVED and rest[k] != 0.0:
+            holds[HOLDS], holds[DONE] = GUESS, 0
+            plan = (begin[k] + n * step, rest[k], tolerance, 0, 1, 1, NEVER)
+            progress = (states[k], stages[k], holds, counts, none[0])
+            code = advance(force, tableau, plan, solver, 1, progress, kept)
+        codes[k] = code
+
+
+@cache
+def compiled_reach():
+    """``reach`` compiled or cached, one kernel for all systems."""
+    whole = types.int64
+    numbers = whole[::1]
+    return compiled_for(reach, types.void(
+        FORCE, TABLEAU, whole, types.float64, types.float64, VECTOR, numbers, VECTOR, TENSOR3,
+        TENSOR3, numbers,
+    ))  # fmt: skip

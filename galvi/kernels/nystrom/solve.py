@@ -11,20 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import jit, jit_inline
-from galvi.kernels.forces.accelerations import accelerations
+from galvi.kernels.compile.jit import MATRIX, VECTOR, jit, jit_inline
+from galvi.kernels.forces.accelerations import accelerations, jacobians
 from galvi.kernels.lie.arithmetic import generic, larger, where
-from galvi.kernels.nystrom.jacobians import jacobians
-from galvi.kernels.nystrom.step import (
-    all_finite,
-    copy_into,
-    exact_coefficients,
-    largest_change,
-    measure_scale,
-    newton_update,
-    place_stages,
-)
+from galvi.kernels.nystrom import step as steps
 
 
 class Force(NamedTuple):
@@ -99,10 +89,10 @@ def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, 
     reset_history(history)
     for _passes in range(FIXED_POINT_PASSES):
         force_at_stages(force, Q, t, a)
-        place_stages(tableau, h, state, a, moved)
+        steps.place_stages(tableau, h, state, a, moved)
         counts[ITERATIONS] += 1
         counts[FORCES] += Q.shape[1]
-        code = verdict(largest_change(Q, moved, scale), tolerance, history)
+        code = verdict(steps.largest_change(Q, moved, scale), tolerance, history)
         if code != GOING:
             return code
     return DIVERGED
@@ -117,7 +107,7 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     """
     (d, s), width = Q.shape, force.width
     x = np.empty((d, tableau.velocity_coefficients.size))
-    exact_coefficients(tableau, h, state, a, x)
+    steps.exact_coefficients(tableau, h, state, a, x)
     jacobian = np.empty((d, width, s))
     moved = np.empty((d, s))
     previous = np.inf
@@ -132,14 +122,14 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
         counts[FORCES] += s + extra
         counts[HESSIANS] += s if force.has_hessian else 0
         counts[SOLVES] += d // width
-        finite = all_finite(a)
+        finite = steps.all_finite(a)
         for i in range(d):
-            finite = finite and all_finite(jacobian[i])
+            finite = finite and steps.all_finite(jacobian[i])
         if not finite:
             return NOT_FINITE
-        if not newton_update(tableau, h, width, state, a, jacobian, x, moved):
+        if not steps.newton_update(tableau, h, width, state, a, jacobian, x, moved):
             return DIVERGED
-        change = largest_change(Q, moved, scale)
+        change = steps.largest_change(Q, moved, scale)
         if not change < np.inf:
             return NOT_FINITE
         halved = change <= 0.5 * previous
@@ -161,11 +151,11 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
 @jit
 def solve(force, tableau, h, t, state, solver, tolerance, streak, counts, a, Q):
     """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
-    place_stages(tableau, h, state, a, Q)
+    steps.place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
-    measure_scale(h, force.width, state, scale)
+    steps.measure_scale(h, force.width, state, scale)
     start = np.empty(a.shape)
-    copy_into(start, a)
+    steps.copy_into(start, a)
     newton_first = solver == NEWTON or (solver == AUTO and streak > 0)
     code = DIVERGED
     for attempt in range(2):
@@ -178,6 +168,6 @@ def solve(force, tableau, h, t, state, solver, tolerance, streak, counts, a, Q):
             code = solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, Q)
             if code == SOLVED:
                 return code, 0
-        copy_into(a, start)
-        place_stages(tableau, h, state, a, Q)
+        steps.copy_into(a, start)
+        steps.place_stages(tableau, h, state, a, Q)
     return code, 0

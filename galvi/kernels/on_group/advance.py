@@ -17,11 +17,10 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit
 from galvi.kernels.forces.lagrangian_derivatives import LAW_TUPLE, Law
 from galvi.kernels.lie import product
-from galvi.kernels.lie.chart_functions import angle_of
+from galvi.kernels.lie.dispatch import angle_of
 from galvi.kernels.lie.product import is_flat
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED

@@ -7,32 +7,10 @@ import numpy as np
 from galvi.kernels.compile.jit import jit, jit_noalloc
 from galvi.kernels.lie import product
 from galvi.kernels.lie.product import is_flat, position_scale
-from galvi.kernels.nystrom.solve import (
-    DIVERGED,
-    FLOOR,
-    FORCES,
-    GOING,
-    IDLE,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-    SOLVES,
-    reset_history,
-    verdict,
-)
+from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.step import copy_into
-from galvi.kernels.on_group.derivative import derivative
-from galvi.kernels.on_group.elimination import factor, substitute
-from galvi.kernels.on_group.scale import (
-    FAR,
-    SMALLEST,
-    amplification,
-    grow_scale,
-    is_resolved,
-    largest,
-    relative,
-    shrink_scale,
-)
+from galvi.kernels.on_group import scale as scales
+from galvi.kernels.on_group.derivative import derivative, factor, substitute
 from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
 PASSES = 60
@@ -123,35 +101,35 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
     scratch, history, scale = new_scratch(d, g.size, m), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
-    reset_history(history)
+    solve.reset_history(history)
     formed = here = False  # whether a derivative exists, and whether at step's start
     last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
     position_scale(layout, g, scale)
-    grow_scale(layout, place, rate, h, scale)
+    scales.grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
         stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
         residual(layout, chart, basis, scratch, h, mu0, forces, x, R)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += s
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += s
         if formed:
             correct(matrix, pivots, first, R, ahead)
             place_curve(basis, h, ahead, to_place, to_rate)
-            change = relative(to_place, to_rate, h, scale, largest(rate))
-            near = NEAR * amplification(layout, place, rate, h)
+            change = scales.relative(to_place, to_rate, h, scale, scales.largest(rate))
+            near = NEAR * scales.amplification(layout, place, rate, h)
             if allow_damping and not change <= last and last > near:
                 add(x, -share, step)
                 formed, share = here, 0.5 * share
                 if here:
                     add(x, share, step)
                 if share < SHORTEST:
-                    return DIVERGED if change < np.inf else NOT_FINITE
+                    return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
                 place_curve(basis, h, x, place, rate)
                 continue
             formed = change <= RENEW * last or change < near
         here = not formed
         if not formed:
-            rate_scale = largest(rate)
+            rate_scale = scales.largest(rate)
             at_rest = rate_scale == 0.0
             for _measured in range(MEASURED if passes == 0 else 1):
                 size = 0.0
@@ -159,45 +137,45 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
                     size = max(size, sizes[a])
                 rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
-                rate_scale = max(rate_scale, SMALLEST)
+                rate_scale = max(rate_scale, scales.SMALLEST)
                 derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
                            place, rate, forces, matrix)  # fmt: skip
-                counts[FORCES] += 2 * d * s
-                counts[SOLVES] += 1
+                counts[solve.FORCES] += 2 * d * s
+                counts[solve.SOLVES] += 1
                 if not factor(matrix, pivots):
-                    return NOT_FINITE
+                    return solve.NOT_FINITE
                 correct(matrix, pivots, first, R, ahead)
                 place_curve(basis, h, ahead, to_place, to_rate)
-                found = largest(to_rate)
-                if not found > FAR * rate_scale and not (
-                    at_rest and 0.0 < FAR * found < rate_scale
+                found = scales.largest(to_rate)
+                if not found > scales.FAR * rate_scale and not (
+                    at_rest and 0.0 < scales.FAR * found < rate_scale
                 ):
                     break
-                grow_scale(layout, to_place, to_rate, h, scale)
+                scales.grow_scale(layout, to_place, to_rate, h, scale)
                 rate_scale = found
-            grow_scale(layout, to_place, to_rate, h, scale)
-            change = relative(to_place, to_rate, h, scale, largest(rate))
+            scales.grow_scale(layout, to_place, to_rate, h, scale)
+            change = scales.relative(to_place, to_rate, h, scale, scales.largest(rate))
             formed = True
         copy_into(step, ahead)
         add(x, 1.0, step)
         last, share = change, 1.0
         place_curve(basis, h, x, place, rate)
-        if not largest(place) < np.inf:
-            return NOT_FINITE
-        code = verdict(change, tolerance, history)
-        if code != NOT_FINITE and history[3] >= IDLE:
-            round_off = FLOOR * amplification(layout, place, rate, h)
-            if history[2] <= round_off and is_resolved(basis.analysis, velocities):
-                code = SOLVED
-        if code == SOLVED:
+        if not scales.largest(place) < np.inf:
+            return solve.NOT_FINITE
+        code = solve.verdict(change, tolerance, history)
+        if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
+            round_off = solve.FLOOR * scales.amplification(layout, place, rate, h)
+            if history[2] <= round_off and scales.is_resolved(basis.analysis, velocities):
+                code = solve.SOLVED
+        if code == solve.SOLVED:
             position_scale(layout, g, now)
-            grow_scale(layout, place, rate, h, now)
-            if not shrink_scale(now, scale):
+            scales.grow_scale(layout, place, rate, h, now)
+            if not scales.shrink_scale(now, scale):
                 stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
-                counts[FORCES] += s
-                return SOLVED
-            reset_history(history)
+                counts[solve.FORCES] += s
+                return solve.SOLVED
+            solve.reset_history(history)
             last = np.inf
-        elif code != GOING:
-            return DIVERGED if code != NOT_FINITE else code
-    return DIVERGED
+        elif code != solve.GOING:
+            return solve.DIVERGED if code != solve.NOT_FINITE else code
+    return solve.DIVERGED

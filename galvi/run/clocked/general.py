@@ -12,7 +12,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import AnyClock, Rate
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Rn
 from galvi.kernels.forces.celestial import NUMBERS, OTHER, SOURCE, WEIGHT, pole_pull, power_pull
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
@@ -21,8 +21,7 @@ from galvi.run.clocked.plan import Advanced, Motion, Taken
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
-from galvi.run.plan import Run
-from galvi.run.run_arrays import COUNTED
+from galvi.run.plan import COUNTED, Run
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody

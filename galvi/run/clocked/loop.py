@@ -13,10 +13,9 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.plan import Advanced, Motion, Taken, joined
-from galvi.run.clocked.remarks import closest_pair
+from galvi.run.clocked.plan import Advanced, Motion, Taken, closest_pair, joined
 from galvi.run.loop import APART
-from galvi.run.run_arrays import ALWAYS_FREE, free_memory
+from galvi.run.plan import ALWAYS_FREE, free_memory
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is

@@ -17,25 +17,16 @@ from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run import energies
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, joined
-from galvi.run.clocked.remarks import costly_pair
-from galvi.run.energies import (
-    States,
-    asks_functions,
-    conserves_energy,
-    energies,
-    kick_energy,
-    noise,
-    start_energies,
-)
+from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, costly_pair, joined
 from galvi.run.energy_check import Judgement, judgement
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
-from galvi.run.nystrom_steppers import ROUND_OFF
-from galvi.run.run_arrays import COUNTED
+from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.plan import COUNTED
 from galvi.systems.nbody import NBody
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import COMPLETED, Trajectory
@@ -52,7 +43,7 @@ def motion_of(
     energy  that the clock is told; None: that of the start
     """
     method.clock.rate(problem)
-    total = start_energies(problem).total
+    total = energies.start_energies(problem).total
     if not math.isfinite(total):
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
@@ -63,7 +54,7 @@ def motion_of(
             if found is not None:
                 return found
     told = total if energy is None else energy
-    if not conserves_energy(problem.system):
+    if not energies.conserves_energy(problem.system):
         return motion_of_driven(problem, method, told, solver, tolerance)
     return motion_in_general(problem, method, told, solver, tolerance)
 
@@ -99,7 +90,7 @@ def run_in_clock(
         run = _trajectory(loop, code, steps, first)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
-    if asks_functions(cast(Hashable, problem.system)):
+    if energies.asks_functions(cast(Hashable, problem.system)):
         run._judge()  # now: what the functions refer to may change
     return run
 
@@ -194,7 +185,7 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
     problem, start = loop.problem, loop.start
     final = loop.last if end is None else end.rows([0])
     parts = [*loop.seen, *([final] if final is not None else [])]
-    if not parts or not conserves_energy(problem.system):
+    if not parts or not energies.conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     whole = joined(parts)
     last = [loop.done + (end is not None)] * (final is not None)
@@ -203,16 +194,18 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
     seen, numbers, n = whole.rows(few), numbers[few], len(few)
     q, p = seen.q.reshape(n, *problem.q0.shape), seen.p.reshape(n, *problem.v0.shape)
     with np.errstate(all="ignore"):
-        known, v = start_energies(problem), seen.v
+        known, v = energies.start_energies(problem), seen.v
         if v is None:
             v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
-        kinetic, potential = energies(problem, States(q, p, v, np.full(n, problem.t0)), sharp=True)
+        kinetic, potential = energies.energies(
+            problem, energies.States(q, p, v, np.full(n, problem.t0)), sharp=True
+        )
         so_far = start.energies if start.energies.size else known.fresh
         given = (cast(Array, numbers), kinetic, potential, known.total, known.kinetic, so_far)
         found = judgement(*given)
         if found.error > SMALL or found.unknown:
             first = float(loop.motion.rate(problem.q0.ravel()))
-            floor, kick = noise(problem), kick_energy(problem, first * loop.step)
+            floor, kick = energies.noise(problem), energies.kick_energy(problem, first * loop.step)
             found = judgement(*given, floor, kick)
         return found
 

@@ -24,9 +24,8 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
 from galvi.curves.curves import RedoneCurves
-from galvi.curves.joined import JoinedCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
@@ -84,7 +83,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     facts = {
         "version": VERSION,
         "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
-                    "parameters": _parameters(problem)},
+                    "parameters": {name: _plain(x) for name, x in problem.parameters.items()}},
         "system": _written(problem.system),
         "method": _written(run.method),
         "success": run.success, "interrupted": run.interrupted, "status": run.status,
@@ -350,10 +349,6 @@ def _read(written: Any, path: Any = "") -> Any:
         f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
         f"be stored; use galvi.load(path, problem=...)."
     )
-
-
-def _parameters(problem: Problem) -> dict[str, Any]:
-    return {name: _plain(value) for name, value in problem.parameters.items()}
 
 
 def _plain(value: Any) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
-from galvi.kernels.compile.array_types import MATRIX, REAL
+from galvi.kernels.compile.jit import MATRIX, REAL
 from galvi.kernels.forces import celestial_velocity as of_velocity
 from galvi.systems.user_functions import compiles, returned_array
 

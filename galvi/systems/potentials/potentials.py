@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.kernels.forces import central_force, linear_spring, pendulum, spring_chain, uniform_field
+from galvi.kernels.forces import potentials as kernels
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +57,11 @@ class CentralForce:
         object.__setattr__(self, "mu", input_checks.positive("mu", self.mu))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -self.mu / np.sqrt(np.sum(q * q, axis=-1))
-        return result
+        return -self.mu / np.sqrt(np.sum(q * q, axis=-1))
 
     def gradient(self, q: Array) -> Array:
         """mu q / |q|^3."""
-        result: Array = self.mu * q / np.linalg.norm(q) ** 3
-        return result
+        return self.mu * q / np.linalg.norm(q) ** 3
 
     def hessian(self, q: Array) -> Array:
         """mu (I - 3 q q^T / |q|^2) / |q|^3."""
@@ -71,8 +69,7 @@ class CentralForce:
         return self.mu * (np.eye(q.size) - 3.0 * np.outer(q, q) / square) / square**1.5
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
-        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
+        return Law(kernels.central_gradient, kernels.central_hessian, np.array([self.mu]))
 
 
 @dataclass(frozen=True)
@@ -88,21 +85,18 @@ class CosinePotential:
         object.__setattr__(self, "weight", input_checks.positive("weight", self.weight))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -self.weight * np.sum(np.cos(q), axis=-1)
-        return result
+        return -self.weight * np.sum(np.cos(q), axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """weight sin(q_i)."""
-        result: Array = self.weight * np.sin(q)
-        return result
+        return self.weight * np.sin(q)
 
     def hessian(self, q: Array) -> Array:
         """weight cos(q_i) on the diagonal."""
         return np.diag(self.weight * np.cos(q))
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
-        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
+        return Law(kernels.cosine_gradient, kernels.cosine_hessian, np.array([self.weight]))
 
 
 @dataclass(frozen=True)
@@ -118,8 +112,7 @@ class LinearSpring:
         object.__setattr__(self, "stiffness", input_checks.positive("stiffness", self.stiffness))
 
     def __call__(self, q: Array) -> Array:
-        result: Array = 0.5 * self.stiffness * np.sum(q * q, axis=-1)
-        return result
+        return 0.5 * self.stiffness * np.sum(q * q, axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """stiffness q."""
@@ -130,8 +123,7 @@ class LinearSpring:
         return self.stiffness * np.eye(q.size)
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
-        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
+        return Law(kernels.spring_gradient, kernels.spring_hessian, np.array([self.stiffness]))
 
 
 @dataclass(frozen=True)
@@ -152,10 +144,7 @@ class SpringChain:
 
     def __call__(self, q: Array) -> Array:
         r = np.diff(q, prepend=0.0, append=0.0)
-        result: Array = np.sum(
-            r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1
-        )
-        return result
+        return np.sum(r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1)
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,)."""
@@ -172,8 +161,7 @@ class SpringChain:
         return out[:, :, 0]
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
-        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
+        return Law(kernels.chain_gradient, kernels.chain_hessian, np.array([self.alpha, self.beta]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +180,7 @@ class UniformField:
         object.__setattr__(self, "force", force)
 
     def __call__(self, q: Array) -> Array:
-        result: Array = -(q @ self.force)
-        return result
+        return -(q @ self.force)
 
     def gradient(self, q: Array) -> Array:
         """-force."""
@@ -204,8 +191,7 @@ class UniformField:
         return np.zeros((q.size, q.size))
 
     def law(self) -> Law:
-        """Compiled derivatives and their constants."""
-        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
+        return Law(kernels.uniform_gradient, kernels.uniform_hessian, np.array(self.force))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.group import Group, check_rotation
-from galvi.groups.matrix_groups import SE3, SO3, Rn
+from galvi.groups.group import SE3, SO3, Group, Rn, check_rotation
 from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.trees import tree
@@ -151,8 +150,7 @@ class JointDamping:
         object.__setattr__(self, "coefficients", found)
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
-        result: Array = -self.coefficients * v
-        return result
+        return -self.coefficients * v
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with the coefficients for constants."""

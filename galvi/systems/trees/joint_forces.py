@@ -92,11 +92,9 @@ class JointForces:
         out = np.zeros((2, v.size))
         flat = np.array(q, dtype=np.float64).ravel()
         kernel.tree_joint_forces(flat, np.array(v, dtype=np.float64), t, self.numbers.copy(), out)
-        found: Array = out[1]
-        return found
+        return out[1]
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """As `BuiltinForce.compiled`."""
         return kernel.tree_joint_forces, self.numbers.copy()
 
     @property
@@ -228,5 +226,4 @@ def without_damping(force: Any, timed: bool) -> tuple[Any, bool]:
     """The force and ``timed`` that `with_damping` was given."""
     if isinstance(force, JointDamping):
         return None, False
-    found: tuple[Any, bool] = getattr(force, "undamped", (force, timed))
-    return found
+    return getattr(force, "undamped", (force, timed))

@@ -13,8 +13,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.group import Group
-from galvi.groups.matrix_groups import Rn
+from galvi.groups.group import Group, Rn
 from galvi.groups.product import Product
 from galvi.kernels.trees import tree
 from galvi.systems.trees.joint import Joint, Link
@@ -184,7 +183,6 @@ class RigidTree:
         return self._at_states(q, v)[3]
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """As `BuiltinLagrangian.at_states`."""
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:

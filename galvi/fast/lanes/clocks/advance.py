@@ -44,8 +44,7 @@ from galvi.fast.lanes.celestial import add_poles, add_powers
 from galvi.fast.lanes.clocks import rows as lanes
 from galvi.fast.lanes.law import curve_of
 from galvi.fast.lanes.nbody import FIXED_NUMBERS, copy_rows
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit_inline
 from galvi.kernels.forces.celestial import OTHER, SOURCE
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve

@@ -45,9 +45,8 @@ from galvi.fast.lanes.frames.rows import (
     place_rows,
     spread_rows,
 )
-from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row

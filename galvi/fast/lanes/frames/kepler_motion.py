@@ -26,8 +26,7 @@ from numba.extending import intrinsic
 
 from galvi.fast.lanes.frames import universal
 from galvi.fast.lanes.frames.rows import OFFSET, WEIGHT
-from galvi.fast.lanes.functions import square_root
-from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.functions import Reciprocals, square_root
 from galvi.fast.lanes.values import Lane, Several
 from galvi.fast.lanes.vectors import LANES, Lanes
 

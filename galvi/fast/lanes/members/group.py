@@ -11,28 +11,22 @@ import math
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.fast.lanes.countdown import HISTORY, begin_countdown, count_down
+from galvi.fast.lanes import group_rows as blocks
+from galvi.fast.lanes.group_law import HISTORY, begin_countdown, count_down
 from galvi.fast.lanes.group_pass import PULLS, SETTLED, GroupPass
-from galvi.fast.lanes.group_rows import (
-    BEFORE,
-    DEFECT,
-    END,
-    ETA,
-    PLACE,
-    PULLED,
-    TIMES,
-    VELOCITY,
-    XI,
-    Chart,
-    F,
-    N,
-)
 from galvi.fast.lanes.members.steps import Fields, MemberSteps
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import NOTHING, of_words
-from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.dispatch import REACHES
 
-ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
+ITERATED = (
+    blocks.XI,
+    blocks.ETA,
+    blocks.F,
+    blocks.DEFECT,
+    blocks.N,
+    blocks.VELOCITY,
+)  # blocks of work
 RULE = begin_countdown, count_down, HISTORY
 PARTS = ("q", "memory", "low", "p", "nu", "nu_low")
 
@@ -41,7 +35,7 @@ def group_fields(d, entries):
     """The record of a member on a group: mu, 1 over sizes, g, what galvi.kernels.lie.product keeps
     beside them, and SHARED."""
     own = (
-        ("p", d), ("xi_sizes", d), ("pi_sizes", d), ("spare", PLACE), ("q", entries),
+        ("p", d), ("xi_sizes", d), ("pi_sizes", d), ("spare", blocks.PLACE), ("q", entries),
         ("memory", entries), ("low", entries), ("nu", d), ("nu_low", d),
     )  # fmt: skip
     return Fields(own, d)
@@ -57,7 +51,7 @@ class MemberGroup(MemberSteps, GroupPass):
         self.lay_out()
         self.begin_change()
         self.full = ir.Constant(ir.IntType(1), 1)
-        self.velocity_row, self.time_row = VELOCITY * d, TIMES * d
+        self.velocity_row, self.time_row = blocks.VELOCITY * d, blocks.TIMES * d
         self.guarded = {block * d + i for block in ITERATED for i in range(d)}
 
     def spread_sums(self, rows, *weights, matrix=None):
@@ -68,11 +62,9 @@ class MemberGroup(MemberSteps, GroupPass):
         return [(x * step).fused for x in self.weighted(rows, *weights)]
 
     def means(self, rows):
-        """As those of one member."""
         return [x.fused for x in self.weighted(rows, self.tabled.means)]
 
     def one_pass(self):
-        """As that of galvi.fast.lanes.group_pass."""
         self.whole_pass(self.first)
 
     def prepare_block(self):
@@ -100,7 +92,7 @@ class MemberGroup(MemberSteps, GroupPass):
         builder, d = self.builder, self.d
         self.judgement.active.set(self.field("alive") > 0.0)
         with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
-            self.continue_velocities(BEFORE * d)
+            self.continue_velocities(blocks.BEFORE * d)
         self.times(number)
         self.measure_rotations()
         self.guess_places()
@@ -109,7 +101,7 @@ class MemberGroup(MemberSteps, GroupPass):
         before = {name: self.fields_of(name) for name in PARTS}
         now = {name: list(lanes) for name, lanes in before.items()}
         end, kick = ([x.exact for x in self.loaded(self.first_lanes(), block)]
-                     for block in (END, PULLED))  # fmt: skip
+                     for block in (blocks.END, blocks.PULLED))  # fmt: skip
         for group, own, entries, _ in self.chart.factors:
             g, memory, low = (now[name][entries] for name in PARTS[:3])
             mu, nu, nu_low = (now[name][own] for name in PARTS[3:])
@@ -139,8 +131,8 @@ class MemberGroup(MemberSteps, GroupPass):
         builder = self.builder
         self.forget()
         self.sum_up()
-        self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, XI)))
-        self.note_turns(self.loaded(self.first_lanes(), END))
+        self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, blocks.XI)))
+        self.note_turns(self.loaded(self.first_lanes(), blocks.END))
         noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
         reach = REACHES[self.chart.number]
         return noted <= reach * reach
@@ -152,7 +144,7 @@ def group_steps(law, layout, chart):
 
     layout, chart  of galvi.kernels.lie.product
     """
-    functions = Chart(layout, chart)
+    functions = blocks.Chart(layout, chart)
     return of_words(
         lambda context, builder, words: MemberGroup(
             context, builder, words, law, functions

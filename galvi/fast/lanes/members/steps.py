@@ -17,10 +17,16 @@ from typing import Any, NamedTuple
 
 from numba.core import cgutils
 
+from galvi.fast.lanes.functions import Reciprocals
 from galvi.fast.lanes.law_pass import Pass
-from galvi.fast.lanes.members.rows import MemberLanes, Variable, splat, whole_number
-from galvi.fast.lanes.members.stopping import Judgement, terms_kept
-from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.members.rows import (
+    Judgement,
+    MemberLanes,
+    Variable,
+    splat,
+    terms_kept,
+    whole_number,
+)
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING
 from galvi.kernels.lie.arithmetic import larger, larger_size

@@ -18,14 +18,12 @@ REACH_IN_LANES = 20.0  # a rotation by nearly pi
 
 @generic
 def rotation(u):
-    """(sine, cosine) of R."""
     a = 1.0 / (1.0 + 0.25 * u)
     return a, 0.5 * a
 
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     a = 1.0 / (1.0 + 0.25 * u)
     a1 = -0.25 * a * a
     a2 = 0.125 * a * a * a
@@ -34,13 +32,11 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d) of T^-1."""
     return 1.0, 0.25
 
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2)) of V."""
     a = 1.0 / (1.0 + 0.25 * u)
     a1 = -0.25 * a * a
     a2 = 0.125 * a * a * a
@@ -49,7 +45,6 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    """(along, less) of the quaternion (1 + less, along xi)."""
     length = square_root(1.0 + 0.25 * u)
     return 0.5 / length, -0.25 * u / (length * (length + 1.0))
 
@@ -62,11 +57,9 @@ def from_quaternion(w, sine):
 
 @generic
 def angle(x):
-    """The signed angle of a plane rotation with coordinate x."""
     return 2.0 * np.arctan(0.5 * x)
 
 
 @generic
 def coordinate(angle):
-    """The coordinate of a plane rotation by ``angle``."""
     return 2.0 * np.tan(0.5 * angle)

@@ -69,14 +69,12 @@ def stumpff(u):
 
 @generic
 def rotation(u):
-    """(sine, cosine) of R."""
     c = stumpff(u)
     return c[0], c[1]
 
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     c1, c2, c3, c4, c5, c6, c7 = stumpff(u)
     d2, d3 = 0.5 * (2.0 * c4 - c3), 0.5 * (3.0 * c5 - c4)
     d4, d5 = 0.5 * (4.0 * c6 - c5), 0.5 * (5.0 * c7 - c6)
@@ -87,7 +85,6 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d) of T^-1."""
     c = stumpff(u)
     d = 0.5 * (c[2] - 2.0 * c[3]) / c[1]
     return 1.0 - u * d, d
@@ -95,7 +92,6 @@ def inverse(u):
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2)) of V."""
     (_, b, c), (_, b1, c1), (_, b2, c2) = tangent(u)
     return (b, c), (b1, c1), (b2, c2)
 
@@ -110,7 +106,6 @@ def half_turn_of_number(u):
 
 @in_kernels(half_turn_of_number)
 def half_turn(u):
-    """(along, less) of the quaternion (1 + less, along xi)."""
     if not hasattr(u, "call"):
         return half_turn_of_number(u)
     c = stumpff(0.25 * u)
@@ -119,17 +114,14 @@ def half_turn(u):
 
 @generic
 def from_quaternion(w, sine):
-    """factor: xi = factor (x, y, z)."""
     return 2.0 * np.arctan2(sine, w) / sine if sine > 1e-150 else 2.0 / w
 
 
 @generic
 def angle(x):
-    """The signed angle of a plane rotation with coordinate x."""
     return x
 
 
 @generic
 def coordinate(angle):
-    """The coordinate of a plane rotation by ``angle``."""
     return angle

@@ -23,7 +23,6 @@ REACH_IN_LANES = 40.0  # a rotation by nearly 2 pi
 
 @generic
 def rotation(u):
-    """(sine, cosine) of R."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     return (1.0 - m) * n * n, 0.5 * n * n
@@ -31,7 +30,6 @@ def rotation(u):
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     b = 0.5 * n * n
@@ -46,13 +44,11 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d) of T^-1."""
     return 1.0 - 0.0625 * u, 0.125
 
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2)) of V."""
     n = 1.0 / (1.0 + 0.0625 * u)
     e = 0.5 * n * n
     e1 = -0.0625 * n * n * n
@@ -65,7 +61,6 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    """(along, less) of the quaternion (1 + less, along xi)."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     return 0.5 * n, -2.0 * m * n
@@ -73,17 +68,14 @@ def half_turn(u):
 
 @generic
 def from_quaternion(w, sine):
-    """factor: xi = factor (x, y, z)."""
     return 4.0 / (1.0 + w)
 
 
 @generic
 def angle(x):
-    """The signed angle of a plane rotation with coordinate x."""
     return 4.0 * np.arctan(0.25 * x)
 
 
 @generic
 def coordinate(angle):
-    """The coordinate of a plane rotation by ``angle``."""
     return 4.0 * np.tan(0.25 * angle)

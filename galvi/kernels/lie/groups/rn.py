@@ -13,34 +13,13 @@ def place(chart, g, xi, out):
 
 
 @generic
-def same(v, out):
-    """out <- v."""
-    for i in range(len(v)):
-        out[i] = v[i]
-
-
-@generic
 def velocity(chart, xi, eta, out):
     """out <- eta."""
-    same(eta, out)
+    for i in range(len(eta)):
+        out[i] = eta[i]
 
 
-@generic
-def rate(chart, xi, v, out):
-    """out <- v."""
-    same(v, out)
-
-
-@generic
-def momentum(chart, xi, mu, out):
-    """out <- mu."""
-    same(mu, out)
-
-
-@generic
-def covector(chart, xi, pi, out):
-    """out <- pi."""
-    same(pi, out)
+rate = momentum = covector = coadjoint = velocity
 
 
 @generic
@@ -60,13 +39,7 @@ def coadjoint_change(chart, xi, mu, out):
 @generic
 def left_derivative(g, slope, out):
     """out <- slope."""
-    same(slope, out)
-
-
-@generic
-def coadjoint(chart, xi, mu, out):
-    """out <- mu."""
-    same(mu, out)
+    velocity(0, g, slope, out)
 
 
 @generic
@@ -84,7 +57,7 @@ def restore(g):
 @generic
 def with_rotation(chart, xi, w, out):
     """out <- xi: there are no rotations."""
-    same(xi, out)
+    velocity(chart, xi, xi, out)
 
 
 @generic
@@ -106,7 +79,7 @@ def advance(chart, xi, g, memory, low):
 @generic
 def in_space(g, mu, out):
     """out <- mu."""
-    same(mu, out)
+    velocity(0, g, mu, out)
 
 
 @generic

@@ -9,16 +9,8 @@ body's velocity is (s x', R^T (V' v x' + V v')).
 from __future__ import annotations
 
 from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
-from galvi.kernels.lie.chart_functions import translation_radial
-from galvi.kernels.lie.groups.so2 import (
-    change,
-    relative_coordinate,
-    restore_rotation,
-    slopes,
-    turn,
-    turn_derivative,
-    turn_frame,
-)
+from galvi.kernels.lie.dispatch import translation_radial
+from galvi.kernels.lie.groups import so2
 
 
 @generic
@@ -45,7 +37,7 @@ def inverse(matrix):
 @generic
 def rotation(chart, x):
     """R as (p, q)."""
-    less, sine = change(chart, x)
+    less, sine = so2.change(chart, x)
     return 1.0 + less, sine
 
 
@@ -63,8 +55,7 @@ def shift_matrix(chart, x):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
-    turn(chart, g, xi[0], 3, out)
+    so2.turn(chart, g, xi[0], 3, out)
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
     out[2] = g[2] + (g[0] * x + g[1] * y)
@@ -83,16 +74,14 @@ def shift_pace(chart, xi, eta):
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
-    out[0] = slopes(chart, xi[0])[0] * eta[0]
+    out[0] = so2.slopes(chart, xi[0])[0] * eta[0]
     out[1], out[2] = shift_pace(chart, xi, eta)
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
     V, V1, _ = shift_matrix(chart, xi[0])
-    turning = v[0] / slopes(chart, xi[0])[0]
+    turning = v[0] / so2.slopes(chart, xi[0])[0]
     x, y = times(V1, xi[1], xi[2])
     dx, dy = times(rotation(chart, xi[0]), v[1], v[2])
     out[0] = turning
@@ -101,28 +90,25 @@ def rate(chart, xi, v, out):
 
 @generic
 def momentum(chart, xi, mu, out):
-    """out <- T^T mu."""
     V, V1, _ = shift_matrix(chart, xi[0])
     x, y = times(V1, xi[1], xi[2])
     fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
-    out[0] = slopes(chart, xi[0])[0] * mu[0] + (fx * x + fy * y)
+    out[0] = so2.slopes(chart, xi[0])[0] * mu[0] + (fx * x + fy * y)
     out[1], out[2] = times(transposed(V), fx, fy)
 
 
 @generic
 def covector(chart, xi, pi, out):
-    """out <- T^-T pi."""
     V, V1, _ = shift_matrix(chart, xi[0])
     x, y = times(V1, xi[1], xi[2])
     fx, fy = times(inverse(transposed(V)), pi[1], pi[2])
-    out[0] = (pi[0] - (fx * x + fy * y)) / slopes(chart, xi[0])[0]
+    out[0] = (pi[0] - (fx * x + fy * y)) / so2.slopes(chart, xi[0])[0]
     out[1], out[2] = times(transposed(rotation(chart, xi[0])), fx, fy)
 
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    """out <- d(mu . T eta)/dxi."""
-    slope, bend = slopes(chart, xi[0])
+    slope, bend = so2.slopes(chart, xi[0])
     _, V1, V2 = shift_matrix(chart, xi[0])
     fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
     x, y = times(V2, xi[1], xi[2])
@@ -137,7 +123,7 @@ def momentum_slope(chart, xi, eta, mu, out):
 @generic
 def coadjoint_change(chart, xi, mu, out):
     """out <- (y cross R f, R f - f) for mu = (m, f) and y = V v."""
-    less, sine = change(chart, xi[0])
+    less, sine = so2.change(chart, xi[0])
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
     v, w = times((less, sine), mu[1], mu[2])
@@ -148,7 +134,7 @@ def coadjoint_change(chart, xi, mu, out):
 @generic
 def left_derivative(g, slope, out):
     """out <- the derivatives along a rotation and along translations in the body's frame."""
-    out[0] = turn_derivative(g, slope, 3)
+    out[0] = so2.turn_derivative(g, slope, 3)
     for a in range(2):
         out[1 + a] = g[a] * slope[2] + g[3 + a] * slope[5]
 
@@ -171,16 +157,14 @@ def shift_to_coordinates(chart, x, shift):
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^-1 k."""
-    xi[0] = relative_coordinate(chart, g, k, 3)
+    xi[0] = so2.relative_coordinate(chart, g, k, 3)
     shift = times((g[0], -g[3]), k[2] - g[2], k[5] - g[5])
     xi[1], xi[2] = shift_to_coordinates(chart, xi[0], shift)
 
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
-    restore_rotation(g, 3)
+    so2.restore_rotation(g, 3)
 
 
 @generic
@@ -210,7 +194,7 @@ def shift_in_space(chart, g, xi):
 def advance(chart, xi, g, memory, low):
     """g <- g Phi(xi); memory[2:4] is the low part of the position."""
     x, y = shift_in_space(chart, g, xi)
-    turn_frame(chart, xi[0], 3, g, memory, low)
+    so2.turn_frame(chart, xi[0], 3, g, memory, low)
     g[2], memory[2] = two_sum(g[2], memory[2] + x)
     g[5], memory[3] = two_sum(g[5], memory[3] + y)
 

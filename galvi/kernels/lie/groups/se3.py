@@ -14,15 +14,8 @@ from __future__ import annotations
 
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.arithmetic import cross, dot, generic, larger_size, two_sum
-from galvi.kernels.lie.chart_functions import translation_radial
-from galvi.kernels.lie.groups.so3 import (
-    columns,
-    fill,
-    relative_coordinates,
-    restore_rotation,
-    turn_derivatives,
-    turn_frame,
-)
+from galvi.kernels.lie.dispatch import translation_radial
+from galvi.kernels.lie.groups import so3
 from galvi.kernels.lie.rotations import change, rotated, rotation, times, transpose, turned
 
 
@@ -111,7 +104,6 @@ def shift_bend(chart, w, v, F, a):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
     across, x = transpose(rotation(chart, xi)), shifted(chart, 1.0, xi, xi[3:6])
     for i in range(3):
         row = g[4 * i], g[4 * i + 1], g[4 * i + 2]
@@ -129,46 +121,41 @@ def shift_pace(chart, xi, eta):
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
-    fill(rotations.tangent(chart, 1.0, xi, eta), out)
+    so3.fill(rotations.tangent(chart, 1.0, xi, eta), out)
     out[3], out[4], out[5] = shift_pace(chart, xi, eta)
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
     turning = rotations.inverse_tangent(chart, 1.0, xi, v)
     pace = minus(rotated(chart, 1.0, xi, v[3:6]), shift_rate(chart, 1.0, xi, xi[3:6], turning))
-    fill(turning, out)
+    so3.fill(turning, out)
     out[3], out[4], out[5] = unshifted(chart, 1.0, xi, pace)
 
 
 @generic
 def momentum(chart, xi, mu, out):
-    """out <- T^T mu."""
     F = rotated(chart, 1.0, xi, mu[3:6])
     turning = rotations.tangent(chart, -1.0, xi, mu)
-    fill(plus(turning, shift_slope(chart, xi, xi[3:6], F)), out)
+    so3.fill(plus(turning, shift_slope(chart, xi, xi[3:6], F)), out)
     out[3], out[4], out[5] = shifted(chart, -1.0, xi, F)
 
 
 @generic
 def covector(chart, xi, pi, out):
-    """out <- T^-T pi."""
     F = unshifted(chart, -1.0, xi, pi[3:6])
     turning = minus(pi, shift_slope(chart, xi, xi[3:6], F))
-    fill(rotations.inverse_tangent(chart, -1.0, xi, turning), out)
+    so3.fill(rotations.inverse_tangent(chart, -1.0, xi, turning), out)
     out[3], out[4], out[5] = rotated(chart, -1.0, xi, F)
 
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    """out <- d(mu . T eta)/dxi."""
     F, v = rotated(chart, 1.0, xi, mu[3:6]), xi[3:6]
     turning = rotations.tangent_slope(chart, xi, eta, mu)
     bent = plus(shift_bend(chart, xi, v, F, eta), shift_slope(chart, xi, eta[3:6], F))
     moment = cross(mu[3:6], shift_pace(chart, xi, eta))
-    fill(plus(plus(turning, bent), rotations.tangent(chart, -1.0, xi, moment)), out)
+    so3.fill(plus(plus(turning, bent), rotations.tangent(chart, -1.0, xi, moment)), out)
     out[3], out[4], out[5] = shift_rate(chart, -1.0, xi, F, eta)
 
 
@@ -177,14 +164,14 @@ def coadjoint_change(chart, xi, mu, out):
     """out <- (R m - m + x cross R f, R f - f) for mu = (m, f), where x = V v."""
     turn = change(chart, 1.0, xi, mu[3:6])
     lever = cross(shifted(chart, 1.0, xi, xi[3:6]), plus(mu[3:6], turn))
-    fill(plus(change(chart, 1.0, xi, mu), lever), out)
+    so3.fill(plus(change(chart, 1.0, xi, mu), lever), out)
     out[3], out[4], out[5] = turn
 
 
 @generic
 def left_derivative(g, slope, out):
     """out <- the derivatives along rotations and along translations in the body's frame."""
-    turn_derivatives(g, slope, 4, out)
+    so3.turn_derivatives(g, slope, 4, out)
     for a in range(3):
         out[3 + a] = g[a] * slope[3] + g[4 + a] * slope[7] + g[8 + a] * slope[11]
 
@@ -193,22 +180,20 @@ def left_derivative(g, slope, out):
 def coadjoint(chart, xi, mu, out):
     """out <- (R^T (m - x cross f), R^T f) for mu = (m, f), where x = V v."""
     lever = cross(shifted(chart, 1.0, xi, xi[3:6]), mu[3:6])
-    fill(rotated(chart, -1.0, xi, minus(mu, lever)), out)
+    so3.fill(rotated(chart, -1.0, xi, minus(mu, lever)), out)
     out[3], out[4], out[5] = rotated(chart, -1.0, xi, mu[3:6])
 
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^-1 k."""
-    relative_coordinates(chart, g, k, 4, xi)
+    so3.relative_coordinates(chart, g, k, 4, xi)
     apart = k[3] - g[3], k[7] - g[7], k[11] - g[11]
-    xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(columns(g, 4), apart))
+    xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(so3.columns(g, 4), apart))
 
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
-    restore_rotation(g, 4)
+    so3.restore_rotation(g, 4)
 
 
 @generic
@@ -228,14 +213,14 @@ def position_scale(g):
 @generic
 def shift_in_space(chart, g, xi):
     """R V v, the way from g to g Phi(xi)."""
-    return times(transpose(columns(g, 4)), shifted(chart, 1.0, xi, xi[3:6]))
+    return times(transpose(so3.columns(g, 4)), shifted(chart, 1.0, xi, xi[3:6]))
 
 
 @generic
 def advance(chart, xi, g, memory, low):
     """g <- g Phi(xi); memory[4:7] is the low part of the position."""
     shift = shift_in_space(chart, g, xi)
-    turn_frame(chart, xi, 4, g, memory, low)
+    so3.turn_frame(chart, xi, 4, g, memory, low)
     for i in range(3):
         g[4 * i + 3], memory[4 + i] = two_sum(g[4 * i + 3], memory[4 + i] + shift[i])
 
@@ -243,20 +228,20 @@ def advance(chart, xi, g, memory, low):
 @generic
 def in_space(g, mu, out):
     """out <- (R m, R f) for mu = (m, f)."""
-    R = transpose(columns(g, 4))
-    fill(times(R, mu), out)
+    R = transpose(so3.columns(g, 4))
+    so3.fill(times(R, mu), out)
     out[3], out[4], out[5] = times(R, mu[3:6])
 
 
 @generic
 def carry(chart, g, g1, xi, kick, mu, nu, low):
     """The force's impulse, then its moment and that of the momentum about the new point."""
-    R, back = transpose(columns(g, 4)), columns(g1, 4)
+    R, back = transpose(so3.columns(g, 4)), so3.columns(g1, 4)
     push, moment = times(R, kick[3:6]), times(R, kick)
     for i in range(3):
         nu[3 + i], low[3 + i] = two_sum(nu[3 + i], low[3 + i] + push[i])
     lever = cross(shift_in_space(chart, g, xi), nu[3:6])
     for i in range(3):
         nu[i], low[i] = two_sum(nu[i], low[i] + (moment[i] - lever[i]))
-    fill(times(back, nu), mu)
+    so3.fill(times(back, nu), mu)
     mu[3], mu[4], mu[5] = times(back, nu[3:6])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, square_root, two_sum
-from galvi.kernels.lie.chart_functions import coordinate_of, rotation_radial, tangent_radial
+from galvi.kernels.lie.dispatch import coordinate_of, rotation_radial, tangent_radial
 
 
 @generic
@@ -77,32 +77,22 @@ def turn_derivative(g, slope, row):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
     turn(chart, g, xi[0], 2, out)
 
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
+    """out <- T eta = T^T eta."""
     out[0] = slopes(chart, xi[0])[0] * eta[0]
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
+    """out <- T^-1 v = T^-T v."""
     out[0] = v[0] / slopes(chart, xi[0])[0]
 
 
-@generic
-def momentum(chart, xi, mu, out):
-    """out <- T mu."""
-    out[0] = slopes(chart, xi[0])[0] * mu[0]
-
-
-@generic
-def covector(chart, xi, pi, out):
-    """out <- T^-1 pi."""
-    out[0] = pi[0] / slopes(chart, xi[0])[0]
+momentum, covector = velocity, rate
 
 
 @generic
@@ -119,7 +109,6 @@ def coadjoint_change(chart, xi, mu, out):
 
 @generic
 def left_derivative(g, slope, out):
-    """out <- the derivative along a rotation."""
     out[0] = turn_derivative(g, slope, 2)
 
 
@@ -131,13 +120,11 @@ def coadjoint(chart, xi, mu, out):
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinate of g^T k."""
     xi[0] = relative_coordinate(chart, g, k, 2)
 
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
     restore_rotation(g, 2)
 
 
@@ -155,7 +142,6 @@ def position_scale(g):
 
 @generic
 def advance(chart, xi, g, memory, low):
-    """g <- g Phi(xi)."""
     turn_frame(chart, xi[0], 2, g, memory, low)
 
 

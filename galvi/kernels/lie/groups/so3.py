@@ -72,7 +72,6 @@ def turn_frame(chart, xi, row, g, memory, low):
 
 @generic
 def place(chart, g, xi, out):
-    """out <- g Phi(xi)."""
     columns = transpose(rotation(chart, xi))
     for i in range(3):
         row = g[3 * i], g[3 * i + 1], g[3 * i + 2]
@@ -81,31 +80,26 @@ def place(chart, g, xi, out):
 
 @generic
 def velocity(chart, xi, eta, out):
-    """out <- T eta."""
     fill(rotations.tangent(chart, 1.0, xi, eta), out)
 
 
 @generic
 def rate(chart, xi, v, out):
-    """out <- T^-1 v."""
     fill(rotations.inverse_tangent(chart, 1.0, xi, v), out)
 
 
 @generic
 def momentum(chart, xi, mu, out):
-    """out <- T^T mu."""
     fill(rotations.tangent(chart, -1.0, xi, mu), out)
 
 
 @generic
 def covector(chart, xi, pi, out):
-    """out <- T^-T pi."""
     fill(rotations.inverse_tangent(chart, -1.0, xi, pi), out)
 
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    """out <- d(mu . T eta)/dxi."""
     fill(rotations.tangent_slope(chart, xi, eta, mu), out)
 
 
@@ -117,7 +111,6 @@ def coadjoint_change(chart, xi, mu, out):
 
 @generic
 def left_derivative(g, slope, out):
-    """out <- the derivatives along rotations."""
     turn_derivatives(g, slope, 3, out)
 
 
@@ -129,13 +122,11 @@ def coadjoint(chart, xi, mu, out):
 
 @generic
 def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^T k."""
     relative_coordinates(chart, g, k, 3, xi)
 
 
 @generic
 def restore(g):
-    """One Newton step to orthogonality."""
     restore_rotation(g, 3)
 
 
@@ -153,7 +144,6 @@ def position_scale(g):
 
 @generic
 def advance(chart, xi, g, memory, low):
-    """g <- g Phi(xi)."""
     turn_frame(chart, xi, 3, g, memory, low)
 
 
