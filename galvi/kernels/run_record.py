@@ -38,7 +38,7 @@ class Progress(NamedTuple):
     """The current state of a run, updated by each kernel; for rows see the kernels.
 
     state (4, n), stages (d, s), solver_state (3 or more,), counts (4 or 5,)
-    passage (5,)  see galvi.kernels.forces.passages; (0,) without pairs of point masses
+    passage  see galvi.kernels.forces.passages; (0,) without pairs of point masses
     """
 
     state: Any

@@ -26,6 +26,8 @@ from galvi.problem import Problem
 from galvi.run import plan as runs
 from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.nystrom_engine import kernel_tableau
+from galvi.run.point_masses.encounters import encounter
+from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
@@ -192,6 +194,10 @@ def _farthest_of(group: Group, path: Array) -> float:
 
 def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
     problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
+    if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+        q, p = work.state[:2]
+        v = problem.system.velocity(p.reshape(problem.q0.shape)).ravel()
+        return encounter(problem, problem.system, method.stages, step, np.array([q, p, v]))
     if isinstance(problem.system, WithLimits):
         q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
         if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):

@@ -15,6 +15,7 @@ from tqdm import tqdm
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import RedoneCurves
+from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
@@ -186,7 +187,7 @@ def _ending(
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
         start.solver, start.tolerance, start.save_every, start.curves, end.energies,
-        read_only(work.passage),
+        read_only(work.passage[:FOUND]),
     )  # fmt: skip
     return {"success": end.success, "status": end.status, "failed_step": end.failed_step,
             "checkpoint": last}  # fmt: skip

@@ -17,6 +17,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, FrameCurves, LocalChart
+from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
@@ -237,7 +238,7 @@ class RunArrays(NamedTuple):
     seen                         (watched + 1, r + d), as saved_q and saved_v, of the watched steps
                                  and room for the last; for a Lagrangian (watched + 1, r + d + d s),
                                  with the stages
-    passage                      (5,) see galvi.kernels.forces.passages; (0,) without point masses
+    passage                      see galvi.kernels.forces.passages; (0,) without point masses
     """
 
     state: Array
@@ -274,7 +275,9 @@ class RunArrays(NamedTuple):
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = np.zeros(0)
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
-            passage = start.passage.copy() if start.passage.size else np.zeros(5)
+            known = start.passage if start.passage.size else np.zeros(FOUND)
+            system = problem.system
+            passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
             np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -207,4 +210,42 @@ def test_a_function_of_time_is_asked_at_the_time_of_the_start():
 def test_a_step_that_newton_cannot_solve_is_tried_in_parts_and_ends_the_run_in_words():
     problem = bodies([one for name in ("tides", "EIH", "power laws") for one in CASES[name]])
     run = galvi.integrate(problem, METHOD, 3.0, 5)
-    assert not run.success and "Newton's method did not solve" in run.status
+    assert not run.success and "with the forces beside gravity the step cannot" in run.status
+
+
+NEGLIGIBLE = {
+    "drag": galvi.Drag([1e-14] * 3),
+    "radiation": galvi.Radiation([0.0, 1e-14, 0.0], 1e6),
+    "relativity": galvi.Relativity(1e8),
+    "EIH": galvi.Relativity(1e8, form="EIH"),
+    "tides": galvi.Tides(1, 0.3, 1e-5, 0.01),
+    "jitted": galvi.Force(numba.njit(lambda q, v: -1e-16 * v), takes_velocity=True),
+    "Python": galvi.Force(lambda q, v: -1e-16 * v, takes_velocity=True),
+}
+
+
+def passing(forces):
+    """Two bodies from the apocentre of an orbit with e = 0.95, and a light one far away."""
+    q, v = [[0, 0], [1.95, 0], [9, 0]], [[0, 0], [0, 0.05**0.5 / 1.95**0.5], [0, 1 / 3]]
+    return galvi.Problem(galvi.NBody([1.0, 1e-3, 1e-9], forces=forces), q, v)
+
+
+@pytest.mark.parametrize(
+    ("name", "solver"), [("drag", "newton"), *((name, "auto") for name in NEGLIGIBLE)]
+)
+def test_a_run_with_a_negligible_force_says_of_passages_what_it_says_without(name, solver):
+    """Its energy is not judged; a step of 1e-3 resolves the passage, of 0.05 does not, and one of
+    0.5 cannot be solved."""
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+
+    def run(forces, step, steps):
+        return galvi.integrate(passing(forces), method, step, steps, solver=solver, save_every=20)
+
+    plain, forced = (run(forces, 0.05, 80) for forces in ((), NEGLIGIBLE[name]))
+    assert "bodies 0 and 1 passed at a distance of about " in plain.status
+    assert forced.status == re.sub("the energy changed by [^;]*; ", "", plain.status)
+    assert galvi.resume(run(NEGLIGIBLE[name], 0.05, 70), 10).status == forced.status
+    plain, forced = (run(forces, 0.5, 40) for forces in ((), NEGLIGIBLE[name]))
+    assert forced.status == plain.status and plain.status.startswith("Stopped at step 7 of 40")
+    if name != "Python":  # the same at 3200 calls of many functions
+        assert run(NEGLIGIBLE[name], 1e-3, 3200).status == "Completed."

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.fast.lanes.nbody import near_limit
-from galvi.kernels.forces.passages import NEAR
+from galvi.kernels.forces.passages import FOUND, NEAR, near_limit
 from galvi.run import engine_choice
 from galvi.run.nystrom_engine import NYSTROM, general_stepper
 from galvi.run.point_masses.encounters import encounter
@@ -71,8 +70,8 @@ def test_a_body_at_infinity_is_named():
 
 def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the_stages():
     """Three bodies at rest: only gravity can have sped them up, to v^2 = 2 G m / d at d."""
-    masses, state, h, n = np.array([2.0, 0.5, 0.25]), np.zeros((4, 6)), 0.1, 8
-    fast, slow = near_limit.py_func((0, 1), masses, 0, state, h, n)
+    h, n, passage = 0.1, 8, np.array([0.0] * FOUND + [2.0, 2.0, 0.5, 0.25])
+    fast, slow = near_limit.py_func(passage, np.zeros(6), h, n)
     distance = slow ** (1.0 / 3.0)
     speed = np.sqrt(2.0 * 2.5 / distance)
     assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)

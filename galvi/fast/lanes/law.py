@@ -51,6 +51,7 @@ from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows, end_of_step
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
+from galvi.kernels.forces.passages import near_limit, note_passages
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
@@ -213,7 +214,7 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
     kicks, ahead, series, tables, complement, growth, fit, c, line = parts
-    state, stages, solver_state, counts, _passage = progress
+    state, stages, solver_state, counts, passage = progress
     (d, s), h, second = stages.shape, plan.step, 2 if alone else 1
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
     before, times = work[6 * d : 7 * d], work[7 * d]
@@ -269,6 +270,12 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
                     kept.curves[step, i, l] += line[l] * saved[2, i]
         if not alone:
             watch_stages(plan, kept, step, 2 * d, V, s)
+        if passage.size > 0:
+            fast, slow = near_limit(passage, V[:, 0], h, fit.shape[0])
+            note_passages(
+                passage, Q, c[:s], saved[0], state[0], h, fit.shape[0],
+                max(fast, slow ** (2.0 / 3.0)), plan.first + step + 1,
+            )  # fmt: skip
     copy_rows(stages, V)
     return solve.SOLVED
 

@@ -41,7 +41,7 @@ from galvi.fast.lanes import gravity
 from galvi.fast.lanes.celestial import add_terms
 from galvi.fast.lanes.gravity import LANES, combine, drift, fused
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, compiled_for, jit_inline
-from galvi.kernels.forces.passages import NEAR, note_passages
+from galvi.kernels.forces.passages import near_limit, note_passages
 from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
@@ -234,31 +234,6 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
 
 
 @jit_inline
-def near_limit(axes, masses, star, state, h, n):
-    """Squared distance at the stages beyond which a passage is resolved: (NEAR h v / n)^2.
-
-    v is at most the sum of the two largest speeds relative to the star, and at most that of a
-    parabola, v^2 = 2 G m / d, whichever is larger.
-    """
-    dimension, first, second, heavy = len(axes), 0.0, 0.0, 0.0
-    for body in range(masses.size):
-        square = 0.0
-        for x in range(dimension):
-            speed = state[2, body * dimension + x] - state[2, star * dimension + x]
-            square += speed * speed
-        if square > first:
-            first, second = square, first
-        elif square > second:
-            second = square
-        if body != star:
-            heavy = max(heavy, masses[body])
-    reach = NEAR * h / n
-    fast = reach * reach * (first + second + 2.0 * math.sqrt(first * second))
-    slow = 2.0 * reach * reach * (masses[star] + heavy)
-    return fast, slow
-
-
-@jit_inline
 def any_near(nearest, fast, slow):
     """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
     least = math.inf
@@ -342,12 +317,11 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
         a, new = new, a
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, before[0], state[0], state[2])
-        limit = any_near(nearest, *near_limit(axes, masses, star, before, h, n))
+        limit = any_near(nearest, *near_limit(passage, before[2], h, n))
         if limit > 0.0:
             note_passages(
-                masses, len(axes), Q, tableau.c, before[0], state[0], h, n, limit,
-                plan.first + step + 1, passage,
-            )  # fmt: skip
+                passage, Q, tableau.c, before[0], state[0], h, n, limit, plan.first + step + 1
+            )
         if kept.bases.shape[0] > 0:
             copy_rows(stages, a)
             curve_coefficients(tableau, h, before, stages, kept.curves[step])

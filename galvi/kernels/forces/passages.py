@@ -18,15 +18,17 @@ another star it is 1 to 10 times too small for the positions an orbit later
 
 masses   (bodies,)               G m; two massless bodies do not meet
 Q, c     (bodies * dimension, s) positions at the stages, and the nodes (s,)
-passage  (5,)                    largest error so far, its bodies, their distance, and its step
+passage  (FOUND + 1 + bodies,)   largest error so far, its bodies, their distance, and its step;
+                                 then what a run does not change, the dimension and the masses
 """
 
 from __future__ import annotations
 
 import math
 
-from galvi.kernels.compile.jit import jit_noalloc
+from galvi.kernels.compile.jit import jit_inline, jit_noalloc
 
+FOUND = 5
 NEAR = 3.0  # passages whose error exceeds ``UNRESOLVED`` are within NEAR h v / n at some stage
 FLAT = 1e-6  # |e - 1| below which a conic section is taken as a parabola
 SMALL = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are those of a parabola
@@ -71,15 +73,45 @@ def passage_error(square, speed, along, mu, where, h, n):
     return min(1.0, 2.0 / e) * math.exp(-2.0 * n * max(math.log(rho), y))
 
 
+@jit_inline
+def near_limit(passage, v, h, n):
+    """What tells the squared distance at the stages beyond which a passage is resolved,
+    (NEAR h v / n)^2: itself for v from velocities (d,), and its power 3/2 for that of a parabola.
+
+    v is at most the sum of the two largest speeds relative to the heaviest body, and at most that
+    of a parabola, v^2 = 2 G m / d, whichever is larger.
+    """
+    dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
+    star, first, second, heavy = 0, 0.0, 0.0, 0.0
+    for body in range(masses.size):
+        if masses[body] > masses[star]:
+            star = body
+    for body in range(masses.size):
+        square = 0.0
+        for x in range(dimension):
+            speed = v[body * dimension + x] - v[star * dimension + x]
+            square += speed * speed
+        if square > first:
+            first, second = square, first
+        elif square > second:
+            second = square
+        if body != star:
+            heavy = max(heavy, masses[body])
+    reach = NEAR * h / n
+    fast = reach * reach * (first + second + 2.0 * math.sqrt(first * second))
+    slow = 2.0 * reach * reach * (masses[star] + heavy)
+    return fast, slow
+
+
 @jit_noalloc
-def note_passages(masses, dimension, Q, c, q0, q1, h, n, limit, done, passage):
+def note_passages(passage, Q, c, q0, q1, h, n, limit, done):
     """Update ``passage`` by the pairs of the step from q0 to q1, which is number ``done``.
 
     limit  squared distance at the stages above which a pair is left out
 
     The path between two stages is taken as straight where two bodies are closest.
     """
-    stages = c.size
+    dimension, masses, stages = int(passage[FOUND]), passage[FOUND + 1 :], c.size
     for i in range(masses.size):
         for j in range(i + 1, masses.size):
             if masses[i] + masses[j] == 0.0:

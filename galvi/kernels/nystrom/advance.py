@@ -3,7 +3,7 @@
 state         (4, d)   see galvi.kernels.nystrom.step
 a             (d, s)   accelerations at the last step's stages, from which the next is predicted
 solver_state  (3,)     [content of a: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
-passage       (5,)     see galvi.kernels.forces.passages, for point masses; (0,) for other systems
+passage       (p,)     see galvi.kernels.forces.passages, for point masses; (0,) for other systems
 counts        (8,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
                        see galvi.kernels.nystrom.solve
 """
@@ -78,12 +78,10 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
             return code
         if not commit(tableau, plan, step, streak, work, progress, kept, before):
             return NOT_FINITE
-        if progress.passage.size > 0:  # constants as in galvi.kernels.forces.nbody
+        if progress.passage.size > 0:
             note_passages(
-                force.constants[1 : 1 + state.shape[1] // int(force.constants[0])],
-                int(force.constants[0]), Q, tableau.c, before[0], state[0], h,
+                progress.passage, Q, tableau.c, before[0], state[0], h,
                 tableau.velocity_coefficients.size, np.inf, plan.first + step + 1,
-                progress.passage,
             )  # fmt: skip
     return SOLVED
 

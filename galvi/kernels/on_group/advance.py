@@ -19,6 +19,7 @@ from numba import types
 
 from galvi.kernels.compile.jit import VECTOR, compiled_for, jit
 from galvi.kernels.forces.lagrangian_derivatives import LAW_TUPLE, Law
+from galvi.kernels.forces.passages import note_passages
 from galvi.kernels.lie import product
 from galvi.kernels.lie.dispatch import angle_of
 from galvi.kernels.lie.product import is_flat
@@ -26,7 +27,7 @@ from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
-from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_place
+from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_place, place_curve
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
 STREAK = 1
@@ -55,13 +56,14 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
     farthest  largest |xi| of a rotation that the chart allows
     """
     law, basis, plan, kept = Law(*law), Basis(*basis), Plan(*plan), Kept(*kept)
-    state, stages, solver_state, counts, _passage = progress
+    state, stages, solver_state, counts, passage = progress
     h, d, s = plan.step, stages.shape[0], stages.shape[1]
     m, r = basis.end.size, kept.q.shape[1]
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
     forces = np.empty((3, d, s))
     g, mu, g1, mu1, low = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
     nu = np.empty(d if state.shape[1] >= 3 * d else 0)
+    place, rate = np.empty((d, s)), np.empty((d, s))
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for i in range(r):
             g[i] = state[0, i]
@@ -113,6 +115,12 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
             for i in range(d):
                 for j in range(s):
                     kept.seen[row, r + d + i * s + j] = velocities[i, j]
+        if passage.size > 0:  # point masses, on R^d
+            place_curve(basis, h, x, place, rate)
+            for i in range(d):
+                for j in range(s):
+                    place[i, j] += g[i]
+            note_passages(passage, place, basis.c, g, g1, h, m, np.inf, plan.first + step + 1)
     return SOLVED
 
 

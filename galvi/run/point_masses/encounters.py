@@ -16,7 +16,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.kernels.forces.passages import UNRESOLVED
+from galvi.kernels.forces.passages import FOUND, UNRESOLVED
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -64,7 +64,9 @@ def encounter(
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
     if not closest[pair] > MEETING * apart[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
-    if system.acting.functions and solvable > abs(step):
+    if system.forces and solvable > abs(step) and not framed:
+        if not system.acting.functions:
+            return "with the forces beside gravity the step cannot be solved. Use a smaller step."
         return (
             "with your Force the step cannot be solved: it is not finite (nor may it push a body "
             "without mass), or it varies too fast. Check its function, or use a smaller step."
@@ -98,7 +100,7 @@ def adapting_steps(problem: Problem, step: float, passage: Array) -> bool:
     """Whether a step small enough for the worst passage is one that nobody would wait for."""
     if passage.size == 0 or not passage[0] > UNRESOLVED:
         return False
-    _error, one, other, distance, _number = passage
+    _error, one, other, distance, _number = passage[:FOUND]
     system: Any = problem.system
     mu = system.G * (system.masses[int(one)] + system.masses[int(other)])
     return bool(np.sqrt(distance**3 / mu) < abs(step) / MANY)
@@ -108,7 +110,7 @@ def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
     """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved."""
     if passage.size == 0 or not passage[0] > UNRESOLVED:
         return ""
-    error, one, other, distance, number = passage
+    error, one, other, distance, number = passage[:FOUND]
     names, t = body_names(problem, problem.q0.shape[0]), problem.t0 + (number - 0.5) * step
     return (
         f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
