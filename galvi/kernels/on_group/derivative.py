@@ -105,23 +105,9 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
 
 @jit_noalloc
 def derivative(
-    law,
-    layout,
-    chart,
-    basis,
-    scratch,
-    scale,
-    rate_scale,
-    h,
-    g,
-    mu0,
-    t,
-    x,
-    place,
-    rate,
-    forces,
+    law, layout, chart, basis, scratch, scale, rate_scale, h, g, mu0, t, x, place, rate, forces,
     matrix,
-):
+):  # fmt: skip
     """matrix <- dR/dx, (unknowns, unknowns); x[a, i] and R[a, i] have the index first[a] + i."""
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     blocks, kicks, here = scratch.blocks, scratch.kicks, scratch.here

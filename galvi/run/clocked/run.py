@@ -60,17 +60,10 @@ def motion_of(
 
 
 def run_in_clock(
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    start: Checkpoint,
-    steps: int | None,
-    time: float | None,
-    *,
-    first: Trajectory | None = None,
-    progress: bool | None = None,
+    problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
+    time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:
+) -> Trajectory:  # fmt: skip
     """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
 
     first  the run that is continued: its last state is the first of this one
