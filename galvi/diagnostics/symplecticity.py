@@ -27,9 +27,9 @@ from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, VectorSystem
-from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
 OF_VELOCITY = (

@@ -27,8 +27,8 @@ from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
+from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
-from galvi.systems.velocities import velocity_at
 from galvi.trajectory import COMPLETED, Trajectory
 
 LOOKED_AT = 1024  # states of a run by whose energies it is judged
