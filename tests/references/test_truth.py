@@ -12,7 +12,7 @@ from references.heyoka.engine import QUADRUPLE
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound.ias15 import IAS15
 from references.stored.encounters import ENCOUNTERS
-from references.stored.planets import CASES, FOLDER, STORED_TRUTH, sampled, stored
+from references.stored.planets import CASES, FOLDER, STORED_TRUTH, as_kept, sampled, stored
 
 every = pytest.mark.parametrize("case", CASES)
 
@@ -33,6 +33,16 @@ def test_it_is_kept_for_its_problem_and_no_other(case):
     ]
     assert not any(STORED_TRUTH.supports(other) for other in near)
     assert not STORED_TRUTH.supports(galvi.problems.kepler())
+
+
+@pytest.mark.parametrize("case", ENCOUNTERS)
+def test_a_start_made_on_another_processor_is_that_of_the_file(case):
+    problem, _ = CASES[case]
+    other = problem.with_initial_state(problem.q0 * (1.0 + 2.0**-52), problem.v0)
+    assert not STORED_TRUTH.supports(other) and STORED_TRUTH.supports(as_kept(case, other))
+    wrong = problem.with_initial_state(problem.q0 * (1.0 + 1e-12), problem.v0)
+    with pytest.raises(ValueError, match="Make the file anew"):
+        as_kept(case, wrong)
 
 
 @every

@@ -28,7 +28,7 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.trace import TRACE
 from references.scipy.ivp import DOP853
-from references.stored.encounters import ENCOUNTERS
+from references.stored.planets import CASES as STORED
 from references.stored.planets import STORED_TRUTH
 
 REVOLUTIONS = 20.37  # ends away from the pericentre, with its phase
@@ -62,8 +62,7 @@ ECCENTRICITIES = (0.9, 0.99, 0.999, 0.9999)
 
 def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
     """A problem whose truth is stored, as it needs quadruple precision."""
-    make, whole = ENCOUNTERS[case]
-    problem, chosen = make(), CASES[case]
+    (problem, whole), chosen = STORED[case], CASES[case]
     duration = chosen.share * whole
 
     def truth() -> Truth:
