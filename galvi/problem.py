@@ -16,6 +16,7 @@ from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
 from galvi.systems.potentials.potentials import Potential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import BuiltinLagrangian, System
@@ -81,6 +82,7 @@ class Problem:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         if isinstance(self.system, WithFunctions):
             self.system.check_derivatives(self.q0, self.v0, self.t0)
+        if isinstance(self.system, WithFunctions | NBody):
             self.system.trace(self.q0, self.v0, self.t0)
 
     def __reduce__(self) -> tuple[Any, ...]:

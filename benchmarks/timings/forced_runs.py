@@ -17,7 +17,7 @@ ELSEWHERE: Mapping[str, tuple[float, dict[str, Any]]] = {
     "Kepler frame": (400.0, {"chart": galvi.KeplerFrame()}),  # days
     "clock": (0.4, {"clock": galvi.DynamicalTime()}),
 }
-STEPS, SLOW, ARM_STEPS = 10_000, 100, 200
+STEPS, ARM_STEPS = 10_000, 200
 SPEED = 173.14463  # of light, au / day
 NONE = "none"
 Call = tuple[Callable[[], Any], int]  # and its steps
@@ -48,12 +48,13 @@ def of_position() -> dict[str, Any]:
 
 
 def of_velocity() -> dict[str, Any]:
-    """Forces of the outer planets that lanes call one state at a time."""
-    few = [0.0, *[1e-12] * 5]
+    """Forces of the outer planets that know velocities, built in and a function of a user's."""
+    few, masses = [0.0, *[1e-12] * 5], forced(()).system.masses[:, None]
     return {
         "one source": galvi.Relativity(SPEED), "EIH": galvi.Relativity(SPEED, form="EIH"),
         "radiation": galvi.Radiation(few, SPEED), "drag": galvi.Drag(few),
         "tides": galvi.Tides(0, 0.03, 4.65e-3, 1e-3),
+        "a function": galvi.Force(lambda q, v: -1e-12 * masses * v, takes_velocity=True),
     }  # fmt: skip
 
 
@@ -86,11 +87,7 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
     """group -> name -> a run, and how many steps it takes."""
     ours: dict[str, Call] = {
         name: (partial(_run, forced(force), STEP, STEPS), STEPS)
-        for name, force in of_position().items()
-    }
-    ours |= {
-        name: (partial(_run, forced(force), STEP, SLOW), SLOW)
-        for name, force in of_velocity().items()
+        for name, force in {**of_position(), **of_velocity()}.items()
     }
     groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
     for place, (step, where) in ELSEWHERE.items():

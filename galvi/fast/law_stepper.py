@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.fast.lanes.called import called_numbers
+from galvi.fast.lanes.called import LAYOUT, called_numbers
 from galvi.fast.lanes.group_law import HISTORY, compiled_advance_group_law
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
@@ -66,11 +66,12 @@ class LaneLaw(NamedTuple):
 
 def lane_law(system: Any, d: int) -> LaneLaw | None:
     """The law for lanes of a system of d coordinates on R^d, or None."""
+    found = traces(system)
     if isinstance(system, NBody) and system.acting.of_velocity:
         system = NBodyOnRn(system, d // system.masses.size)
     group = getattr(system, "group", None)
     on_space = isinstance(group, Rn) or isinstance(system, Canonical)
-    return _lane_law(system, d, traces(system)) if on_space else None
+    return _lane_law(system, d, found) if on_space else None
 
 
 @lru_cache(maxsize=32)
@@ -84,8 +85,12 @@ def _lane_law(system: Any, d: int, found: Traces) -> LaneLaw | None:
     kernel: LagrangianKernel = whole.lagrangian_kernel()
     if not kernel.compiled:
         return None
-    group = whole.group
-    lines = called(math.prod(group.shape), d)
+    group, mass, first = whole.group, None, LAYOUT + 4 * len(whole.group.layout)
+    if isinstance(whole, NBodyOnRn):
+        mass = first, 0, False
+    elif isinstance(whole, CanonicalOnRn):
+        mass = first, d, whole.canonical.mass.ndim == 2
+    lines = called(math.prod(group.shape), d, mass)
     return LaneLaw(lines, called_numbers(kernel, group.layout), kernel)
 
 

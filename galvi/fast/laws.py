@@ -4,6 +4,8 @@ the functions of a user's for them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
@@ -17,6 +19,7 @@ from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.traced_lagrangian import (
     traced_force,
     traced_gradient,
+    traced_kernel,
     traced_lagrangian,
 )
 from galvi.groups.group import Rn
@@ -24,10 +27,13 @@ from galvi.kernels.trees import tree
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.finite_differences import difference_scales
+from galvi.systems.forces.celestial import Force
 from galvi.systems.forces.drag import RotorDrag
 from galvi.systems.forces.external_force import BuiltinForce, Forced
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.potentials import (
     CentralForce,
@@ -37,7 +43,7 @@ from galvi.systems.potentials.potentials import (
     UniformField,
 )
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.traces import Trace, traces
+from galvi.systems.traces import Trace, Untraceable, traces
 from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.joint_forces import JointForces
 from galvi.systems.trees.rigid_tree import RigidTree
@@ -97,6 +103,18 @@ def _(system: CanonicalOnRn) -> LawCode | None:
     return _with_force((lines, np.concatenate([mass.ravel(), slopes[1]])), canonical)
 
 
+@law_of.register
+def _(system: NBodyOnRn) -> LawCode | None:
+    bodies, d, force = system.bodies, system.group.dimension, force_of(system.bodies)
+    if not fits(d, False) or (bodies.acting.functions and force is None):
+        return None
+    known = replace(bodies, forces=[one for one in bodies.forces if not isinstance(one, Force)])
+    with suppress(Untraceable):
+        law = traced_kernel(replace(system, bodies=known).lagrangian_kernel(), d)
+        return lane_law.with_force(law, force) if force else law
+    return None
+
+
 def slopes_of(system: Canonical) -> LawCode | None:
     """dV/dq of a canonical system, see galvi.fast.symbolic.lane_law; None where it has none."""
     found, potential = traces(system).found.get("dV/dq"), system.builtin
@@ -111,10 +129,10 @@ def slopes_of(system: Canonical) -> LawCode | None:
     )
 
 
-def force_of(system: Forced) -> LawCode | None:
+def force_of(system: Forced | NBody) -> LawCode | None:
     """The external force of a system, a function (q, v, t, constants) -> d values; None where it
     has none for lanes."""
-    force = system.force
+    force = getattr(system, "force", None)
     if isinstance(force, BuiltinForce):
         lines = lines_of(force)
         return (lines, force.compiled()[1]) if lines else None
@@ -210,6 +228,11 @@ def _known(value: RigidTree) -> dict[int, float]:
 
 def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:
     """What traces the functions of a system near a state."""
+    if isinstance(system, NBody):
+        space, function = Rn(q.size), system.acting.pushes(q.shape[1])
+        q, v = q.ravel(), v.ravel()
+        found = difference_scales(space, q, v)
+        return {"force": lambda: traced_force(function, space, q, v, t, True, found)}
     if not isinstance(system, Canonical | Lagrangian):
         return {}
     group = Rn(q.size) if isinstance(system, Canonical) else system.group

@@ -31,7 +31,7 @@ from galvi.trajectory import Trajectory
 
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
-_ANNOUNCED: WeakSet[WithFunctions] = WeakSet()
+_ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
 # (problem, method, step, start, steps, time, events, first) -> a run with events, of `progress` and
 # `interrupted`: registered by galvi/__init__, as it searches runs and stands above.
 NONE: Any = ((), [])  # of events
@@ -124,8 +124,7 @@ def checked(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
             f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
-    if isinstance(problem.system, WithFunctions):
-        _trace_anew(problem, problem.system)
+    _trace_anew(problem)
     engine = engine_for(problem, method)
     if solver not in engine.solvers:
         raise ValueError(
@@ -135,7 +134,7 @@ def checked(
     if solver == "fixed_point":
         _check_iteration(engine, problem, method)
     _check_functions(problem)
-    if solver != "newton" and isinstance(problem.system, WithFunctions):
+    if solver != "newton" and isinstance(problem.system, WithFunctions | NBody):
         _announce(problem, problem.system)
     begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
@@ -177,8 +176,7 @@ def checked_in_clock(
     )
     if steps is None and duration is None:
         raise ValueError("give steps, or a duration, or both; received neither.")
-    if isinstance(problem.system, WithFunctions):
-        _trace_anew(problem, problem.system)
+    _trace_anew(problem)
     _check_functions(problem)
     most = None if steps is None else input_checks.whole("steps", steps)
     time = None
@@ -246,8 +244,7 @@ def resume(
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
         start = replace(start, curves=input_checks.flag("curves", curves))
-    if isinstance(problem.system, WithFunctions):
-        _trace_anew(problem, problem.system)
+    _trace_anew(problem)
     if method.clock is not None:
         return _resumed_in_clock(run, problem, start, steps, duration, until, asked, progress)
     if until is None:
@@ -315,15 +312,18 @@ def check_end(t0: float, step: float, steps: int) -> None:
         )
 
 
-def _trace_anew(problem: Problem, system: WithFunctions) -> None:
+def _trace_anew(problem: Problem) -> None:
     """Trace functions that refer to numbers which changed since the last time."""
+    system = problem.system
+    if not isinstance(system, WithFunctions | NBody):
+        return
     system.trace(problem.q0, problem.v0, problem.t0, anew=True)
     if _TRACED.get(problem) is not traces(system):
         _TRACED[problem] = traces(system)
         vars(problem).pop("p0", None)
 
 
-def _announce(problem: Problem, system: WithFunctions) -> None:
+def _announce(problem: Problem, system: WithFunctions | NBody) -> None:
     """Log once, as a warning of logger ``galvi``, that a system runs without a law.
 
     Not that of a compiled gradient without an external force: it takes few microseconds a step.

@@ -15,6 +15,7 @@ from galvi.kernels.forces.pair_potential import compiled_pair_potential
 from galvi.systems.finite_differences import differenced_hessian
 from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
+from galvi.systems.traces import reasons, trace
 
 COUPLED = 4
 
@@ -54,6 +55,9 @@ class NBody:
         object.__setattr__(self, "G", input_checks.positive("G", self.G))
         object.__setattr__(self, "forces", self.acting.forces)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return NBody, (self.masses, self.G, self.forces)
+
     @cached_property
     def acting(self) -> Acting:
         """The forces, as kernels take them."""
@@ -82,6 +86,16 @@ class NBody:
                     f"{i + 1 + int(same[0])} at the same point. Move one of them or merge the two."
                 )
         self.acting.check_state(q, v, t)
+
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `Lagrangian.trace`: of the functions among forces of velocity."""
+        if self.acting.of_velocity and self.acting.functions:
+            trace(self, q, v, t, anew)
+
+    @property
+    def untraced(self) -> str:
+        """As `Lagrangian.untraced`."""
+        return reasons(self)
 
     def momentum(self, v: Array) -> Array:
         """p = m v."""
@@ -160,9 +174,6 @@ class NBody:
         slope: Any = nbody.all_jacobians if coupled else nbody.own_jacobians
         return ForceKernel(
             celestial.accelerations if len(acting.terms) else nbody.accelerations,
-            None if len(acting.terms) else slope,
-            force_kinds.BUILT_IN,
-            constants=acting.constants(dimension),
-            inverse_mass=np.zeros((0, 0)),
-            width=width,
-        )
+            None if len(acting.terms) else slope, force_kinds.BUILT_IN, np.zeros((0, 0)), width,
+            acting.constants(dimension),
+        )  # fmt: skip

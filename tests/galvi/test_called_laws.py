@@ -45,9 +45,15 @@ PLANE = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), branching_slopes), [0.9, 
 FORCED = galvi.Problem(
     galvi.Canonical(2.0, galvi.LinearSpring(3.0), force=braking), [1.0, 0.4], [0.2, 0.5]
 )
+COUPLED = galvi.Problem(
+    galvi.Canonical([[2.0, 0.3], [0.3, 1.0]], galvi.LinearSpring(3.0), force=braking),
+    [1.0, 0.4], [0.2, 0.5],
+)  # fmt: skip
 BODY = galvi.Problem(galvi.RigidBody(MOMENTS, bent, branching_gradient), R0, SPIN)
 TORQUE = galvi.Problem(galvi.RigidBody(MOMENTS, None, None, braking), R0, SPIN)
-PROBLEMS = {"plane": PLANE, "forced": FORCED, "body": BODY, "torque": TORQUE}
+PROBLEMS = {
+    "plane": PLANE, "forced": FORCED, "coupled": COUPLED, "body": BODY, "torque": TORQUE
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("points", [6, 7, 10])

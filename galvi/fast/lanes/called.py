@@ -10,8 +10,8 @@ numbers  of a called law:
   FACTORS         f, then the layout (f, 4), the constants and those of the force, and the masses
                   d2L/dv2 at the first pass of the step, d (d + 1) / 2 for each lane
 
-Addresses are stored as bits of an integer. d2L/dv2 comes from differences of dL/dv, in the first
-pass of a step only: an error of it costs passes, not accuracy.
+Addresses are stored as bits of an integer. d2L/dv2, where it is no constant, comes from differences
+of dL/dv, in the first pass of a step only: an error of it costs passes, not accuracy.
 """
 
 from __future__ import annotations
@@ -113,12 +113,24 @@ def compiled_evaluate():
     return compiled_for(jit(evaluate), EVALUATE)
 
 
-def called(r, d):
-    """The law of functions of elements with r entries and velocities (d,)."""
+def called(r, d, mass=None):
+    """The law of functions of elements with r entries and velocities (d,).
+
+    mass  of d2L/dv2, where it is constant, the number among those above of the first entry, how
+          many are in a row, 0 for the diagonal alone, and whether those beside it are not 0
+    """
+
+    def known(c):
+        first, row, coupled = mass
+        return [
+            [c[first + row * i + j] if coupled or i == j else 0.0 for j in range(i + 1)]
+            for i in range(d)
+        ]
 
     def law(g, v, t, c):
         if not isinstance(v[0], Lane):
-            return generic(g, v, t)
+            forces, momenta, found = generic(g, v, t)
+            return forces, momenta, known(c) if mass else found
         builder, lanes = c.builder, c.lanes
         width = lanes.width
         size = r + 1 + 3 * d + d * (d + 1) // 2
@@ -133,7 +145,7 @@ def called(r, d):
         code = lanes.context.call_conv
         kind = code.get_function_type(EVALUATE.return_type, EVALUATE.args).as_pointer()
         near = builder.load(builder.bitcast(c.data, ir.IntType(64).as_pointer()))
-        anew = builder.zext(c.of_pass.first_pass(), ir.IntType(64))
+        anew = c.row(0) if mass else builder.zext(c.of_pass.first_pass(), ir.IntType(64))
         left = builder.sub(c.of_pass.stages, lanes.offset)
         more = builder.icmp_unsigned(">", left, c.row(width))
         count = builder.select(more, c.row(width), left)
@@ -149,7 +161,8 @@ def called(r, d):
             value = builder.load(place(k))
             value.align = 8
             found.append(Lane(builder, value))
-        return found[:d], found[d : 2 * d], triangular(found[2 * d :], d)
+        whole = known(c) if mass else triangular(found[2 * d :], d)
+        return found[:d], found[d : 2 * d], whole
 
     return law
 

@@ -9,7 +9,9 @@ from llvmlite import ir
 from numba.core import cgutils
 
 from galvi.fast.lanes import functions
-from galvi.fast.lanes.vectors import DOUBLE, FUSED, everywhere
+from galvi.fast.lanes.vectors import DOUBLE, FUSED, everywhere, spread
+
+QUARTER_BITS = 6  # powers below 2^6 / 4 are taken by products
 
 
 class Lane:
@@ -56,12 +58,38 @@ class Lane:
             product = product * factor
         return 1.0 / product if twice < 0 else product
 
-    def power(self, y):
-        """These numbers to the power y; see galvi.fast.lanes.functions."""
-        return functions.power(self, self.same(y))
+    def power(self, exponent):
+        """A power, the same in all lanes: the nearest multiple of 1/4 by products and roots, times
+        exp(r log x) for a rest r of the exponent."""
+        builder, most = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
+        one = builder.extract_element(self.same(exponent).value, ir.IntType(32)(0))
+        nearest = _of_numbers(builder, "rint", builder.fmul(one, DOUBLE(4.0)))
+        count = _of_numbers(builder, "minnum", _of_numbers(builder, "fabs", nearest), most)
+        signed = _of_numbers(builder, "copysign", count, one)
+        rest = builder.fsub(one, builder.fmul(signed, DOUBLE(0.25)))
+        place = cgutils.alloca_once_value(builder, self.same(1.0).value)
+        self._multiply_by_quarters(place, builder.fptoui(count, ir.IntType(64)))
+        with builder.if_then(builder.fcmp_ordered("<", one, DOUBLE(0.0))):
+            builder.store((1.0 / self._made(builder.load(place))).value, place)
+        with builder.if_then(builder.fcmp_ordered("!=", rest, DOUBLE(0.0))):
+            lane = self._made(spread(builder, rest, self.value.type.count))
+            factor = functions.exponential(lane * self.logarithm())
+            builder.store((self._made(builder.load(place)) * factor).value, place)
+        return self._made(builder.load(place))
+
+    def _multiply_by_quarters(self, place, count):
+        """The number at ``place`` times x^(count / 4), count below 2^QUARTER_BITS."""
+        builder, factor = self.builder, self.call("sqrt")
+        for bit in range(QUARTER_BITS):
+            if bit > 1:
+                factor = self if bit == 2 else factor * factor
+            chosen = builder.trunc(builder.lshr(count, count.type(bit)), ir.IntType(1))
+            with builder.if_then(chosen):
+                own = factor if bit else factor.call("sqrt")
+                builder.store((self._made(builder.load(place)) * own).value, place)
 
     def logarithm(self):
-        """The natural logarithm; likewise."""
+        """The natural logarithm; see galvi.fast.lanes.functions."""
         return functions.logarithm(self)
 
     def _made(self, value):
@@ -147,6 +175,13 @@ class Lane:
     def of_bits(self, bits):
         """The lane with these bits."""
         return self._made(self.builder.bitcast(bits, self.value.type))
+
+
+def _of_numbers(builder, name, *numbers):
+    """LLVM's intrinsic function of numbers."""
+    kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(numbers))
+    called = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.f64")
+    return builder.call(called, numbers)
 
 
 class Truth:

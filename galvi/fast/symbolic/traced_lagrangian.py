@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from galvi.fast.symbolic.code import POWER
 from galvi.fast.symbolic.graph import Graph, Node
 from galvi.fast.symbolic.graph_code import GraphCode, gradient
 from galvi.fast.symbolic.graph_code import gradient as derivatives
-from galvi.fast.symbolic.lane_law import LONGEST, function_lines, law_lines
+from galvi.fast.symbolic.lane_law import LONGEST, LONGEST_KNOWN, function_lines, law_lines
 from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.fast.symbolic.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.fast.symbolic.tracing import traced
 from galvi.groups.group import Group, Rn
+from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import Untraceable
 
 Function = Callable[..., Any]
@@ -166,14 +167,41 @@ def traced_lagrangian(
     by = [*momenta, *(x + graph.number(0.0) for x in along)]
     if L is not None:
         check_slopes(L, by[d:], by[:d], states, scales)
-    printed = GraphCode()
-    lines, results = printed.written([*by[d:], *momenta, *mass(momenta, symbols[1])], POWER)
-    if len(lines) > LONGEST:
-        raise Untraceable(f"its derivatives take more than {LONGEST} operations")
-    law = law_lines(lines, results, d)
+    printed, law = _law(by[d:], momenta, symbols[1])
     check_mass(law, printed.constants, by, states, scales)
     found = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
     return TracedLagrangian(law, printed.constants, found, tuple(samples))
+
+
+def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
+    """The law on R^d of built-in functions with a force, and its constants.
+
+    Raises `Untraceable`.
+    """
+    law, constants = kernel.function, kernel.constants
+    force, of_force = cast(Function, kernel.force), kernel.force_constants
+
+    def slopes(q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, d))
+        law(q, v, t, constants, out)
+        force(q, v, t, of_force, out)
+        return out.ravel()
+
+    symbols = _symbols((d,), d, "qvt")
+    found = traced(slopes, symbols, (2 * d,))
+    printed, lines = _law(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
+    return lines, np.array(printed.constants)
+
+
+def _law(
+    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], most: int = LONGEST
+) -> tuple[GraphCode, str]:
+    """The lines that define a law of so many operations at most, and what printed them."""
+    printed = GraphCode()
+    lines, results = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
+    if len(lines) > most:
+        raise Untraceable(f"its derivatives take more than {most} operations")
+    return printed, law_lines(lines, results, len(v))
 
 
 def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:

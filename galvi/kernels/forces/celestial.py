@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit
-from galvi.kernels.forces import nbody
+from galvi.kernels.forces.nbody import accelerations as attractions
 from galvi.kernels.lie.arithmetic import dot, generic, in_kernels, square_root
 
 SOURCE, OTHER, BACK, WEIGHT, NUMBERS = range(5)
@@ -84,7 +84,7 @@ def power_pull(gap, numbers):
 @jit
 def accelerations(Q, t, constants, out):
     """As galvi.kernels.forces.nbody, with the terms."""
-    nbody.accelerations(Q, t, constants, out)
+    attractions(Q, t, constants, out)
     dimension = int(constants[0])
     head = 1 + Q.shape[0] // dimension
     rows, poles = int(constants[head]), int(constants[head + 1])

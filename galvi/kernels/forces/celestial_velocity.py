@@ -12,6 +12,7 @@ from galvi.kernels.compile.jit import jit
 
 ONE_SOURCE, EIH, RADIATION, DRAG, TIDES = range(5)
 ALL = -1  # instead of a body
+SMALLEST = 1e-300  # added to a square, of which a power may be infinite at 0
 
 
 @jit
@@ -49,27 +50,34 @@ def all_sources(q, v, mu, numbers, a):
     Newhall, Standish and Williams, Astron. Astrophys. 125 (1983) 150, eq. 1, without its first
     term, Newton's; accelerations in it are Newton's.
     """
-    n, falls, depth = mu.size, np.zeros(q.shape), np.zeros(mu.size)
+    n, falls, depth, scale = mu.size, np.zeros(q.shape), np.zeros(mu.size), numbers[0] ** -2.0
     for i in range(n):
-        for j in range(n):
-            if i != j:
-                x = q[j] - q[i]
-                r = np.sqrt(inner(x, x))
-                falls[i] += mu[j] / r**3 * x
-                depth[i] += mu[j] / r
+        for j in range(i + 1, n):
+            x = q[j] - q[i]
+            square = inner(x, x)
+            inverse = 1.0 / np.sqrt(square)
+            pull = 1.0 / (square * np.sqrt(square)) * x
+            falls[i] += mu[j] * pull
+            falls[j] -= mu[i] * pull
+            depth[i] += mu[j] * inverse
+            depth[j] += mu[i] * inverse
     for i in range(n):
-        for j in range(n):
-            if i != j:
-                x = q[j] - q[i]
-                r = np.sqrt(inner(x, x))
-                share = (
-                    inner(v[i], v[i]) + 2.0 * inner(v[j], v[j]) - 4.0 * inner(v[i], v[j])
-                    - 4.0 * depth[i] - depth[j] - 1.5 * (inner(x, v[j]) / r) ** 2
-                    + 0.5 * inner(x, falls[j])
-                )  # fmt: skip
-                across = -inner(x, 4.0 * v[i] - 3.0 * v[j])
-                pull = mu[j] / r**3 * (share * x + across * (v[i] - v[j]))
-                a[i] += (pull + 3.5 * mu[j] / r * falls[j]) / numbers[0] ** 2
+        for j in range(i + 1, n):
+            x, w = q[j] - q[i], v[i] - v[j]
+            square = inner(x, x)
+            inverse = 1.0 / np.sqrt(square)
+            here, there, cube = inner(x, v[i]), inner(x, v[j]), 1.0 / (square * np.sqrt(square))
+            both = -4.0 * inner(v[i], v[j]) - depth[i] - depth[j]
+            first, second = inner(v[i], v[i]), inner(v[j], v[j])
+            onto_i = both + first + 2.0 * second - 3.0 * depth[i] + 0.5 * inner(x, falls[j])
+            onto_j = both + second + 2.0 * first - 3.0 * depth[j] - 0.5 * inner(x, falls[i])
+            onto_i -= 1.5 * there * there / square
+            onto_j -= 1.5 * here * here / square
+            to_i, to_j = scale * mu[j] * cube, scale * mu[i] * cube
+            a[i] += to_i * onto_i * x + to_i * (3.0 * there - 4.0 * here) * w
+            a[j] -= to_j * onto_j * x + to_j * (4.0 * there - 3.0 * here) * w
+            a[i] += 3.5 * scale * mu[j] * inverse * falls[j]
+            a[j] += 3.5 * scale * mu[i] * inverse * falls[i]
 
 
 @jit
@@ -92,9 +100,9 @@ def radiation(q, v, mu, numbers, a):
 def drag(q, v, mu, numbers, a):
     """a = -k |v|^(n - 1) v; numbers: n, and k of each body."""
     for i in range(mu.size):
-        speed = np.sqrt(inner(v[i], v[i]))
-        if numbers[1 + i] != 0.0 and speed > 0.0:
-            a[i] -= numbers[1 + i] * speed ** (numbers[0] - 1.0) * v[i]
+        if numbers[1 + i] != 0.0:
+            square = inner(v[i], v[i]) + SMALLEST
+            a[i] -= numbers[1 + i] * square ** (0.5 * (numbers[0] - 1.0)) * v[i]
 
 
 @jit

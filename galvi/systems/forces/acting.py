@@ -125,6 +125,13 @@ class Acting:
             total = _with(total, one, (n, dimension))
         return total
 
+    def pushes(self, dimension: int) -> Callable[..., Any]:
+        """As `force`, of the functions alone, as they are."""
+        total: Any = _nothing
+        for one in self.functions:
+            total = _with(total, one, (self.masses.size, dimension), lambda function: function)
+        return total
+
     def accelerations(self, dimension: int) -> Callable[..., Array]:
         """The function (q, t) -> accelerations, (d,) each, of all that acts, none of velocity."""
         constants, force = self.constants(dimension), self.force(dimension)
@@ -155,7 +162,11 @@ def _builtin(constants: Array, n: int, D: int) -> Any:
     return builtin
 
 
-def _with(inner: Any, one: Force, shape: tuple[int, int]) -> Any:
+def _nothing(q: Any, v: Any, t: Any) -> Any:
+    return np.zeros(q.size)
+
+
+def _with(inner: Any, one: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
     """The sum of a jitted function and a user's."""
     f: Any = one.function
     takes = one.takes_velocity, one.takes_time
@@ -165,9 +176,8 @@ def _with(inner: Any, one: Force, shape: tuple[int, int]) -> Any:
         (False, True): lambda q, v, t: f(q, t),
         (True, True): lambda q, v, t: f(q, v, t),
     }
-    call = numba.njit(calls[takes])
+    call = jit(calls[takes])
 
-    @numba.njit
     def both(q: Any, v: Any, t: Any) -> Any:
         values = call(q.copy().reshape(shape), v.copy().reshape(shape), t)
         total = inner(q, v, t)
@@ -176,4 +186,4 @@ def _with(inner: Any, one: Force, shape: tuple[int, int]) -> Any:
             total[k] += values[k // shape[1], k % shape[1]] if fits else np.nan
         return total
 
-    return both
+    return jit(both)
