@@ -63,12 +63,8 @@ def pull_slope(Q, i, j, k, dimension, mass, slope):
 
 
 @jit
-def own_jacobians(Q, t, constants, out):
-    """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
-
-    The coupling to the positions of other bodies is omitted: it is smaller by the mass ratio for
-    all but the heaviest body.
-    """
+def fill_jacobians(Q, constants, coupled, out):
+    """out <- derivatives of accelerations by each body's own position or, if coupled, by all."""
     dimension = int(constants[0])
     bodies = Q.shape[0] // dimension
     out[:, :, :] = 0.0
@@ -79,8 +75,21 @@ def own_jacobians(Q, t, constants, out):
                 if i != j and constants[1 + j] > 0.0:
                     pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
                     for x in range(dimension):
+                        row, first = i * dimension + x, i * dimension if coupled else 0
                         for y in range(dimension):
-                            out[i * dimension + x, y, k] += slope[x, y]
+                            out[row, first + y, k] += slope[x, y]
+                            if coupled:
+                                out[row, j * dimension + y, k] -= slope[x, y]
+
+
+@jit
+def own_jacobians(Q, t, constants, out):
+    """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
+
+    The coupling to the positions of other bodies is omitted: it is smaller by the mass ratio for
+    all but the heaviest body.
+    """
+    fill_jacobians(Q, constants, False, out)
 
 
 @jit
@@ -89,16 +98,4 @@ def all_jacobians(Q, t, constants, out):
 
     For few bodies of similar mass, where the coupling that own_jacobians omits is not small.
     """
-    dimension = int(constants[0])
-    bodies = Q.shape[0] // dimension
-    out[:, :, :] = 0.0
-    slope = np.empty((dimension, dimension))
-    for k in range(Q.shape[1]):
-        for i in range(bodies):
-            for j in range(bodies):
-                if i != j and constants[1 + j] > 0.0:
-                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
-                    for x in range(dimension):
-                        for y in range(dimension):
-                            out[i * dimension + x, i * dimension + y, k] += slope[x, y]
-                            out[i * dimension + x, j * dimension + y, k] -= slope[x, y]
+    fill_jacobians(Q, constants, True, out)
