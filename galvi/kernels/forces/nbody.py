@@ -1,4 +1,4 @@
-"""Newtonian gravity of point masses.
+"""Newtonian gravity of point masses, and their potential energy.
 
 a_i = sum over j != i of Gm_j (q_j - q_i) / |q_j - q_i|^3
 
@@ -9,9 +9,13 @@ Q          (N * dimension, s), body by body
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from functools import cache
 
-from galvi.kernels.compile.jit import jit
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit, jit_noalloc
 
 
 @jit
@@ -99,3 +103,32 @@ def all_jacobians(Q, t, constants, out):
     For few bodies of similar mass, where the coupling that own_jacobians omits is not small.
     """
     fill_jacobians(Q, constants, True, out)
+
+
+SIGNATURE = types.void(
+    *(types.Array(types.float64, n, "C", readonly=True) for n in (3, 1)), types.float64, VECTOR
+)
+
+
+@jit_noalloc
+def pair_potential(q, masses, G, out):
+    """out (n,) <- -sum over pairs G m_i m_j / |q_i - q_j| at q (n, bodies, dimension)."""
+    for k in range(out.size):
+        total = 0.0
+        for i in range(masses.size):
+            pull = 0.0
+            for j in range(i):
+                if masses[i] > 0.0 and masses[j] > 0.0:
+                    square = 0.0
+                    for x in range(q.shape[2]):
+                        gap = q[k, i, x] - q[k, j, x]
+                        square += gap * gap
+                    pull += masses[j] / math.sqrt(square)
+            total -= G * masses[i] * pull
+        out[k] = total
+
+
+@cache
+def compiled_pair_potential():
+    """``pair_potential`` compiled or cached."""
+    return compiled_for(pair_potential, SIGNATURE, jit_noalloc)
