@@ -14,7 +14,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import Curves, FrameCurves, RedoneCurves
 from galvi.problem import Problem
-from galvi.systems.velocities import velocity_at
+from galvi.systems.lagrangian import velocity_at
 
 if TYPE_CHECKING:
     import pandas

@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array, read_only
-from galvi.systems.velocities import momentum_at
+from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import COMPLETED
 
 

@@ -213,13 +213,9 @@ AT_A_STEP = ("contraction", "spectral_contraction", "exists", "minimizes", "coer
 
 
 def motion_theory(
-    space: Space,
-    rule: Rule,
-    pair: Mapping[str, Any],
-    problem: Problem,
-    step: float | None,
+    space: Space, rule: Rule, pair: Mapping[str, Any], problem: Problem, step: float | None,
     lipschitz: float | None,
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     """The fields of a `Theory` that depend on the problem, and the reasons for those that are None.
 
     pair  the fields that depend on space and rule alone

@@ -14,12 +14,11 @@ from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.free_body import FreeBody
-from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.lagrangian import Lagrangian, kinetic_energy, momentum_at, velocity_at
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
-from galvi.systems.velocities import kinetic_energy, momentum_at, velocity_at
 from galvi.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -1,9 +1,12 @@
-"""Derivatives of a step, and how far it is from symplectic and reversible."""
+"""Derivatives of a step, and how far it is from symplectic and reversible.
+
+That of a step in a clock is in the phase space of (q, t) and (p, -E).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,17 +15,21 @@ from galvi.arrays import Array
 from galvi.charts.chart import Exponential, coordinates, place
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import FrameCurves
-from galvi.diagnostics.clock_symplecticity import clock_round_trip_error, clock_symplecticity_defect
 from galvi.groups.group import Group
+from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.clocked.general import lagrangian_of
+from galvi.run.clocked.run import motion_of
+from galvi.run.energies import start_energies
 from galvi.run.group_system import group_system
 from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
+from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, VectorSystem
-from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
 OF_VELOCITY = (
@@ -138,11 +145,28 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     to_velocity = np.block([[np.eye(d), zero], [zero, inverse]])
     DF = to_momentum @ step_derivative(problem, method, step) @ to_velocity
     J = np.block([[zero, np.eye(d)], [-np.eye(d), zero]])
-    return float(np.max(np.abs(DF.T @ J @ DF - J)) / max(1.0, np.linalg.norm(DF, 2) ** 2))
+    return _defect(DF, J, J)
 
 
-NUDGE = 2.0**-6
+def _defect(DF: Array, W0: Array, W1: Array) -> float:
+    scale = max(1.0, float(np.linalg.norm(DF, 2)) ** 2)
+    return float(np.max(np.abs(DF.T @ W1 @ DF - W0)) / scale)
+
+
+NUDGE, CLOCK_NUDGE = 2.0**-6, 2.0**-7
 CHART = Exponential()
+
+
+def _differenced(end: Callable[[Array], Array], nudges: list[float]) -> Array:
+    """The derivative (m, n) at 0 of a function of (n,), by central differences of order eight."""
+    columns = []
+    for unit, nudge in zip(np.eye(len(nudges)), nudges, strict=True):
+        column: Any = 0.0
+        for k, weight in enumerate(WEIGHTS, start=1):
+            ahead, behind = (end(sign * k * nudge * unit) for sign in (1.0, -1.0))
+            column = column + weight * (ahead - behind) / nudge
+        columns.append(column)
+    return np.stack(columns, axis=1)
 
 
 def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
@@ -163,21 +187,14 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
             raise ValueError(f"the step has no derivative, because it failed. {run.status}")
         return run.q[-1], run.p[-1]
 
-    zero = np.zeros(d)
-    here, _ = end(zero, zero)
+    here, _ = end(np.zeros(d), np.zeros(d))
     size = float(np.max(np.abs(problem.p0))) or 1.0
-    columns = np.zeros((2 * d, 2 * d))
-    for column, unit in enumerate(np.vstack([np.eye(d), np.eye(d)])):
-        turning = column < d
-        nudge = NUDGE if turning else NUDGE * size
-        for k, weight in enumerate(WEIGHTS, start=1):
-            sides = []
-            for sign in (1.0, -1.0):
-                moved = sign * k * nudge * unit
-                g, mu = end(moved, zero) if turning else end(zero, moved)
-                sides.append(np.concatenate([coordinates(CHART, group, here, g), mu]))
-            columns[column] += weight * (sides[0] - sides[1]) / nudge
-    return columns.T
+
+    def moved(x: Array) -> Array:
+        g, mu = end(x[:d], x[d:])
+        return np.concatenate([coordinates(CHART, group, here, g), mu])
+
+    return _differenced(moved, [NUDGE] * d + [NUDGE * size] * d)
 
 
 def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
@@ -189,15 +206,15 @@ def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
     DF = step_derivative(problem, method, step)
     end = uninterrupted(integrate(problem, method, step, 1))
     W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))
-    scale = max(1.0, np.linalg.norm(DF, 2) ** 2)
-    return float(np.max(np.abs(DF.T @ W1 @ DF - W0)) / scale)
+    return _defect(DF, W0, W1)
 
 
-def _form(group: Group, mu: Array) -> Array:
-    d = group.dimension
-    unit = np.eye(d)
-    turning = np.array([[mu @ group.bracket(v, w) for w in unit] for v in unit])
-    return np.block([[turning, unit], [-unit, np.zeros((d, d))]])
+def _form(group: Group, mu: Array, time: int = 0) -> Array:
+    """W(mu), with a time and its momentum or without."""
+    d, n = group.dimension, group.dimension + time
+    unit, turning = np.eye(n), np.zeros((n, n))
+    turning[:d, :d] = [[mu @ group.bracket(v, w) for w in np.eye(d)] for v in np.eye(d)]
+    return np.block([[turning, unit], [-unit, np.zeros((n, n))]])
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
@@ -223,3 +240,69 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
 def _check(run: Trajectory) -> None:
     if not run.success:
         raise ValueError(f"both ways must be completed; received a run of which: {run.status}")
+
+
+def clock_step_derivative(
+    problem: Problem, method: Galerkin, step: float
+) -> tuple[Array, Array, Array]:
+    """D(eta1, t1, mu1, e1)/D(eta0, t0, mu0, e0) of a step, (2 d + 2, 2 d + 2), and mu0, mu1 (d,).
+
+    q moves to q exp(hat(eta)) on a group, to q + eta else; e = -E is the momentum of the time, E
+    the energy that the clock is told. By central differences of order eight, to about 1e-11. Raises
+    ValueError when the step fails.
+    """
+    group = lagrangian_of(problem.system, problem).group
+    d, energy = group.dimension, start_energies(problem).total
+    rate = method.clock.rate(problem)
+    q0, p0 = problem.q0.reshape(group.shape), problem.p0.ravel()
+
+    def end(eta: Array, shift: Array, more: float) -> tuple[Array, Array, float]:
+        q = place(CHART, group, q0, eta)
+        shape = problem.v0.shape
+        v: Any = velocity_at(
+            problem.system, q.reshape(problem.q0.shape), (p0 + shift).reshape(shape), problem.t0,
+            problem.v0,
+        )  # fmt: skip
+        motion = motion_of(problem, method, "auto", ROUND_OFF, energy + more)
+        state = motion.at(q.reshape(problem.q0.shape), v, problem.t0)
+        found = motion.advance(state, step, 1, None, False)
+        if found.code != SOLVED:
+            raise ValueError(f"the step has no derivative, because it failed: {found.reason}.")
+        taken = found.taken
+        return taken.q[0].reshape(group.shape), taken.p[0], float(taken.t[0] @ (1.0, 1.0))
+
+    zero = np.zeros(d)
+    here, mu1, _ = end(zero, zero, 0.0)
+    size = float(np.max(np.abs(p0))) or 1.0
+    far = min(1.0, abs(step) * float(np.max(np.abs(problem.v0))) * float(rate(problem.q0.ravel())))
+    scales = [far or 1.0] * d + [size] * d + [max(abs(energy), size)]
+
+    def moved(x: Array) -> Array:
+        q, mu, t = end(x[:d], x[d : 2 * d], -float(x[2 * d]))
+        return np.concatenate([coordinates(CHART, group, here, q), [t], mu, [0.0]])
+
+    DF = np.insert(_differenced(moved, [CLOCK_NUDGE * one for one in scales]), d, 0.0, axis=1)
+    DF[d, d] = DF[2 * d + 1, 2 * d + 1] = 1.0  # of t, which nothing depends on, and of e
+    return DF, p0, mu1
+
+
+def clock_symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
+    """Largest entry of DF^T W1 DF - W0 over |DF|^2 in the extended phase space; see
+    `galvi.symplecticity_defect`."""
+    group = lagrangian_of(problem.system, problem).group
+    DF, mu0, mu1 = clock_step_derivative(problem, method, step)
+    return _defect(DF, *(_form(group, mu, time=1) for mu in (mu0, mu1)))
+
+
+def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
+    """As `galvi.round_trip_error`; both ways have the energy of the start."""
+    motion = motion_of(problem, method, "auto", ROUND_OFF)
+    state = motion.at(problem.q0, problem.v0, problem.t0)
+    for h in (step, -step):
+        found = motion.advance(state, h, input_checks.whole("steps", steps), None, False)
+        if found.code != SOLVED:
+            raise ValueError(
+                f"both ways must be completed; a step failed: {found.reason.rstrip('.')}."
+            )
+        state = found.after
+    return float(np.max(np.abs(found.taken.q[-1] - problem.q0.ravel())))

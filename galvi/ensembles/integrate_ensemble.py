@@ -12,15 +12,13 @@ from tqdm import tqdm
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.ensembles.chunk import Chunk, Kept
+from galvi.ensembles.chunk import PROBE, Chunk, Kept, members_of_a_chunk, results, workers_of
 from galvi.ensembles.folder import Folder
-from galvi.ensembles.in_clock import members_in_clock
 from galvi.ensembles.keep import OfStates, TimeGrid, kept_of
 from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
-from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
-from galvi.ensembles.singles import Single, Singles
+from galvi.ensembles.singles import Single, Singles, members_in_clock
 from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
 from galvi.fast.nystrom_stepper import FINER
 from galvi.input_checks import shown

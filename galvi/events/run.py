@@ -33,7 +33,7 @@ from galvi.run.interruption import defer_interrupts
 from galvi.run.loop import APART, run_steps
 from galvi.run.plan import Run
 from galvi.run.states import saved_velocities
-from galvi.systems.velocities import momentum_at
+from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
 
 CHATTERS = 1000  # actions in one step

@@ -11,22 +11,12 @@ from galvi import input_checks
 from galvi.clocks.clock import AnyClock
 from galvi.input_checks import shown
 from galvi.problem import Problem
+from galvi.recommend import scan as scans
 from galvi.recommend.extrapolation import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
-from galvi.recommend.scan import (
-    BUDGET_ENDED,
-    EVALUATIONS,
-    PART,
-    TIME,
-    WITH_CHECK,
-    Scan,
-    collocation,
-    fewest_steps,
-    length_in,
-)
 
 DEGREES = (8, 12, 6, 16, 4)
-ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
+ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}
 MARGIN = 0.7  # share of the required error that a candidate may use
 RUNS = 8  # expected number of runs of one degree
 FOR_SEARCH = 0.6  # share of the budget for the search
@@ -44,7 +34,7 @@ def recommend(
     *,
     degrees: Sequence[int] = DEGREES,
     clock: AnyClock | None = None,
-    by: str = TIME,
+    by: str = scans.TIME,
     budget: float | None = None,
     measured: float | None = None,
 ) -> Recommendation:
@@ -92,9 +82,9 @@ def recommend(
     part = length if measured is None else min(length, input_checks.positive("measured", measured))
     if clock is not None and problem.q0.shape != problem.v0.shape:
         raise ValueError("recommend scans clocks on vector spaces; this problem is on a group.")
-    whole = length if clock is None else length_in(clock, problem, length)
+    whole = length if clock is None else scans.length_in(clock, problem, length)
     unit = whole / length
-    scan = Scan(problem, whole, unit * part, by, room, clock=clock, unit=unit)
+    scan = scans.Scan(problem, whole, unit * part, by, room, clock=clock, unit=unit)
     steps = scan.first_guess(some[0], asked)
     if measured is None:
         steps = _fit_to_budget(scan, some[0], steps, asked, RUNS * len(some))
@@ -102,10 +92,10 @@ def recommend(
     whys: dict[str, list[int]] = {}
     for k, s in enumerate(some):
         start = steps if k == 0 else max(scan.fewest, math.ceil(steps * some[k - 1] / s))
-        steps, why = fewest_steps(scan, s, start, MARGIN * asked)
+        steps, why = scans.fewest_steps(scan, s, start, MARGIN * asked)
         if why:
             whys.setdefault(why, []).append(s)
-        if why == PART:  # of any degree
+        if why == scans.PART:  # of any degree
             break
     scan.budget = room
     if not scan.tried:
@@ -114,7 +104,7 @@ def recommend(
             f"One run over a time of {scan.measured / unit:.3g} takes more than the budget, "
             f"{room:g}.",
         )  # fmt: skip
-        return _answer(scan, nothing, asked, BUDGET_ENDED)
+        return _answer(scan, nothing, asked, scans.BUDGET_ENDED)
     good = [one for one in scan.tried if one.error <= MARGIN * asked]
     if not good:
         return _not_reached(scan, asked, whys)
@@ -122,28 +112,27 @@ def recommend(
         min((one for one in good if one.degree == s), key=lambda one: one.cost(by))
         for s in {one.degree: None for one in good}
     ]
-    best = min(_timed(scan, few) if by == TIME else few, key=lambda one: one.cost(by))
+    best = min(_timed(scan, few) if by == scans.TIME else few, key=lambda one: one.cost(by))
     answer = _confirmed(scan, best, asked, measured is None)
-    if BUDGET_ENDED in whys and answer.reached:
-        text = (
-            f"{answer.status} The budget ended before the search for {_named(whys[BUDGET_ENDED])}."
-        )
+    if scans.BUDGET_ENDED in whys and answer.reached:
+        left = _named(whys[scans.BUDGET_ENDED])
+        text = f"{answer.status} The budget ended before the search for {left}."
         answer = replace(answer, status=text)
     return answer
 
 
-def _fit_to_budget(scan: Scan, degree: int, steps: int, asked: float, runs: int) -> int:
+def _fit_to_budget(scan: scans.Scan, degree: int, steps: int, asked: float, runs: int) -> int:
     """Set the measured length from the number of steps of a rough search, which is returned."""
     budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
     scan.measured = ROUGH * scan.reach(degree, steps, runs)
-    steps, _ = fewest_steps(scan, degree, steps, asked)
+    steps, _ = scans.fewest_steps(scan, degree, steps, asked)
     scan.measured = scan.reach(degree, steps, runs)
     scan.budget = budget
     scan.tried.clear()
     return steps
 
 
-def _timed(scan: Scan, some: list[Candidate]) -> list[Candidate]:
+def _timed(scan: scans.Scan, some: list[Candidate]) -> list[Candidate]:
     """The candidates with times from interleaved runs, which use a tenth of the budget."""
     share = min(1.0, 0.1 * scan.budget / ROUNDS / sum(one.seconds for one in some))
     samples: list[list[float]] = [[] for _ in some]
@@ -157,12 +146,12 @@ def _timed(scan: Scan, some: list[Candidate]) -> list[Candidate]:
     ]
 
 
-def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Recommendation:
+def _confirmed(scan: scans.Scan, choice: Candidate, asked: float, extend: bool) -> Recommendation:
     """A choice compared twice, over the whole duration if affordable, with more steps if needed."""
     part, rate = scan.measured, choice.seconds / choice.steps
     if extend and part < scan.duration:
         scan.measured = scan.duration
-        if not scan.affords(choice.degree, choice.steps, WITH_CHECK):
+        if not scan.affords(choice.degree, choice.steps, scans.WITH_CHECK):
             scan.measured = part
     found = []
     for attempt in range(CONFIRMATIONS):
@@ -172,7 +161,7 @@ def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Rec
         found.append(replace(choice, error=error, seconds=rate * choice.steps))
         finer = (error / (MARGIN * asked)) ** (0.5 / choice.degree)
         choice = replace(choice, steps=math.ceil(choice.steps * min(max(finer, 1.05), 2.0)))
-        if error <= asked or not scan.affords(choice.degree, choice.steps, WITH_CHECK):
+        if error <= asked or not scan.affords(choice.degree, choice.steps, scans.WITH_CHECK):
             break
     best = min(found, key=lambda one: one.error)
     if best.error > asked:
@@ -189,13 +178,13 @@ def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Rec
     return _answer(scan, best, asked, why)
 
 
-def _most_accurate(scan: Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
+def _most_accurate(scan: scans.Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
     """The most accurate candidate not yet known, compared twice over the same length as others."""
     ranked = sorted(scan.tried, key=lambda one: (one.error, -one.steps))
     best = ranked[0]
     judged: list[Candidate] = []
     for one in ranked:
-        dear = judged and not scan.affords(one.degree, one.steps, WITH_CHECK)
+        dear = judged and not scan.affords(one.degree, one.steps, scans.WITH_CHECK)
         if dear or not math.isfinite(one.error) or len(judged) == CONFIRMATIONS:
             break
         if (one.degree, one.steps) not in known:
@@ -206,7 +195,7 @@ def _most_accurate(scan: Scan, known: Collection[tuple[int, int]] = ()) -> Candi
     return min(judged, key=lambda one: one.error, default=replace(best, error=math.inf))
 
 
-def _not_reached(scan: Scan, asked: float, whys: dict[str, list[int]]) -> Recommendation:
+def _not_reached(scan: scans.Scan, asked: float, whys: dict[str, list[int]]) -> Recommendation:
     why = [f"{why} for {_named(some)}" for why, some in whys.items()]
     return _answer(scan, _most_accurate(scan), asked, "; ".join(why))
 
@@ -215,7 +204,7 @@ def _named(degrees: list[int]) -> str:
     return f"degree{'s' * (len(degrees) > 1)} {', '.join(map(str, degrees))}"
 
 
-def _parting(scan: Scan) -> str:
+def _parting(scan: scans.Scan) -> str:
     """Until when any run predicts a motion on which neighbouring starts part."""
     until = max(one.parted for one in scan.tried if math.isfinite(one.parted)) / scan.unit
     return (
@@ -225,12 +214,12 @@ def _parting(scan: Scan) -> str:
     )
 
 
-def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendation:
+def _answer(scan: scans.Scan, best: Candidate, asked: float, why: str) -> Recommendation:
     reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
     measured, duration = best.measured / scan.unit, scan.duration / scan.unit
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
-    if PART in why and not reached:
+    if scans.PART in why and not reached:
         status = f"An error of {asked:g} was not reached. {_parting(scan)}"
     elif not math.isfinite(error):
         said = best.status or "With half the step its result is entirely different."
@@ -255,6 +244,6 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
             f"motion needs in the mean: try clock=galvi.DynamicalTime()."
         )
     return Recommendation(
-        collocation(scan.problem, best.degree, scan.clock), best.step, best.steps, duration, asked,
-        error, best.seconds, best.evaluations, reached, status, measured, tuple(scan.tried),
+        scans.collocation(scan.problem, best.degree, scan.clock), best.step, best.steps, duration,
+        asked, error, best.seconds, best.evaluations, reached, status, measured, tuple(scan.tried),
     )  # fmt: skip

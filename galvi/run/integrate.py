@@ -108,17 +108,10 @@ def check_types(problem: object, method: object, call: str) -> None:
 
 
 def checked(
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    steps: int | None = None,
-    *,
-    duration: float | None = None,
-    save_every: int = 1,
-    curves: bool | None = None,
-    solver: str = "auto",
-    tolerance: float | None = None,
-) -> tuple[Engine, Run]:
+    problem: Problem, method: Galerkin, step: float, steps: int | None = None, *,
+    duration: float | None = None, save_every: int = 1, curves: bool | None = None,
+    solver: str = "auto", tolerance: float | None = None,
+) -> tuple[Engine, Run]:  # fmt: skip
     """The run of `integrate`, its arguments checked, except that the result fits in memory: see
     `check_memory`; and the engine that does it."""
     h, solver, tol, save_every, curves = _settings(

@@ -43,15 +43,10 @@ class Progress(Protocol):
 
 
 def step_in_batches(
-    call: Callable[[int], int],
-    recover: Callable[[int], int],
-    work: Progress,
-    steps: int,
-    progress: bool | None,
-    stopped: Callable[[], bool] = lambda: False,
-    apart: int = 0,
+    call: Callable[[int], int], recover: Callable[[int], int], work: Progress, steps: int,
+    progress: bool | None, stopped: Callable[[], bool] = lambda: False, apart: int = 0,
     note: Callable[[], None] = lambda: None,
-) -> int:
+) -> int:  # fmt: skip
     """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
 
     call     (n) does n steps and returns 0, or the code of the step that failed
@@ -81,14 +76,9 @@ APART, MOST_KNOWN = 1024, 512  # steps between states from which curves can be f
 
 
 def run_steps(
-    engine: Engine,
-    run: Run,
-    *,
-    progress: bool | None = None,
-    rescue: bool = True,
-    watched: bool = True,
-    interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:
+    engine: Engine, run: Run, *, progress: bool | None = None, rescue: bool = True,
+    watched: bool = True, interrupted: Callable[[], bool] | None = None,
+) -> Trajectory:  # fmt: skip
     """The trajectory of a run.
 
     watched      whether its energy can be judged

@@ -22,7 +22,7 @@ from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM, reaching
 from galvi.run.plan import Run
-from galvi.systems.velocities import momentum_at, velocity_at
+from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.trajectory import Trajectory
 
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time

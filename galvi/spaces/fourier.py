@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -139,6 +139,8 @@ class Fourier:
 
     harmonics: int
     frequency: float = TURN
+    degree: ClassVar[int] = 0  # constants are the only polynomials
+    exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
         harmonics, frequency = wave_numbers(self.harmonics, self.frequency)
@@ -150,16 +152,6 @@ class Fourier:
     def dimension(self) -> int:
         """1 + 2 harmonics."""
         return 1 + 2 * self.harmonics
-
-    @property
-    def degree(self) -> int:
-        """0: constants are the only polynomials."""
-        return 0
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return True
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, dimension), for t of shape (k,)."""
@@ -198,6 +190,7 @@ class PolynomialFourier:
     degree: int
     harmonics: int
     frequency: float = TURN
+    exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
@@ -210,11 +203,6 @@ class PolynomialFourier:
     def dimension(self) -> int:
         """degree + 1 + 2 harmonics."""
         return self.degree + 1 + 2 * self.harmonics
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return True
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, dimension), for t of shape (k,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class PiecewisePolynomials:
 
     degree: int
     pieces: int
+    exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
@@ -53,11 +54,6 @@ class PiecewisePolynomials:
     def dimension(self) -> int:
         """1 + degree pieces."""
         return 1 + self.degree * self.pieces
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return True
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, dimension), for t of shape (k,)."""
@@ -87,24 +83,16 @@ class PiecewiseHermite:
     """
 
     pieces: int
+    degree: ClassVar[int] = 3
+    exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
 
     @property
-    def degree(self) -> int:
-        """3."""
-        return 3
-
-    @property
     def dimension(self) -> int:
         """2 (pieces + 1), the values and derivatives at the joints and ends."""
         return 2 * (self.pieces + 1)
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return True
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, dimension), for t of shape (k,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -48,6 +48,7 @@ class Polynomials:
     """
 
     degree: int
+    exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
@@ -56,11 +57,6 @@ class Polynomials:
     def dimension(self) -> int:
         """degree + 1."""
         return self.degree + 1
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return True
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, degree + 1), for t of shape (k,)."""
@@ -105,6 +101,7 @@ class ComponentPolynomials:
     """
 
     degrees: tuple[int, ...]
+    exact: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         given = () if isinstance(self.degrees, str) else self.degrees
@@ -129,11 +126,6 @@ class ComponentPolynomials:
     def dimension(self) -> int:
         """max(degrees) + 1, that of the largest component."""
         return self.largest.dimension
-
-    @property
-    def exact(self) -> bool:
-        """True: basis and derivative work in decimals."""
-        return self.largest.exact
 
     @property
     def largest(self) -> Polynomials:

@@ -19,7 +19,7 @@ from galvi.systems import legendre_transform
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_scales, differences
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
-from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel
+from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import check_given, compiles, returned_array
 
@@ -371,3 +371,25 @@ class Lagrangian:
             if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
                 out[row] = one(x, w, float(s))
         return out.reshape(*lead, width or d)
+
+
+def momentum_at(system: System, q: Array, v: Array, t: Any) -> Array:
+    """dL/dv at configurations q, velocities v (..., d) and times t (...)."""
+    return system.momentum(v, q, t) if isinstance(system, Lagrangian) else system.momentum(v)
+
+
+def velocity_at(system: System, q: Array, p: Array, t: Any, near: Array | None = None) -> Array:
+    """The velocities that have the momenta p (..., d) at q and t (...).
+
+    near  (d,) a velocity close to the first one
+    """
+    return system.velocity(p, q, t, near) if isinstance(system, Lagrangian) else system.velocity(p)
+
+
+def kinetic_energy(system: System, p: Array) -> Array:
+    """p . v / 2 at momenta p (n, ...) of a system whose v is linear in p, (n,).
+
+    That of a massless body, whose p is 0, is 0.
+    """
+    twice = np.where(p == 0.0, 0.0, p * system.velocity(p))
+    return 0.5 * twice.sum(axis=tuple(range(1, p.ndim)))

@@ -11,7 +11,6 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import celestial, force_kinds, nbody
-from galvi.kernels.forces.pair_potential import compiled_pair_potential
 from galvi.systems.finite_differences import differenced_hessian
 from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
@@ -121,7 +120,7 @@ class NBody:
         shape (..., bodies, dimension)."""
         places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
         found = np.empty(len(places))
-        compiled_pair_potential()(places, self.masses, self.G, found)
+        nbody.compiled_pair_potential()(places, self.masses, self.G, found)
         total = found.reshape(q.shape[:-2])
         acting = self.acting
         return total + celestial.pulls(acting.terms, acting.poles, q)[1] if acting.forces else total

@@ -12,7 +12,7 @@ import numpy as np
 
 from galvi import Multibody, Problem, Trajectory
 from galvi.arrays import Array
-from galvi.systems.velocities import velocity_at
+from galvi.systems.lagrangian import velocity_at
 from references.mujoco.body import mujoco_body, to_mujoco
 
 LEAST = (4, 0, 1)

@@ -15,7 +15,7 @@ import galvi
 
 ROOT = Path(__file__).parents[2]
 # Raised by what makes galvi larger, with its reason in the commit.
-MOST_FILES, MOST_LINES, MOST_OF_GALVI = 116, 15_600, 40_000
+MOST_FILES, MOST_LINES, MOST_OF_GALVI = 100, 15_000, 39_400
 MOST_CALLS, MOST_FILES_CALLED = 55, 18
 RUN = """
 import sys

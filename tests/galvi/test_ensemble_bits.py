@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.ensembles import schedule
+from galvi.ensembles import chunk as schedule
 from galvi.ensembles.chunk import Chunk, run_chunk
 from galvi.ensembles.keep import FinalStates, TimeGrid
 from galvi.ensembles.laws import law_of

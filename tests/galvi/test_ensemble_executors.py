@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.ensembles import chunk as schedule
 from galvi.ensembles import integrate_ensemble as engine
-from galvi.ensembles import schedule
 from galvi.ensembles.chunk import run_chunk
 from galvi.ensembles.folder import Folder
 from tests.galvi.ensemble_cases import CASES, starts

@@ -9,7 +9,7 @@ import pytest
 from numba.core.errors import TypingError
 from numba.core.targetconfig import ConfigStack
 
-from galvi.kernels.compile import parts
+from galvi.kernels.compile import jit as parts
 from galvi.kernels.compile.jit import jit, jit_inline
 
 

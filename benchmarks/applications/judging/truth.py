@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.applications.judging.candidate import Source
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from galvi.systems.velocities import momentum_at
+from galvi.systems.lagrangian import momentum_at
 
 Errors = Callable[[Trajectory, Trajectory], Array]
 

@@ -10,7 +10,7 @@ from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.hung_body import HUNG_BODY
 from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
 from galvi.charts import CHARTS
-from galvi.systems.velocities import velocity_at
+from galvi.systems.lagrangian import velocity_at
 
 STEP = 0.4
 PAIRS = {"gauss": (4, 4), "lobatto": (4, 5), "clenshaw_curtis": (4, 6)}  # degree, points

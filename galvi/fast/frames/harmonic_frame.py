@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -49,18 +49,11 @@ class HarmonicFrame:
 
     stiffness: Any = None
     passes: int | None = None
-
-    @property
-    def name(self) -> str:
-        return "harmonic frame"
-
-    @property
-    def reversible(self) -> bool:
-        return True
-
-    @property
-    def conserved(self) -> str:
-        return "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
+    name: ClassVar[str] = "harmonic frame"
+    reversible: ClassVar[bool] = True
+    conserved: ClassVar[str] = (
+        "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
+    )
 
     def __post_init__(self) -> None:
         if self.passes is not None:

@@ -14,19 +14,9 @@ from numba.extending import intrinsic
 from galvi.fast.lanes.vectors import BITS, DOUBLE, LANES, NARROW, NOTHING, Lanes
 
 __all__ = [
-    "LANES",
-    "NARROW",
-    "attract",
-    "attract_and_measure",
-    "attract_pair",
-    "combine",
-    "combine_narrow",
-    "drift",
-    "follow",
-    "follow_and_measure",
-    "fused",
-    "move",
-]
+    "LANES", "NARROW", "attract", "attract_and_measure", "attract_pair", "combine",
+    "combine_narrow", "drift", "follow", "follow_and_measure", "fused", "move",
+]  # fmt: skip
 
 
 def _attracting(massless):

@@ -96,12 +96,7 @@ def canonical(slopes, d, diagonal):
         if diagonal:
             mass = [[0.0] * i + [c[d * i + i]] for i in range(d)]
             return forces, [mass[i][i] * v[i] for i in range(d)], mass
-        momenta = []
-        for i in range(d):
-            momentum = c[d * i] * v[0]
-            for j in range(1, d):
-                momentum = momentum + c[d * i + j] * v[j]
-            momenta.append(momentum)
+        momenta = times_mass(v, d, True, c)
         return forces, momenta, [[c[d * i + j] for j in range(i + 1)] for i in range(d)]
 
     return law
@@ -123,13 +118,13 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
         if force is not None:
             added = force(q, v, t, From(c, forced_from))
             pulls = [f + x for f, x in zip(pulls, added, strict=True)]
-        return times_inverse_mass(pulls, d, coupled, c), list(v), unit_mass(d)
+        return times_mass(pulls, d, coupled, c), list(v), unit_mass(d)
 
     return law
 
 
-def times_inverse_mass(x, d, coupled, c):
-    """M^-1 x, with M^-1 the first constants; diagonal unless ``coupled``."""
+def times_mass(x, d, coupled, c):
+    """M x, with M the first constants, or its inverse; diagonal unless ``coupled``."""
     if not coupled:
         return [c[i] * x[i] for i in range(d)]
     found = []

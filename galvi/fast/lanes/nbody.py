@@ -158,21 +158,9 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
             return code
         if with_pair:
             iterate_pair(
-                axes,
-                masses,
-                star,
-                fastest_planet,
-                moves,
-                s,
-                state,
-                base,
-                low,
-                sizes,
-                Q,
-                a,
-                background,
-                history,
-            )
+                axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a,
+                background, history,
+            )  # fmt: skip
     return solve.DIVERGED
 
 

@@ -1,4 +1,4 @@
-"""Newtonian gravity of point masses.
+"""Newtonian gravity of point masses, and their potential energy.
 
 a_i = sum over j != i of Gm_j (q_j - q_i) / |q_j - q_i|^3
 
@@ -9,9 +9,13 @@ Q          (N * dimension, s), body by body
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from functools import cache
 
-from galvi.kernels.compile.jit import jit
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit, jit_noalloc
 
 
 @jit
@@ -63,12 +67,8 @@ def pull_slope(Q, i, j, k, dimension, mass, slope):
 
 
 @jit
-def own_jacobians(Q, t, constants, out):
-    """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
-
-    The coupling to the positions of other bodies is omitted: it is smaller by the mass ratio for
-    all but the heaviest body.
-    """
+def fill_jacobians(Q, constants, coupled, out):
+    """out <- derivatives of accelerations by each body's own position or, if coupled, by all."""
     dimension = int(constants[0])
     bodies = Q.shape[0] // dimension
     out[:, :, :] = 0.0
@@ -79,8 +79,21 @@ def own_jacobians(Q, t, constants, out):
                 if i != j and constants[1 + j] > 0.0:
                     pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
                     for x in range(dimension):
+                        row, first = i * dimension + x, i * dimension if coupled else 0
                         for y in range(dimension):
-                            out[i * dimension + x, y, k] += slope[x, y]
+                            out[row, first + y, k] += slope[x, y]
+                            if coupled:
+                                out[row, j * dimension + y, k] -= slope[x, y]
+
+
+@jit
+def own_jacobians(Q, t, constants, out):
+    """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
+
+    The coupling to the positions of other bodies is omitted: it is smaller by the mass ratio for
+    all but the heaviest body.
+    """
+    fill_jacobians(Q, constants, False, out)
 
 
 @jit
@@ -89,16 +102,33 @@ def all_jacobians(Q, t, constants, out):
 
     For few bodies of similar mass, where the coupling that own_jacobians omits is not small.
     """
-    dimension = int(constants[0])
-    bodies = Q.shape[0] // dimension
-    out[:, :, :] = 0.0
-    slope = np.empty((dimension, dimension))
-    for k in range(Q.shape[1]):
-        for i in range(bodies):
-            for j in range(bodies):
-                if i != j and constants[1 + j] > 0.0:
-                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
-                    for x in range(dimension):
-                        for y in range(dimension):
-                            out[i * dimension + x, i * dimension + y, k] += slope[x, y]
-                            out[i * dimension + x, j * dimension + y, k] -= slope[x, y]
+    fill_jacobians(Q, constants, True, out)
+
+
+SIGNATURE = types.void(
+    *(types.Array(types.float64, n, "C", readonly=True) for n in (3, 1)), types.float64, VECTOR
+)
+
+
+@jit_noalloc
+def pair_potential(q, masses, G, out):
+    """out (n,) <- -sum over pairs G m_i m_j / |q_i - q_j| at q (n, bodies, dimension)."""
+    for k in range(out.size):
+        total = 0.0
+        for i in range(masses.size):
+            pull = 0.0
+            for j in range(i):
+                if masses[i] > 0.0 and masses[j] > 0.0:
+                    square = 0.0
+                    for x in range(q.shape[2]):
+                        gap = q[k, i, x] - q[k, j, x]
+                        square += gap * gap
+                    pull += masses[j] / math.sqrt(square)
+            total -= G * masses[i] * pull
+        out[k] = total
+
+
+@cache
+def compiled_pair_potential():
+    """``pair_potential`` compiled or cached."""
+    return compiled_for(pair_potential, SIGNATURE, jit_noalloc)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload, register_jitable
 
-from galvi.kernels.compile.parts import AS_PART
+from galvi.kernels.compile.jit import AS_PART
 
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False, "forceinline": True, **AS_PART}
 generic = register_jitable(**OPTIONS)

@@ -27,8 +27,8 @@ from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
+from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
-from galvi.systems.velocities import velocity_at
 from galvi.trajectory import COMPLETED, Trajectory
 
 LOOKED_AT = 1024  # states of a run by whose energies it is judged
@@ -60,17 +60,10 @@ def motion_of(
 
 
 def run_in_clock(
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    start: Checkpoint,
-    steps: int | None,
-    time: float | None,
-    *,
-    first: Trajectory | None = None,
-    progress: bool | None = None,
+    problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
+    time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:
+) -> Trajectory:  # fmt: skip
     """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
 
     first  the run that is continued: its last state is the first of this one
