@@ -79,20 +79,26 @@ def test_every_link_to_a_file_leads_to_one(page: str) -> None:
     assert [file for file in files if not (file.exists() or generated in file.parents)] == []
 
 
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_a_tutorial_runs_and_ends_in_assertions(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("matplotlib.pyplot.show", lambda: None)
+BY_TUTORIAL = pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+
+
+@BY_TUTORIAL
+def test_a_tutorial_has_a_picture_and_ends_in_assertions(page: Path) -> None:
     cells = CELL.findall(page.read_text())
     assert any("plt.subplots(" in code for _, code in cells)  # a picture for its card
     assert "remove-cell" in cells[-1][0]
     checks = cells[-1][1].strip().splitlines()
     assert checks and all(line.startswith("assert ") for line in checks)
+
+
+@pytest.mark.slow  # `make docs`, in CI, runs them too
+@BY_TUTORIAL
+def test_a_tutorial_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("matplotlib.pyplot.show", lambda: None)
     names: dict[str, object] = {"__name__": "page"}
     with redirect_stdout(io.StringIO()):
-        for _, code in cells:
+        for _, code in CELL.findall(page.read_text()):
             exec(compile(code, page.name, "exec"), names)
 
 

@@ -41,8 +41,8 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
 
     One took 18 % of the run on an Intel Xeon, two 36 %, six 100 %.
     """
-    line = "    pull = over_cube(c[0], square)\n"
-    more = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
+    line = "    pull = elementary.over_cube(c[0], square)\n"
+    more = f"    for _ in range({times}):\n        pull = elementary.sqrt(pull * pull)\n"
     return (("fast/lanes/laws.py", line, line + more),)
 
 
@@ -56,13 +56,13 @@ FAULTS = (
         (
             (
                 "fast/lanes/law.py",
-                "    for passes in range(FIXED_POINT_PASSES):",
-                "    more = 1\n    for passes in range(FIXED_POINT_PASSES):",
+                "    for passes in range(solve.FIXED_POINT_PASSES):",
+                "    more = 1\n    for passes in range(solve.FIXED_POINT_PASSES):",
             ),
             (
                 "fast/lanes/law.py",
-                "        if code != GOING:\n            return code\n",
-                "        if code != GOING:\n            if more == 0:\n"
+                "        if code != solve.GOING:\n            return code\n",
+                "        if code != solve.GOING:\n            if more == 0:\n"
                 "                return code\n            more -= 1\n",
             ),
         ),
