@@ -153,14 +153,39 @@ def test_in_the_plane_a_run_is_that_of_space():
     assert np.max(np.abs(whole.q[-1, :, :2] - flat.q[-1])) < 1e-14
 
 
-@pytest.mark.parametrize("name", ["J2 and J4", "one source"])
+IN_CLOCK = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_a_clock_takes_forces(name):
-    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
     problem = bodies(CASES[name])
-    run = galvi.integrate(problem, method, 0.1, duration=1.0)
+    run = galvi.integrate(problem, IN_CLOCK, 0.1, duration=1.0)
     true = galvi.integrate(problem, METHOD, 1.0 / 64, 64)
     assert run.success, run.status
     assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["one source", "drag"])
+def test_passes_of_a_driven_clock_solve_what_newtons_method_does(name):
+    problem = bodies(CASES[name])
+    passes, newton = (
+        galvi.integrate(problem, IN_CLOCK, 0.3, 4, solver=solver) for solver in ("auto", "newton")
+    )
+    assert passes.counts["linear_solves"] == 0 < newton.counts["linear_solves"]
+    for one, other in ((passes.q, newton.q), (passes.p, newton.p), (passes.t, newton.t)):
+        assert np.max(np.abs(one - other)) < 1e-14 * np.max(np.abs(one))
+    parts = galvi.resume(galvi.integrate(problem, IN_CLOCK, 0.3, 2), steps=2)
+    assert np.array_equal(parts.q[-1], passes.q[-1])
+
+
+def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
+    long, newton = (
+        galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver=solver)
+        for solver in ("auto", "newton")
+    )
+    assert long.success and long.counts["linear_solves"] > 0
+    assert np.max(np.abs(long.q - newton.q)) < 1e-13
 
 
 def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():

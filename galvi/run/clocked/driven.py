@@ -2,17 +2,21 @@
 
     t' = g,    E' = g (F . v - dL/dt),    both collocated at the stages
 
-beside the Lagrangian g (L(q, q'/g, t) + E) with the force g F. Given t and E at the stages, a step
-is one of the engines of that Lagrangian; they follow by iteration. With Gauss s and degree s, or
+beside the Lagrangian g (L(q, q'/g, t) + E) with the force g F. With Gauss s and degree s, or
 Lobatto s + 1 and degree s, this is a (partitioned) Runge-Kutta method of order 2 s; other methods
-are refused.
+are refused. With Gauss and a constant mass it is collocation of
+
+    q' = g v,    p' = g (dL/dq + F) - (H - E) dg/dq,    p = M v,
+
+solved by fixed-point passes. Elsewhere, and where these do not settle, a step is one of the engines
+of that Lagrangian with t and E given at the stages, which follow by iteration.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -20,6 +24,7 @@ from numpy.polynomial import legendre
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
+from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -31,14 +36,30 @@ from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
 from galvi.spaces.polynomials import Polynomials
+from galvi.systems.canonical import Canonical
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
 
 PASSES = 60
 SETTLED = 8.0 * 2.0**-53  # change of t and E, relative to their sizes, at which a step is done
 NOISE = 1e-9  # below which changes that no longer shrink are rounding
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
+
+
+UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
+
+
+class Step(NamedTuple):
+    """One step: the state after it, its curve (1, d, m), g at its stages (s,), t and E at its end
+    with their low parts (4,), and its counts (4,)."""
+
+    end: Checkpoint
+    coefficients: Array
+    rates: Array
+    clock: Array
+    counts: Array
 
 
 class AtStages:
@@ -72,13 +93,23 @@ def motion_of_driven(
     plain = Galerkin(method.space, method.rule, method.group_chart)
     engine = engine_for(inner, plain)
     within = _integral(table.analysis, table.c)
+    system = problem.system
+    massive = isinstance(system, Canonical) or (
+        isinstance(system, NBody) and not system.has_massless
+    )
+    known = base.euclidean_slopes(problem.q0.ravel(), problem.v0.ravel(), problem.t0)
+    by_passes = None
+    if massive and known and solver != "newton" and method.rule == gauss(degree):
+        by_passes = _passes(problem, method, base, known)
 
     def start(q: Array, v: Array) -> Checkpoint:
         here = Problem(inner.system, q.reshape(inner.q0.shape), rate(q.ravel()) * v.ravel())
         return Checkpoint(0, *engine.start(here, plain), solver, tolerance, curves=True)
 
-    def one(state: Checkpoint, h: float) -> tuple[Any, Array, Array | None]:
-        """The inner run of a step, g at its stages, and t and E at its end; None if it failed."""
+    def one(state: Checkpoint, h: float) -> Step | str:
+        """A step; why there is none."""
+        if by_passes and (found := by_passes(state, h)):
+            return found
         t, low, e, e_low = state.clock.tolist()
         g = np.full(s, float(rate(state.state[0, : problem.q0.size])))
         power, told.step, change = np.zeros(s), h, np.inf
@@ -89,48 +120,46 @@ def motion_of_driven(
             told.t, told.energy = t + (low + h * (within @ g)), e + (e_low + h * (within @ power))
             run = uninterrupted(run_steps(engine, Run(inner, plain, h, 1, begin), watched=False))
             if run.counts["steps"] == 0:
-                return run, g, None
+                return run.status.partition(": ")[2] or UNSETTLED
             curves, index = cast(Curves, run.curves), np.zeros(s, dtype=np.int64)
             places = curves.places(index, table.c)
             new = np.array([float(rate(q.reshape(-1))) for q in places])
-            u = curves.velocities(index, table.c)
-            pairs = zip(places, u / new[:, None], told.t, strict=True)
-            new_power = new * np.array([_power(base, q, v, x, h * g[0]) for q, v, x in pairs])
-            before = change
-            change = float(
-                np.max(np.abs(new - g)) / np.max(np.abs(new))
-                + np.max(np.abs(new_power - power)) / (np.max(np.abs(new_power)) or 1.0)
-            )
+            v = curves.velocities(index, table.c) / new[:, None]
+            pushes = [force_at(base, q, x, t) for q, x, t in zip(places, v, told.t, strict=True)]
+            rows = zip(places, v, told.t, pushes, strict=True)
+            new_power = new * np.array([_power(base, *row, h * g[0]) for row in rows])
+            before, change = change, _change(new, g) + _change(new_power, power)
             g, power = new, new_power
-            if change <= SETTLED or before <= change < NOISE:
-                changes = h * np.array([table.b @ g, table.b @ power])
-                ends = [added(state.clock[k : k + 2], [changes[k // 2]])[0] for k in (0, 2)]
-                return run, g, np.concatenate(ends)
-        return run, g, None
+            if _settled(change, before):
+                clock = _later(state.clock, h * float(table.b @ g), h * float(table.b @ power))
+                return Step(
+                    cast(Checkpoint, run.checkpoint), curves.coefficients, g, clock, counted(run)
+                )
+        return UNSETTLED
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
         rows: list[Taken] = []
-        reason = ""
+        reason, r, d = "", problem.q0.size, problem.v0.size
         for _ in range(n):
-            run, g, clock = one(state, h)
-            if clock is None:
-                reason = run.status.partition(": ")[2] or (
-                    "the energy and the time at the stages did not settle. Use a smaller step"
-                )
+            found = one(state, h)
+            if isinstance(found, str):
+                reason = found
                 break
-            if time is not None and (clock[0] - time) * h > 0.0:
+            if time is not None and (found.clock[0] - time) * h > 0.0:
                 break
-            end = run.checkpoint
             state = replace(
-                end, first=state.first + 1, clock=clock, energies=state.energies, curves=None
+                found.end, first=state.first + 1, clock=found.clock, energies=state.energies,
+                curves=None,
+            )  # fmt: skip
+            q, p = state.state[:1, :r], state.state[1:2, :d]
+            kept = found.coefficients[: 1 if keep else 0]
+            rows.append(
+                Taken(q, p, None, found.clock[None, :2], kept, found.rates[None], found.counts)
             )
-            kept = run.curves.coefficients[: 1 if keep else 0]
-            q, p = run.q[1:].reshape(1, -1), run.p[1:].reshape(1, -1)
-            rows.append(Taken(q, p, None, clock[None, :2], kept, g[None], counted(run)))
         code = DIVERGED if reason else SOLVED
         if not rows:
-            d, m = problem.v0.size, method.space.dimension - 1
-            shapes = (0, problem.q0.size), (0, d), (0, 2), (0, d, m), (0, s)
+            m = method.space.dimension - 1
+            shapes = (0, r), (0, d), (0, 2), (0, d, m), (0, s)
             q, p, t, coefficients, rates = map(np.zeros, shapes)
             return Advanced(
                 Taken(q, p, None, t, coefficients, rates, NO_COUNTS), state, code, reason
@@ -142,6 +171,78 @@ def motion_of_driven(
         return replace(start(q, v), clock=np.array([t, 0.0, here, 0.0]))
 
     return Motion(advance, at, rate, chart_of(problem, plain), "clock")
+
+
+def _passes(
+    problem: Problem, method: Galerkin, base: Lagrangian, known: Callable[..., Array]
+) -> Callable[[Checkpoint, float], Step | None]:
+    """Steps by fixed-point passes, of a constant mass with Gauss; None where they do not settle.
+
+    known  the slopes of L
+    """
+    table, system, shape = method.table, cast(Any, problem.system), problem.q0.shape
+    rate, slope = method.clock.rate(problem), method.clock.slope(problem)
+    d, s, timed = problem.q0.size, method.stages, base.explicit_time
+    A, ahead = table.integral.T, (table.extrapolation @ table.analysis[: table.growth.size]).T
+
+    def rates_at(
+        q: Array, p: Array, t: float, energy: float, dt: float
+    ) -> tuple[float, Array, Array, float]:
+        """g, q', p' and E' at one stage."""
+        v, g, when = system.velocity(p.reshape(shape)).ravel(), float(rate(q)), (t,) * timed
+        push, fall = force_at(base, q, v, t), np.ravel(known(q, v, *when))[d:]
+        excess = float(p @ v) - float(base.function(q, v, *when)) - energy
+        return g, g * v, g * (fall + push) - excess * slope(q), g * _power(base, q, v, t, push, dt)
+
+    def step(state: Checkpoint, h: float) -> Step | None:
+        start, (t, low, e, e_low) = state.state, state.clock.tolist()
+        q, p = start[0, :d, None], start[1, :d, None]
+        last = state.solver_state[HOLDS] == LAST_STEP
+        ways = state.stages @ ahead if last else state.stages.copy()
+        g = np.array([float(rate(x)) for x in (q + h * (ways @ A)).T])
+        turns, power, change = np.zeros((d, s)), np.zeros(s), np.inf
+        for k in range(PASSES):
+            Q, P = q + h * (ways @ A), p + (start[3, :d, None] + h * (turns @ A))
+            times, energies = t + (low + h * (g @ A)), e + (e_low + h * (power @ A))
+            if not np.all(np.isfinite([Q, P])):
+                return None
+            rows = zip(Q.T, P.T, times.tolist(), energies.tolist(), strict=True)
+            columns = zip(*(rates_at(*row, h * float(g[0])) for row in rows), strict=True)
+            found = [np.array(column).T for column in columns]
+            both = zip(found, (g, ways, turns, power), strict=True)
+            before, change = change, sum(_change(*pair) for pair in both)
+            g, ways, turns, power = found
+            counts = (k + 1) * np.array([1.0, s, 0.0, 0.0])
+            if _settled(change, before):
+                break
+        else:
+            return None
+        end = np.zeros(start.shape)
+        end[0, :d] = start[0, :d] + h * (ways @ table.b)
+        kick = start[3, :d] + h * (turns @ table.b)
+        end[1, :d] = start[1, :d] + kick
+        end[3, :d] = kick - (end[1, :d] - start[1, :d])
+        holds = state.solver_state.copy()
+        holds[HOLDS] = LAST_STEP
+        clock = _later(state.clock, h * float(table.b @ g), h * float(table.b @ power))
+        after = replace(state, state=end, stages=ways, solver_state=holds)
+        return Step(after, h * (ways @ table.projection.T)[None], g, clock, counts)
+
+    return step
+
+
+def _change(new: Array, old: Array) -> float:
+    """The largest change, relative to the largest entry."""
+    return float(np.max(np.abs(new - old)) / (np.max(np.abs(new)) or 1.0))
+
+
+def _settled(change: float, before: float) -> bool:
+    return change <= SETTLED or before <= change < NOISE
+
+
+def _later(clock: Array, since: float, gained: float) -> Array:
+    """The time and the energy at a step's end, with their low parts, (4,)."""
+    return np.concatenate([added(clock[:2], [since])[0], added(clock[2:], [gained])[0]])
 
 
 def _inner(problem: Problem, base: Lagrangian, clock: Any, told: AtStages) -> Problem:
@@ -174,9 +275,9 @@ def _inner(problem: Problem, base: Lagrangian, clock: Any, told: AtStages) -> Pr
     return Problem(system, q0, rate(q0.reshape(-1)) * v0)
 
 
-def _power(base: Lagrangian, q: Array, v: Array, t: float, dt: float) -> float:
+def _power(base: Lagrangian, q: Array, v: Array, t: float, push: Array, dt: float) -> float:
     """F . v - dL/dt at one state; differences over a part of dt."""
-    found = float(np.dot(force_at(base, q, v, t).ravel(), v.ravel()))
+    found = float(np.dot(push.ravel(), v.ravel()))
     if not base.explicit_time:
         return found
     for k, weight in enumerate(WEIGHTS, start=1):
