@@ -30,12 +30,15 @@ K2, OWN_RADIUS, LAG = 0.3, 6e-3, 0.1  # of the planet
 SHARE = 10.0  # times its size: how far a force of this size may be from its first order
 FINER = 4
 ORDER = 1.7  # from which an error falls as the square of the step
-RIGHT, LATER, WRONG, REFUSED, ABSENT = (
-    "right", "right for short steps", "wrong", "refused", "not here",
+RIGHT, LATER, WRONG, REFUSED, ABSENT, NOT_RUN = (
+    "right", "right for short steps", "wrong", "refused", "not here", "not run",
 )  # fmt: skip
-GALVI, THEORY, NO_KICK, WRONG_SIGN = (
+GALVI, THEORY, NO_KICK, WRONG_SIGN, FRAME, CLOCK = (
     "galvi degree 8, Gauss 8", "theory, first order", "galvi, kick left out", "galvi, sign changed",
+    "galvi, Kepler frame", "galvi, clock",
 )  # fmt: skip
+IN_FRAME, IN_CLOCK = {"chart": galvi.KeplerFrame()}, {"clock": galvi.DynamicalTime()}
+SLOW = "Forces of velocity take about half a second a step in a clock, 12 minutes a force, not run."
 PLANTED = (NO_KICK, WRONG_SIGN)
 REBOUND = ("ias15", "bs", "whfast", "whfast512", "saba", "leapfrog", "mercurius", "trace")
 SETTINGS: Mapping[float, tuple[int, int, int]] = {  # e: samples, REBOUND's steps, galvi's, an orbit
@@ -53,7 +56,10 @@ EXPLANATION = (
     "Right is within the bound at 40 steps an orbit (80 at e = 0.9; galvi: 16 and 200) and at four "
     "times as many; right for short steps is within it at the second, or falling as the square of "
     "the step; anything else is wrong. Steps are not of equal cost: this is about right and "
-    "wrong, not about speed. REBOUND's integrators are at their defaults. Planted in galvi's runs "
+    "wrong, not about speed. REBOUND's integrators are at their defaults. galvi runs in the "
+    "inertial frame, in a KeplerFrame, which refuses forces of velocity, and with "
+    "clock=DynamicalTime(), with the same length of the step in the clock's time, where those of "
+    "velocity are too slow to be run. Planted in galvi's runs "
     "are a force of the other sign and a force that never acts. That TRACE misapplies "
     "forces where it switches at a pericentre is reported as hannorein/rebound#833."
 )
@@ -221,12 +227,11 @@ class Orbit:
         theory = self.case.rates(float(np.exp(middle[0])), float(middle[1]), float(middle[4]))
         return slopes(means), np.array(theory)
 
-    def by_galvi(self, force: Any, finer: int) -> Array:
-        """Its rates, with a force that may be a fault."""
-        method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-        steps = SETTINGS[self.e][2] * finer
-        start = problem(self.e, force)
-        run = galvi.integrate(start, method, PERIOD / steps, ORBITS * steps)
+    def by_galvi(self, force: Any, finer: int, place: Mapping[str, Any]) -> Array:
+        """Its rates, with a force that may be a fault, and the method's frame or clock."""
+        method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **place)
+        step, start = PERIOD / (SETTINGS[self.e][2] * finer), problem(self.e, force)
+        run = galvi.integrate(start, method, step, duration=ORBITS * PERIOD)
         if not run.success:
             return np.full(4, np.nan)
         q, p = galvi.states_at(run, self.times)
@@ -307,12 +312,16 @@ def judged(orbit: Orbit) -> list[dict[str, Any]]:
 
     rows = [
         row(THEORY, 0, lambda finer: theory),
-        row(GALVI, ours, lambda finer: orbit.by_galvi(case.force, finer))
+        row(GALVI, ours, lambda finer: orbit.by_galvi(case.force, finer, {}))
         | {"versions": f"galvi {galvi.__version__}"},
-        row(NO_KICK, ours, lambda finer: orbit.by_galvi((), finer)),
+        row(FRAME, ours, lambda finer: orbit.by_galvi(case.force, finer, IN_FRAME), ValueError),
+        {"contender": CLOCK, "verdict": NOT_RUN, "status": SLOW}
+        if case.force.takes_velocity
+        else row(CLOCK, ours, lambda finer: orbit.by_galvi(case.force, finer, IN_CLOCK)),
+        row(NO_KICK, ours, lambda finer: orbit.by_galvi((), finer, {})),
     ]
     if case.other is not None:
-        rows.append(row(WRONG_SIGN, ours, lambda finer: orbit.by_galvi(case.other, finer)))
+        rows.append(row(WRONG_SIGN, ours, lambda finer: orbit.by_galvi(case.other, finer, {})))
     why = extras.missing()
     for one in REBOUND:
         if why:
@@ -325,7 +334,10 @@ def judged(orbit: Orbit) -> list[dict[str, Any]]:
     return rows
 
 
-SHORT = {THEORY: "theory", GALVI: "galvi", NO_KICK: "no kick", WRONG_SIGN: "other sign"}
+SHORT = {
+    THEORY: "theory", GALVI: "galvi", FRAME: FRAME, CLOCK: CLOCK, NO_KICK: "no kick",
+    WRONG_SIGN: "other sign",
+}  # fmt: skip
 
 
 def matrix(frame: pd.DataFrame) -> pd.DataFrame:

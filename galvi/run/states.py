@@ -196,6 +196,10 @@ def _reach_in_time(run: Trajectory) -> Reach:
             q, p, v = done(q, v, t, step, whole)
             if rest == 0.0 or not np.all(np.isfinite(q)):  # or a step failed
                 return q, p, v
-        return done(q, v, t + whole * step, rest, 1)
+        there = done(q, v, t + whole * step, rest, 1)
+        if abs(rest) <= 2.0 * math.ulp(time) and not np.all(np.isfinite(there[0])):
+            p = momentum_at(run.problem.system, q[None], v[None], np.array([t]))[0]
+            return q, p, v  # a step of the last bit of time, which frames may fail to do
+        return there
 
     return reach

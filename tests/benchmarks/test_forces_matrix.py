@@ -39,6 +39,17 @@ def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen
     assert forces.NO_KICK in set(acts) and forces.GALVI not in set(acts)
 
 
+def test_frame_and_clock_are_right_with_a_force_of_position_and_say_why_not_with_others(frame):
+    rows = frame.set_index(["force", "contender"])
+    for contender in (forces.FRAME, forces.CLOCK):
+        right = rows.loc[("J2", contender)]
+        assert right["verdict"] == forces.RIGHT
+        assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
+    refused, left = (rows.loc[(forces.QUICK[1], one)] for one in (forces.FRAME, forces.CLOCK))
+    assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
+    assert left["verdict"] == forces.NOT_RUN and np.isnan(left["error"])
+
+
 def test_formulas_of_theory_with_a_fault_are_seen(frame):
     case = forces.CASES["J2"]
     true, theory = forces.Orbit(case, 0.2).truth()
@@ -80,14 +91,13 @@ def test_the_table_of_the_docs_is_what_the_study_finds(frame):
     for row in table.to_dict("records"):
         shown = dict(zip(head, lines[row["force"], row["e"]], strict=True))
         for contender, cell in row.items():
-            if contender != "whfast512":  # where the processor has what it needs
-                (what, _, much), (said, _, printed) = (
-                    one.partition(" by ") for one in (cell, shown[contender])
-                )
-                assert what == said, (row, contender)
-                if much:
-                    sizes = [float(one.removesuffix(" %")) for one in (much, printed)]
-                    assert sizes[0] == pytest.approx(sizes[1], rel=0.1, abs=0.1), (row, contender)
+            (what, _, much), (said, _, printed) = (
+                one.partition(" by ") for one in (cell, shown[contender])
+            )
+            assert what == said, (row, contender)
+            if much:
+                sizes = [float(one.removesuffix(" %")) for one in (much, printed)]
+                assert sizes[0] == pytest.approx(sizes[1], rel=0.1, abs=0.1), (row, contender)
     assert sys.float_info.min / 2.0 > 0.0  # subnormal numbers are numbers still
     said = FORCES.summary(frame)
     assert extras.versions() in said and "REBOUND whfast: REBOUNDx: Passing a velocity" in said

@@ -188,3 +188,16 @@ def test_two_bodies_with_a_force_are_not_exact_at_any_step() -> None:
     assert not run.success and "revolutions of body" in run.status
     alone = galvi.Problem(galvi.NBody([1.0, 1e-9]), problem.q0, problem.v0)
     assert galvi.integrate(alone, framed(8), 6.0, 2).success
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_states_a_bit_of_time_after_kept_ones_are_those(steps):
+    problem = galvi.Problem(
+        galvi.NBody([1.0, 1e-6], forces=galvi.Oblateness(0, 1e-3, 0.1)),
+        [[0, 0, 0], [0.8, 0, 0.3]], [[0, 0, 0], [0.1, 0.5, 0]],
+    )  # fmt: skip
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame())
+    run = galvi.integrate(problem, method, 0.03, 42, save_every=steps)
+    q, p = galvi.states_at(run, np.nextafter(run.t[:-1], np.inf))
+    assert np.allclose(q, run.q[:-1], rtol=0, atol=1e-14)
+    assert np.allclose(p, run.p[:-1], rtol=0, atol=1e-19)  # of 3e-6
