@@ -39,15 +39,16 @@ def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen
     assert forces.NO_KICK in set(acts) and forces.GALVI not in set(acts)
 
 
-def test_frame_and_clock_are_right_with_a_force_of_position_and_say_why_not_with_others(frame):
+def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(frame):
     rows = frame.set_index(["force", "contender"])
     for contender in (forces.FRAME, forces.CLOCK):
         right = rows.loc[("J2", contender)]
         assert right["verdict"] == forces.RIGHT
         assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
-    refused, left = (rows.loc[(forces.QUICK[1], one)] for one in (forces.FRAME, forces.CLOCK))
+    refused, once = (rows.loc[(forces.QUICK[1], one)] for one in (forces.FRAME, forces.CLOCK))
     assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
-    assert left["verdict"] == forces.NOT_RUN and np.isnan(left["error"])
+    assert once["verdict"] == forces.RIGHT and once["error"] < 1e-9  # 1e-11
+    assert np.isnan(once["error_quarter"]) and once["status"] == forces.ONCE
 
 
 def test_formulas_of_theory_with_a_fault_are_seen(frame):
