@@ -157,6 +157,13 @@ def test_annotations_are_no_place_for_a_fault():
     assert found == {"int | None", "3 | 4", "5"}
 
 
+def test_what_is_called_equivalent_changes_a_line_of_today():
+    lines = {file: (ROOT / file).read_text().splitlines() for file, _, _ in study.equivalents()}
+    for file, before, after in study.equivalents():
+        assert before != after
+        assert any(line.strip() == before for line in lines[file]), (file, before)
+
+
 def test_what_survived_is_tried_again_when_the_tests_change_and_what_is_equivalent_never(tmp_path):
     blank = dict.fromkeys(study.COLUMNS, "") | {"line": 1, "seconds": 1.0, "seed": 1}
     file, before, after = min(study.equivalents())
