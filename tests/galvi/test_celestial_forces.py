@@ -143,6 +143,11 @@ def test_other_wrong_forces_are_refused():
         galvi.Force(3.0, takes_velocity=True)
     with pytest.raises(TypeError, match="takes_velocity must be"):
         galvi.Force(3.0, takes_velocity=np.zeros(0))
+    for function in (lambda q, v: -v, numba.njit(lambda q, v: -v)):
+        with pytest.raises(TypeError, match=r"one of \(q\); received one of \(q, v\). Set takes"):
+            galvi.Force(function)
+    with pytest.raises(ValueError, match="power must be -1 or differ from it by at least"):
+        galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)
 
 
 def test_in_the_plane_a_run_is_that_of_space():
@@ -178,6 +183,52 @@ def test_passes_of_a_driven_clock_solve_what_newtons_method_does(name):
     assert np.array_equal(parts.q[-1], passes.q[-1])
 
 
+def eccentric(force):
+    """Two bodies on an orbit of e = 0.6, a = 1, from its pericentre."""
+    masses = np.array([1.0, 1e-3])
+    share = np.array([[-1e-3], [1.0]]) / 1.001
+    speed = np.sqrt(1.001 * 1.6 / 0.4)
+    return galvi.Problem(
+        galvi.NBody(masses, forces=force), share * [[0.4, 0.0, 0.0]], share * [[0.0, speed, 0.0]]
+    )
+
+
+@pytest.mark.parametrize("charges", [(0.3, 3e-4), (0.3, 0.3)])
+def test_a_force_that_does_no_work_settles_in_a_clock(charges):
+    """As of a magnetic field: F . v is rounding alone. The second turns the planet by 15 rad a
+    step, which Newton's method solves."""
+
+    def turning(q, v):
+        return np.array(charges)[:, None] * np.stack([v[:, 1], -v[:, 0], 0.0 * v[:, 0]], 1)
+
+    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+    problem = eccentric(galvi.Force(turning, takes_velocity=True))
+    run = galvi.integrate(problem, eight, 0.2, 4)
+    assert run.success and (run.counts["linear_solves"] == 0) == (charges[1] < 0.3), run.status
+    energy = galvi.energy(run)
+    bound = 1e-12 if charges[1] < 0.3 else 0.1
+    assert np.max(np.abs(energy - energy[0])) < bound * abs(energy[0])
+
+
+@pytest.mark.parametrize("step", [0.6, 1.5, 1.9])
+def test_long_steps_in_a_clock_are_solved_to_rounding(step):
+    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+    problem = eccentric(galvi.Relativity(1e2))
+    passes, newton = (
+        galvi.integrate(problem, eight, step, 6, solver=solver) for solver in ("auto", "newton")
+    )
+    assert np.max(np.abs(passes.q - newton.q)) < 2e-13 * np.max(np.abs(newton.q))
+
+
+def test_a_clock_with_a_force_refuses_what_it_cannot_do():
+    lobatto = galvi.Galerkin(galvi.Polynomials(2), galvi.lobatto(3), clock=galvi.DynamicalTime())
+    with pytest.raises(ValueError, match=r"solver fixed_point needs a constant mass and gauss"):
+        galvi.integrate(bodies(CASES["drag"]), lobatto, 0.1, 1, solver="fixed_point")
+    problem = bodies(galvi.Force(lambda q: 0.0 * q), [1.0, 1e-3, 0.0])
+    with pytest.raises(ValueError, match="massless bodies have no Lagrangian"):
+        galvi.integrate(problem, IN_CLOCK, 0.1, 1)
+
+
 def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
     long, newton = (
@@ -186,6 +237,8 @@ def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     )
     assert long.success and long.counts["linear_solves"] > 0
     assert np.max(np.abs(long.q - newton.q)) < 1e-13
+    alone = galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver="fixed_point")
+    assert not alone.success and "or the solver auto" in alone.status
 
 
 def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():

@@ -29,7 +29,14 @@ from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
-from galvi.run.clocked.general import added, chart_of, counted, lagrangian_of, slopes_in_clock
+from galvi.run.clocked.general import (
+    added,
+    chart_of,
+    counted,
+    lagrangian_of,
+    refuse_massless,
+    slopes_in_clock,
+)
 from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
@@ -43,8 +50,8 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
 PASSES = 60
-SETTLED = 8.0 * 2.0**-53  # change of t and E, relative to their sizes, at which a step is done
-NOISE = 1e-9  # below which changes that no longer shrink are rounding
+SETTLED = 8.0 * 2.0**-53  # relative change, see `Settling`, at which a step is done
+NOISE, IDLE = 1e-9, 3  # below it so many changes that are none the smaller are rounding
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
 
 
@@ -81,6 +88,7 @@ def motion_of_driven(
     """The motion of a system with an external force or explicit time."""
     s, degree = method.stages, method.space.degree
     collocated = method.rule == gauss(degree) or method.rule == lobatto(degree + 1)
+    refuse_massless(problem)
     if not collocated or method.space != Polynomials(degree):
         raise ValueError(
             f"with an external force or explicit time a clock needs Polynomials(s) with gauss(s) "
@@ -93,14 +101,15 @@ def motion_of_driven(
     plain = Galerkin(method.space, method.rule, method.group_chart)
     engine = engine_for(inner, plain)
     within = _integral(table.analysis, table.c)
-    system = problem.system
-    massive = isinstance(system, Canonical) or (
-        isinstance(system, NBody) and not system.has_massless
-    )
     known = base.euclidean_slopes(problem.q0.ravel(), problem.v0.ravel(), problem.t0)
-    by_passes = None
-    if massive and known and solver != "newton" and method.rule == gauss(degree):
-        by_passes = _passes(problem, method, base, known)
+    by_passes, constant = None, isinstance(problem.system, Canonical | NBody)
+    if constant and known and solver != "newton" and method.rule == gauss(degree):
+        by_passes = _passes(problem, method, base, known, tolerance)
+    if solver == "fixed_point" and by_passes is None:
+        raise ValueError(
+            f"with an external force or explicit time the solver fixed_point needs a constant mass "
+            f"and gauss(s) in a clock; received {method.name}. Use the solver auto."
+        )
 
     def start(q: Array, v: Array) -> Checkpoint:
         here = Problem(inner.system, q.reshape(inner.q0.shape), rate(q.ravel()) * v.ravel())
@@ -110,9 +119,11 @@ def motion_of_driven(
         """A step; why there is none."""
         if by_passes and (found := by_passes(state, h)):
             return found
+        if solver == "fixed_point":
+            return f"{UNSETTLED}, or the solver auto"
         t, low, e, e_low = state.clock.tolist()
         g = np.full(s, float(rate(state.state[0, : problem.q0.size])))
-        power, told.step, change = np.zeros(s), h, np.inf
+        power, told.step, settling = np.zeros(s), h, Settling()
         begin = Checkpoint(
             0, state.state, state.stages, state.solver_state, solver, tolerance, curves=True
         )
@@ -128,9 +139,10 @@ def motion_of_driven(
             pushes = [force_at(base, q, x, t) for q, x, t in zip(places, v, told.t, strict=True)]
             rows = zip(places, v, told.t, pushes, strict=True)
             new_power = new * np.array([_power(base, *row, h * g[0]) for row in rows])
-            before, change = change, _change(new, g) + _change(new_power, power)
+            size = (abs(e) + abs(float(run.p[-1].ravel() @ v[-1].ravel()))) / abs(h)
+            change = _change(new, g) + _change(new_power, power, size)
             g, power = new, new_power
-            if _settled(change, before):
+            if settling.after(change):
                 clock = _later(state.clock, h * float(table.b @ g), h * float(table.b @ power))
                 return Step(
                     cast(Checkpoint, run.checkpoint), curves.coefficients, g, clock, counted(run)
@@ -174,8 +186,9 @@ def motion_of_driven(
 
 
 def _passes(
-    problem: Problem, method: Galerkin, base: Lagrangian, known: Callable[..., Array]
-) -> Callable[[Checkpoint, float], Step | None]:
+    problem: Problem, method: Galerkin, base: Lagrangian, known: Callable[..., Array],
+    tolerance: float,
+) -> Callable[[Checkpoint, float], Step | None]:  # fmt: skip
     """Steps by fixed-point passes, of a constant mass with Gauss; None where they do not settle.
 
     known  the slopes of L
@@ -200,7 +213,7 @@ def _passes(
         last = state.solver_state[HOLDS] == LAST_STEP
         ways = state.stages @ ahead if last else state.stages.copy()
         g = np.array([float(rate(x)) for x in (q + h * (ways @ A)).T])
-        turns, power, change = np.zeros((d, s)), np.zeros(s), np.inf
+        turns, power, settling = np.zeros((d, s)), np.zeros(s), Settling(tolerance)
         for k in range(PASSES):
             Q, P = q + h * (ways @ A), p + (start[3, :d, None] + h * (turns @ A))
             times, energies = t + (low + h * (g @ A)), e + (e_low + h * (power @ A))
@@ -209,11 +222,14 @@ def _passes(
             rows = zip(Q.T, P.T, times.tolist(), energies.tolist(), strict=True)
             columns = zip(*(rates_at(*row, h * float(g[0])) for row in rows), strict=True)
             found = [np.array(column).T for column in columns]
-            both = zip(found, (g, ways, turns, power), strict=True)
-            before, change = change, sum(_change(*pair) for pair in both)
+            size = (abs(e) + float(np.max(np.abs(np.sum(P * found[1], axis=0) / found[0])))) / abs(
+                h
+            )
+            change = sum(map(_change, found[:3], (g, ways, turns)))
+            change += _change(found[3], power, size)
             g, ways, turns, power = found
             counts = (k + 1) * np.array([1.0, s, 0.0, 0.0])
-            if _settled(change, before):
+            if settling.after(change):
                 break
         else:
             return None
@@ -231,13 +247,22 @@ def _passes(
     return step
 
 
-def _change(new: Array, old: Array) -> float:
-    """The largest change, relative to the largest entry."""
-    return float(np.max(np.abs(new - old)) / (np.max(np.abs(new)) or 1.0))
+def _change(new: Array, old: Array, size: float = 0.0) -> float:
+    """The largest change, relative to the largest entry or to a larger size."""
+    return float(np.max(np.abs(new - old)) / (max(float(np.max(np.abs(new))), size) or 1.0))
 
 
-def _settled(change: float, before: float) -> bool:
-    return change <= SETTLED or before <= change < NOISE
+class Settling:
+    """Whether the passes of a step have settled, from how much each of them changed."""
+
+    def __init__(self, tolerance: float = 0.0) -> None:
+        self.least, self.idle, self.enough = np.inf, 0, max(SETTLED, tolerance)
+
+    def after(self, change: float) -> bool:
+        """Whether no further pass is needed."""
+        self.idle = 0 if change < self.least else self.idle + 1
+        self.least = min(change, self.least)
+        return self.least <= self.enough or (self.idle >= IDLE and self.least < NOISE)
 
 
 def _later(clock: Array, since: float, gained: float) -> Array:

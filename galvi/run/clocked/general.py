@@ -140,12 +140,7 @@ def motion_in_general(
 ) -> Motion:
     """The motion of a system that conserves its energy, by the engines of its Lagrangian in tau."""
     clock = cast(AnyClock, method.clock)
-    if isinstance(problem.system, NBody) and problem.system.has_massless:
-        raise ValueError(
-            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast, "
-            "Polynomials(s) with gauss(s), DynamicalTime(), the solver auto and no tolerance. Use "
-            "these, or give them small masses."
-        )
+    refuse_massless(problem)
     inner = in_clock(problem, clock, energy)
     plain = Galerkin(method.space, method.rule, method.group_chart)
     engine, rate, s = engine_for(inner, plain), clock.rate(problem), method.stages
@@ -193,6 +188,16 @@ def motion_in_general(
         return Checkpoint(0, *start, solver, tolerance, clock=np.array([t, 0.0, energy, 0.0]))
 
     return Motion(advance, at, rate, chart_of(problem, plain), "clock")
+
+
+def refuse_massless(problem: Problem) -> None:
+    """ValueError for point masses some of which have no mass."""
+    if isinstance(problem.system, NBody) and problem.system.has_massless:
+        raise ValueError(
+            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast, "
+            "Polynomials(s) with gauss(s), DynamicalTime(), the solver auto, no tolerance, and no "
+            "forces but those with an energy. Use these, or give them small masses."
+        )
 
 
 def chart_of(problem: Problem, method: Galerkin) -> LocalChart:

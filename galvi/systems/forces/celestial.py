@@ -6,6 +6,7 @@ velocity enter as forces do (Lagrange and d'Alembert).
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,7 @@ from galvi.kernels.forces import celestial_velocity as of_velocity
 from galvi.systems.user_functions import compiles, returned_array
 
 UNIT = 2.0**-50  # how far a length may be from 1 to be left as it is
+NEAR_LOGARITHM = 1e-6  # how near -1 a power loses digits of the energy
 FORMS = ("one source", "potential", "EIH")
 
 
@@ -166,7 +168,8 @@ class PowerLaw(_Builtin):
     """Every other body is accelerated by strength r^power away from the source, which recoils.
 
     V = -m strength r^(power + 1) / (power + 1) for a body of mass m; a logarithm for power -1.
-    Raises ValueError for numbers that are not finite and a source without a mass.
+    Raises ValueError for numbers that are not finite, a power that is nearly -1 and a source
+    without a mass.
     """
 
     source: int
@@ -177,6 +180,11 @@ class PowerLaw(_Builtin):
         _set(self, source=input_checks.whole("source", self.source, 0))
         _set(self, strength=input_checks.real("strength", self.strength))
         _set(self, power=input_checks.real("power", self.power))
+        if 0.0 < abs(self.power + 1.0) < NEAR_LOGARITHM:
+            raise ValueError(
+                f"power must be -1 or differ from it by at least {NEAR_LOGARITHM:g}, since the "
+                f"energy is divided by the difference; received {self.power}."
+            )
 
     def powers(self, masses: Array, G: float) -> list[list[float]]:
         A, n = self.strength, self.power
@@ -299,12 +307,12 @@ class Tides(_Builtin):
 class Force:
     """A force that a function of the user's returns, (bodies, D), not divided by masses.
 
-    function        of q (bodies, D), then, if they are taken, v (bodies, D) and t; jitted ones run
-                    in the kernel
+    function        of q (bodies, D), then, if they are taken, v (bodies, D) and t
     takes_velocity  whether it takes v
     takes_time      whether it takes t
 
-    It has no energy: that of a run with one is not judged. Raises TypeError for another function.
+    It has no energy: that of a run with one is not judged. Raises TypeError for a function of other
+    arguments.
     """
 
     function: Callable[..., Any]
@@ -318,6 +326,17 @@ class Force:
         if not callable(self.function):
             raise TypeError(f"function must be one of {self.arguments}; received "
                             f"{shown(self.function)}.")  # fmt: skip
+        try:
+            taken = inspect.signature(getattr(self.function, "py_func", self.function))
+        except ValueError:  # of a function that is not written in Python
+            return
+        try:
+            taken.bind(*[None] * (1 + self.takes_velocity + self.takes_time))
+        except TypeError:
+            raise TypeError(
+                f"function must be one of {self.arguments}; received one of {taken}. Set "
+                f"takes_velocity and takes_time to what it takes."
+            ) from None
 
     @property
     def arguments(self) -> str:
