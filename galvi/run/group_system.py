@@ -59,7 +59,7 @@ def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
     return _coupled_layout(problem, traces(system))
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
     """As above for a Lagrangian on several factors; ``found`` are its traces."""
     layout = problem.system.group.layout  # type: ignore[attr-defined]
