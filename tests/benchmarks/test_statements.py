@@ -38,8 +38,8 @@ SECTIONS = {
 
 @pytest.fixture(scope="module")
 def rows() -> list[Row]:
-    """Of all claims, quick."""
-    return [row for claim in CLAIMS for row in claim.judge(quick(claim))]
+    """Of all claims, quick; the last first: another worker may measure them from the first on."""
+    return [row for claim in reversed(CLAIMS) for row in claim.judge(quick(claim))]
 
 
 def test_every_status_is_what_the_rows_say_and_every_accusation_has_its_statement(
