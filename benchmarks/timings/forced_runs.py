@@ -17,7 +17,7 @@ ELSEWHERE: Mapping[str, tuple[float, dict[str, Any]]] = {
     "Kepler frame": (400.0, {"chart": galvi.KeplerFrame()}),  # days
     "clock": (0.4, {"clock": galvi.DynamicalTime()}),
 }
-STEPS, ARM_STEPS = 10_000, 200
+STEPS, ARM_STEPS, SLOW_STEPS = 10_000, 200, 20
 SPEED = 173.14463  # of light, au / day
 NONE = "none"
 Call = tuple[Callable[[], Any], int]  # and its steps
@@ -95,6 +95,11 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
             name: (partial(_run, forced(force), step, STEPS, **where), STEPS)
             for name, force in of_position().items()
         }
+    dragged = forced(of_velocity()["drag"])
+    step, where = ELSEWHERE["clock"]
+    groups["galvi, clock"]["drag"] = (
+        partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS
+    )  # fmt: skip
     if not extras.missing():
         theirs: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),

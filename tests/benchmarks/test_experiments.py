@@ -162,7 +162,7 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     from benchmarks.experiments import force_costs
     from benchmarks.timings import forced_runs
 
-    for name in ("STEPS", "ARM_STEPS"):
+    for name in ("STEPS", "ARM_STEPS", "SLOW_STEPS"):
         monkeypatch.setattr(forced_runs, name, 2)
     rows = force_costs.costs(rounds=1)
     assert all(microseconds > 0.0 for *_, microseconds, _ in rows)
