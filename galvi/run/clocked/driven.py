@@ -53,8 +53,6 @@ PASSES = 60
 SETTLED = 8.0 * 2.0**-53  # relative change, see `Settling`, at which a step is done
 NOISE, IDLE = 1e-9, 3  # below it so many changes that are none the smaller are rounding
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
-
-
 UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
 
 
@@ -97,18 +95,20 @@ def motion_of_driven(
     table, rate = method.table, method.clock.rate(problem)
     told = AtStages(table.c, problem.t0, energy)
     base = lagrangian_of(problem.system, problem)
-    inner = _inner(problem, base, method.clock, told)
+    shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
+    known = base.euclidean_slopes(problem.q0.reshape(shape), problem.v0.ravel(), problem.t0)
+    inner = _inner(problem, base, method.clock, told, known)
     plain = Galerkin(method.space, method.rule, method.group_chart)
     engine = engine_for(inner, plain)
     within = _integral(table.analysis, table.c)
-    known = base.euclidean_slopes(problem.q0.ravel(), problem.v0.ravel(), problem.t0)
     by_passes, constant = None, isinstance(problem.system, Canonical | NBody)
     if constant and known and solver != "newton" and method.rule == gauss(degree):
         by_passes = _passes(problem, method, base, known, tolerance)
     if solver == "fixed_point" and by_passes is None:
         raise ValueError(
             f"with an external force or explicit time the solver fixed_point needs a constant mass "
-            f"and gauss(s) in a clock; received {method.name}. Use the solver auto."
+            f"and gauss(s) in a clock; received a {type(problem.system).__name__} system and "
+            f"{method.name}. Use the solver auto."
         )
 
     def start(q: Array, v: Array) -> Checkpoint:
@@ -202,7 +202,8 @@ def _passes(
         q: Array, p: Array, t: float, energy: float, dt: float
     ) -> tuple[float, Array, Array, float]:
         """g, q', p' and E' at one stage."""
-        v, g, when = system.velocity(p.reshape(shape)).ravel(), float(rate(q)), (t,) * timed
+        v, g = system.velocity(p.reshape(shape)).ravel(), float(rate(q))
+        when = (t,) if timed else ()
         push, fall = force_at(base, q, v, t), np.ravel(known(q, v, *when))[d:]
         excess = float(p @ v) - float(base.function(q, v, *when)) - energy
         return g, g * v, g * (fall + push) - excess * slope(q), g * _power(base, q, v, t, push, dt)
@@ -222,9 +223,8 @@ def _passes(
             rows = zip(Q.T, P.T, times.tolist(), energies.tolist(), strict=True)
             columns = zip(*(rates_at(*row, h * float(g[0])) for row in rows), strict=True)
             found = [np.array(column).T for column in columns]
-            size = (abs(e) + float(np.max(np.abs(np.sum(P * found[1], axis=0) / found[0])))) / abs(
-                h
-            )
+            twice = np.sum(P * found[1], axis=0) / found[0]  # the kinetic energy
+            size = (abs(e) + float(np.max(np.abs(twice)))) / abs(h)
             change = sum(map(_change, found[:3], (g, ways, turns)))
             change += _change(found[3], power, size)
             g, ways, turns, power = found
@@ -270,12 +270,17 @@ def _later(clock: Array, since: float, gained: float) -> Array:
     return np.concatenate([added(clock[:2], [since])[0], added(clock[2:], [gained])[0]])
 
 
-def _inner(problem: Problem, base: Lagrangian, clock: Any, told: AtStages) -> Problem:
-    """The problem in tau, from 0 on in each step; t and E are those told."""
+def _inner(
+    problem: Problem, base: Lagrangian, clock: Any, told: AtStages,
+    known: Callable[..., Array] | None,
+) -> Problem:  # fmt: skip
+    """The problem in tau, from 0 on in each step; t and E are those told.
+
+    known  the slopes of L, or None
+    """
     rate, slope, timed = clock.rate(problem), clock.slope(problem), base.explicit_time
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
     q0, v0 = problem.q0.reshape(shape), problem.v0.ravel()
-    known = base.euclidean_slopes(q0, v0, problem.t0)
     by_chain_rule = slopes_in_clock(base, cast(Callable[..., Array], known), rate, slope)
 
     def function(q: Any, u: Any, tau: float) -> Any:

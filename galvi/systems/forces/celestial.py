@@ -328,7 +328,7 @@ class Force:
                             f"{shown(self.function)}.")  # fmt: skip
         try:
             taken = inspect.signature(getattr(self.function, "py_func", self.function))
-        except ValueError:  # of a function that is not written in Python
+        except (TypeError, ValueError):  # of a function that is not written in Python
             return
         try:
             taken.bind(*[None] * (1 + self.takes_velocity + self.takes_time))
