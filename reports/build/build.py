@@ -27,7 +27,7 @@ from reports.results.comparison import Comparison
 from reports.results.machines import machines
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
-from reports.results.section_result import SectionResult, measure_sections
+from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import ComparisonTables, comparison_tables
 from reports.tables.macros import bibliography, numbers
@@ -94,13 +94,14 @@ def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
 def _build(
     suite: Suite, options: Options, cache: BuildCache, single: bool
 ) -> tuple[Verified, Compared, list[SectionResult]]:
+    studies = [section.title for section in runnable(suite.sections)]
     pages = partial(_pages, suite, options, each=remembering(map_in_workers))
     so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
     part = 0 < len(options.claims) < len(suite.claims)
     if not (options.quick or part or options.contenders or cache.taken):
         checked, headlines = first_look(suite)
         so_far(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
-    verified = verify(suite, options, cache, [one.title for one in suite.sections])
+    verified = verify(suite, options, cache, studies)
     checked = list(verified.checked)
     so_far(checked, headlines, left=(COMPARISONS, STUDIES))
     compared = compare(suite, options, cache)

@@ -11,7 +11,7 @@ from reports.results.cache import BuildCache
 from reports.results.comparison import Comparison, measure_comparison
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.section_result import SectionResult, measure_sections
+from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import ComparisonTables, comparison_tables, write_comparison
 from reports.tables.writing import as_csv, write_table
@@ -50,6 +50,7 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
 def compare_sections(suite: Suite, options: Options) -> list[SectionResult]:
     """Measure and write the studies that are part of the comparison."""
     chosen = [section for section in suite.sections if section.compared]
+    runnable(chosen)
     results = measure_sections(suite, options, chosen)
     write_sections(results, suite, options)
     return results

@@ -102,7 +102,7 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, anew, False, False, "", out)
+            return build_all(quick, claims, None, contender, anew, False, False, "", out)
         named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
@@ -173,6 +173,7 @@ def application(load: Load, command: str) -> typer.Typer:
     def build_all(
         quick: bool = QUICK,
         claims: str = CLAIMS,
+        require: str = REQUIRE,
         contender: list[str] = CONTENDER,
         anew: bool = ANEW,
         kept: bool = KEPT,
@@ -192,7 +193,7 @@ def application(load: Load, command: str) -> typer.Typer:
                 raise typer.BadParameter(f"--kept: {error}") from None
             return 0
         with joined(known, contender) as here, on_scheduler(here, scheduler) as suite:
-            asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
+            asked = options(suite, quick, out, claims, require, contender, anew)
             verified, compared, sections = build(suite, asked, single)
             failures = [
                 *compared.measured.failures,

@@ -277,10 +277,10 @@ def _numbers(table: pd.DataFrame, texts: int = 1) -> Grid:
 
 
 def _left_out(one: SectionResult) -> tuple[str, str, str]:
-    """The title of a study without rows, the command that runs it, and why it failed, or ""."""
+    """The title of a study without rows, the command that runs it, and why it did not, or ""."""
     long = one.section.measure is long_form_only
     command = f"galvi studies --only {one.section.name}" if long else "galvi build"
-    return one.section.title, command, one.failure
+    return one.section.title, command, one.failure or one.note
 
 
 def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:

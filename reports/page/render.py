@@ -141,6 +141,6 @@ def _measured(row: Row) -> str:
     number, error = row.measured, row.uncertainty
     if known(number) and known(error) and 0.0 < error < SMALL * abs(number):
         return f"{readable(number, 4)} ± {readable(error, 1)}"
-    if known(number) and not known(error) and number.is_integer() and abs(number) < MANY:
+    if known(number) and not known(error) and float(number).is_integer() and abs(number) < MANY:
         return readable(number, len(f"{abs(number):.0f}"))
     return with_uncertainty(number, error) or "not run"

@@ -70,6 +70,7 @@ class Section:
     open       whether external integrators take part
     compared   whether `compare` measures it too
     timed      whether it measures times; a report measures all others beside its claims
+    absent     () -> why the study cannot run here, for want of an engine; "" where it can
     """
 
     name: str
@@ -83,6 +84,7 @@ class Section:
     open: bool = False
     compared: bool = False
     timed: bool = False
+    absent: Callable[[], str] = lambda: ""
 
 
 def long_form_only(quick: bool, report: Report) -> pd.DataFrame:

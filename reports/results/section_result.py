@@ -22,7 +22,8 @@ class SectionResult:
     """A study with its rows.
 
     frame    its rows, those of the long form among them; None when there are none
-    note     a sentence on the long form, or ""
+    note     a sentence on the long form, or on an absent engine for want of which it did not
+             run; or ""
     failure  a sentence when it raised, or ""
     """
 
@@ -38,7 +39,10 @@ def measure_sections(
     sections: Sequence[Section],
     cache: BuildCache | None = None,
 ) -> list[SectionResult]:
-    """Measure each study in its default form, and add the stored rows of its long form."""
+    """Measure each study in its default form, and add the stored rows of its long form.
+
+    A study whose engine is absent is not run, which is no failure.
+    """
     if not sections:
         return []
     cache = cache or BuildCache()
@@ -46,10 +50,21 @@ def measure_sections(
         return [_measured(one, suite, options, studies, cache) for one in sections]
 
 
+def runnable(sections: Sequence[Section]) -> list[Section]:
+    """The studies whose engines are here; the others are named on stderr, with the reason."""
+    absences = {section.name: section.absent() for section in sections}
+    for section in sections:
+        if absence := absences[section.name]:
+            _say(f"{section.title}: will not run. {absence}")
+    return [section for section in sections if not absences[section.name]]
+
+
 def _measured(
     section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
 ) -> SectionResult:
     frames, note, failure = [], "", ""
+    if absence := section.absent():
+        return SectionResult(section, None, absence)
     try:
         result = cache.ready.get(section.title)
         if result is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.studies import forces
+from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from reports.results.section import Section
 
 
@@ -30,4 +31,5 @@ FORCES = Section(
     measure=forces.forces_table,
     table=matrix,
     summary=versions_and_words,
+    absent=lambda: HEYOKA_QUADRUPLE.missing,
 )

@@ -8,6 +8,7 @@ import pandas as pd
 
 from benchmarks.studies import draws, ephemeris, high_eccentricity, survival
 from benchmarks.studies.moving_frames import published
+from references.jpl.ephemeris import JPL_EPHEMERIS
 from reports.results.section import LongForm, Section
 from reports.tables.study_table import readable_table
 
@@ -66,6 +67,7 @@ EPHEMERIS = Section(
     text=ephemeris.EXPLANATION,
     measure=ephemeris.ephemeris_table,
     table=sky_table,
+    absent=lambda: JPL_EPHEMERIS.missing,
     open=True,
     compared=True,
 )

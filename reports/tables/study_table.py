@@ -49,7 +49,7 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
 def _number(value: float) -> str:
     """Counts in full, eccentricities with all their nines, numbers of one digit with no more of
     them, errors with three."""
-    if value.is_integer() and abs(value) < 1e15:
+    if float(value).is_integer() and abs(value) < 1e15:
         return f"{value:.0f}"
     if nines := NINES.fullmatch(f"{value:.6f}"):
         return nines[1]

@@ -1,12 +1,10 @@
-"""What the checkout holds: its top level, names and lengths of files, no trace of a machine."""
+"""What the checkout holds: its top level, names of files, no trace of a machine."""
 
 from __future__ import annotations
 
 import re
-import statistics
 import subprocess
 import tomllib
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -44,15 +42,6 @@ def files() -> list[Path]:
     return sorted(Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file())
 
 
-def lengths(files: list[Path], folder: str) -> dict[str, int]:
-    """Number of lines of each Python file of a folder but the `__init__`s."""
-    return {
-        str(file): len((ROOT / file).read_text().splitlines())
-        for file in files
-        if file.parts[0] == folder and file.suffix == ".py" and file.stem != "__init__"
-    }
-
-
 def test_the_top_level_holds_what_the_design_lists_and_nothing_else(files: list[Path]) -> None:
     assert {file.parts[0] for file in files} == TOP_LEVEL
 
@@ -66,36 +55,6 @@ def test_every_folder_of_tests_is_run(files: list[Path]) -> None:
 def test_no_file_or_folder_has_a_name_that_says_nothing(files: list[Path]) -> None:
     named = [file for file in files if NAMES_THAT_SAY_NOTHING & {*file.parts[:-1], file.stem}]
     assert named == []
-
-
-@pytest.mark.parametrize(("package", "most"), [("galvi", 12), ("benchmarks", 3), ("reports", 5)])
-def test_the_root_of_a_package_holds_few_files(package: str, most: int, files: list[Path]) -> None:
-    found = [file.name for file in files if file.parent == Path(package)]
-    assert 0 < len(found) <= most, found
-
-
-def test_no_folder_holds_more_than_twenty_files(files: list[Path]) -> None:
-    """But for claims and tests, of which each is one file; `__init__.py` does not count."""
-    counted = Counter(
-        file.parent
-        for file in files
-        if file.parts[0] in ("galvi", "references", "benchmarks", "reports")
-        and file.suffix == ".py"
-        and file.stem != "__init__"
-        and "claims" not in file.parts
-    )
-    assert {folder: count for folder, count in counted.items() if count > 20} == {}
-
-
-@pytest.mark.parametrize("folder", ["galvi", "references", "benchmarks", "reports"])
-def test_no_file_is_longer_than_400_lines(files: list[Path], folder: str) -> None:
-    long = {file: lines for file, lines in lengths(files, folder).items() if lines > 400}
-    assert long == {}
-
-
-@pytest.mark.parametrize("folder", ["galvi", "references", "benchmarks", "reports"])
-def test_a_file_holds_a_family(files: list[Path], folder: str) -> None:
-    assert 0 < statistics.median(lengths(files, folder).values()) <= 200
 
 
 def test_no_file_names_a_place_on_the_machine_it_was_written_on(files: list[Path]) -> None:
