@@ -62,26 +62,34 @@ def runnable(sections: Sequence[Section]) -> list[Section]:
 def _measured(
     section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
 ) -> SectionResult:
-    frames, note, failure = [], "", ""
-    if absence := section.absent():
-        return SectionResult(section, None, absence)
+    frames, absence, failure = list[pd.DataFrame](), section.absent(), ""
     try:
-        result = cache.ready.get(section.title)
-        if result is None:
-            with studies("study", section.title) as report:
-                result = cache.result(section.title, lambda: section.measure(options.quick, report))
-        else:
-            studies.finished("study", section.title, result.seconds)
-        frames.append(_dated(result.frame, suite, options, result.run))
+        if not absence:
+            frames.append(_rows(section, suite, options, studies, cache))
     except Exception as error:
         failure = f"{section.title}: not run ({type(error).__name__}: {error})."
+    note = absence
     if section.long_form is not None:
         rows = section.long_form.stored(options.out / FOLDER, _say)
-        note = "" if len(rows) else "Short version; `make studies` runs the long one."
+        if not (len(rows) or absence):
+            note = "Short version; `make studies` runs the long one."
         frames.append(rows)
     frames = [frame for frame in frames if len(frame)]
     whole = pd.concat(frames, ignore_index=True) if frames else None
     return SectionResult(section, whole, note, failure)
+
+
+def _rows(
+    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
+) -> pd.DataFrame:
+    """The rows of a study's default form, measured here or taken from the cache."""
+    result = cache.ready.get(section.title)
+    if result is None:
+        with studies("study", section.title) as report:
+            result = cache.result(section.title, lambda: section.measure(options.quick, report))
+    else:
+        studies.finished("study", section.title, result.seconds)
+    return _dated(result.frame, suite, options, result.run)
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:

@@ -104,6 +104,23 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
         assert ("Round-off: not run (OSError: the lamp went out)." in left_out) is not shown
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_a_study_without_its_engine_is_named_and_no_failure(suite_with, tmp_path, capsys):
+    """A study that raises fails the build, as the test above has it; one that cannot run does not."""
+
+    def broken(quick, report):
+        raise AssertionError("it was run without its engine")
+
+    for long, shown in (([], False), (walks(1e6, "feedfacecafe", runs=4), True)):
+        suite = suite_with(long, few=2, measure=broken, absent=lambda: "Install the lamp.")
+        assert run(lambda suite=suite: suite, ["build", "--out", str(tmp_path)]) == 0
+        said = capsys.readouterr().err
+        assert said.index("Round-off: will not run. Install the lamp.") < said.index("[1/")
+        page = (tmp_path / "studies.html").read_text(encoding="utf-8")
+        assert "Install the lamp." in page
+        assert ("at commit feedfacecafe" in page) is shown
+
+
 def test_studies_runs_what_is_not_there_yet(suite_with, tmp_path, capsys):
     def runs(folder, report):
         return [Run(folder, "one"), Run(folder, "two")]
