@@ -133,7 +133,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.fast.lanes.nbody."""
     moves, columns, c = _nystrom_parts(table, step, LANES)
     numbers = (
-        moves.reshape(-1, c.shape[1]),
+        np.concatenate(moves),
         table.analysis.T[:, stages_in_lanes(table.c.size)],
         table.growth,
         columns,
@@ -151,8 +151,7 @@ def nystrom_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]
     moves, kicks, c = _nystrom_parts(table, step, lanes)
     stages = stages_in_lanes(table.c.size, lanes)
     P, ahead = stages.size, np.zeros((0, stages.size))
-    moves = in_blocks(moves.reshape(-1, table.c.size, P), P)
-    tables, complement = aligned_copies(np.concatenate([c, moves]), ahead)
+    tables, complement = aligned_copies(np.concatenate([c, in_blocks(moves, P)]), ahead)
     with np.errstate(over="ignore"):
         fit = step * step * table.C
     numbers = (
@@ -164,15 +163,14 @@ def nystrom_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]
 
 
 def _nystrom_parts(table: Tableau, step: float, lanes: int) -> tuple[Array, Array, Array]:
-    """h^2 A^T and its low part, then both after extrapolation by 1, ..., l Legendre polynomials,
-    (l + 1, 2, s, P); columns h b, h^2 beta, their low parts (s, P); c and its low part (2, P)."""
+    """h^2 A^T, then the same after extrapolation by 1, ..., l Legendre polynomials, then its low
+    part, (l + 2, s, P); columns h b, h^2 beta, their low parts (s, P); c, its low part (2, P)."""
     stages = stages_in_lanes(table.c.size, lanes)
     high = table.c, table.b, table.beta, table.A
     c, b, beta, A = map(np.stack, zip(high, table.low_parts[:4], strict=True))
     moves = scaled(A, step, 2)[:, stages].swapaxes(1, 2)
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
-    moves = np.concatenate([moves[None], ahead])
+        moves = np.concatenate([moves[:1], _extrapolated(table, moves[0]), moves[1:]])
     columns = np.zeros((table.c.size, stages.size))
     columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
     return moves, columns, c[:, stages]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.charts import CHARTS
 from galvi.fast import law_stepper
-from galvi.fast.lanes.group_pass import LOW
+from galvi.fast.lanes.group_pass import SIZES
 from galvi.fast.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.fast.law_stepper import has_group_law
 from galvi.fast.nystrom_stepper import words_of
@@ -226,7 +226,7 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     tables, complement, _ = law_stepper.group_law_tables(method.table, 0.1, 8)
     work, numbers = np.zeros((rows_of_group_work(d, 0), 8)), np.zeros(3 * d + PLACE + 17)
     numbers[3], work[ETA * d + 3] = 2.0, 0.1
-    numbers[3 * d + PART], numbers[3 * d + PLACE :] = LOW, [*np.eye(4).ravel(), 0.1]
+    numbers[3 * d + PART], numbers[3 * d + PLACE :] = SIZES, [*np.eye(4).ravel(), 0.1]
     words = words_of(work, tables, complement, law.constants, numbers, 8, 8, 0)
     part(words.ctypes.data)
     np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)

@@ -106,8 +106,6 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_without_its_engine_is_named_and_no_failure(suite_with, tmp_path, capsys):
-    """A study that raises fails the build, as the test above has it; one that cannot run does not."""
-
     def broken(quick, report):
         raise AssertionError("it was run without its engine")
 

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from galvi.fast.lanes.vectors import BITS, DOUBLE, LANES, NARROW, NOTHING, Lanes
 
 __all__ = [
-    "LANES", "NARROW", "attract", "attract_and_measure", "attract_pair", "combine",
+    "LANES", "NARROW", "add_combined", "attract", "attract_and_measure", "attract_pair", "combine",
     "combine_narrow", "drift", "follow", "follow_and_measure", "fused", "move",
 ]  # fmt: skip
 
@@ -131,8 +131,11 @@ def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chu
     return signature, generate
 
 
-def _combining(width):
-    """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages."""
+def _combining(width, onto=False):
+    """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages.
+
+    onto  whether the sum is added to what out holds
+    """
     whole = types.intp
 
     @intrinsic
@@ -147,8 +150,10 @@ def _combining(width):
                 lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4)
             )
             row = builder.mul(body, ir.Constant(body.type, dimension))
-            nothing = [lanes.nothing] * dimension
-            sums = lanes.sums(nothing, factors, start, values, row, stages)
+            first = [lanes.nothing] * dimension
+            if onto:
+                first = [lanes.load(results, lanes.plus(row, x)) for x in range(dimension)]
+            sums = lanes.sums(first, factors, start, values, row, stages)
             for x, total in enumerate(sums):
                 lanes.store(total, results, lanes.plus(row, x))
             return context.get_dummy_value()
@@ -159,6 +164,7 @@ def _combining(width):
 
 
 combine, combine_narrow = _combining(LANES), _combining(NARROW)
+add_combined = _combining(LANES, onto=True)
 
 
 @intrinsic
@@ -204,7 +210,7 @@ def move(
 
 @intrinsic
 def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
-    """base <- c far and low <- low + its rounding error, for one row, in eight stages.
+    """base <- c far and low <- its rounding error and that of q, for one row, in eight stages.
 
     c    (2, P)  nodes and their low parts
     far  h v, ``far_low`` its low part, ``lost`` the low part of q
@@ -224,7 +230,7 @@ def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
         small = lanes.add(lanes.mul(node_low, far), lanes.mul(node, far_low))
         small = lanes.add(lanes.add(error, lost), small)
         lanes.store(place, bases, row)
-        lanes.store(lanes.add(lanes.load(lows, row), small), lows, row)
+        lanes.store(small, lows, row)
         return context.get_dummy_value()
 
     return signature, generate

@@ -53,7 +53,7 @@ import numpy as np
 from numba import types
 
 from galvi.fast.lanes import group_rows as blocks
-from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE
+from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE, SIZES
 from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.compile.function_pointers import call_void
@@ -151,15 +151,19 @@ def rows(block, d):
 def relax(law, given, stages, d, numbers, tolerance, counts, history):
     """Passes from the xi and eta in work until convergence; returns a code."""
     begin_countdown(history)
+    settled = False
     for passes in range(solve.FIXED_POINT_PASSES):
         change = do(PASS, law, given, numbers, d)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
-            do(LOW, law, given, numbers, d)
+            do(SIZES, law, given, numbers, d)
             continue
         code = judged(change, tolerance, history)
-        if code != solve.GOING:
+        if not settled and solve.close_enough(change, tolerance):
+            settled = True
+            do(LOW, law, given, numbers, d)
+        elif code != solve.GOING:
             return code
     return solve.DIVERGED
 

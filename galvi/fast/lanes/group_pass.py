@@ -40,7 +40,7 @@ from galvi.fast.lanes.law_pass import Constants, Generic
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, of_words
 
-PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
+PASS, PREPARE, AHEAD, BEGIN, SIZES, LOW, FINISH = range(7)  # parts, see GroupPass
 PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map
 SETTLED = 1e-4  # radians: smaller ones are the last
 WRITTEN_OUT = 6  # columns of the response; a loop over them is slower by a twentieth
@@ -338,19 +338,26 @@ class GroupPass(GroupRows):
             with self.builder.if_then(self.projects):
                 self.respond()
 
-    def add_low_parts(self):
-        """The low parts of sums."""
+    def add_low_parts(self, chosen=None):
+        """The low parts of sums; only in the lanes chosen, if some are."""
         parts = [(ETA, self.low_drift, LOW_XI), (F, self.low_back, LOW_F)]
         parts += [(N, self.low_back, LOW_N)] if self.pulls else []
-        for block, first, low in parts:
-            self.chunks(lambda lanes, block=block, first=first, low=low: self.stored(
-                lanes, self.sums(lanes, None, self.tables, first, block * self.d), low
-            ))  # fmt: skip
+
+        def add(lanes, block, first, low):
+            sums = self.sums(lanes, None, self.tables, first, block * self.d)
+            if chosen is not None:
+                sums = [
+                    x.where(chosen, old)
+                    for x, old in zip(sums, self.loaded(lanes, low), strict=True)
+                ]
+            self.stored(lanes, sums, low)
+
+        for part in parts:
+            self.chunks(lambda lanes, part=part: add(lanes, *part))
 
     def after_first_pass(self, _noted=None):
-        """The sizes of xi and pi, and low parts."""
+        """The sizes of xi and pi."""
         self.measure()
-        self.add_low_parts()
 
     def finish(self):
         """As ``sum_up``; the largest |xi|^2 of a rotation is the change."""
@@ -381,7 +388,7 @@ def group_pass(law, layout, chart, width, one):
         part = builder.load(made.place_of(PART))
         for number, do in enumerate((
             made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.after_first_pass,
-            made.finish,
+            made.add_low_parts, made.finish,
         )):  # fmt: skip
             asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
             with builder.if_then(asked):

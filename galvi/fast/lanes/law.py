@@ -48,6 +48,7 @@ import numpy as np
 from numba import types
 
 from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
+from galvi.fast.lanes.law_pass import LOW_P, LOW_Q, first_of_steps
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows, end_of_step
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
@@ -112,22 +113,23 @@ def onto_slopes(complement, stages, V, outside):
 
 
 @jit_inline
-def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
-    """Corrections of q and p by the low parts of tables and state."""
-    P = V.shape[1]
-    gather(tables, P, stages, V, low_places)
-    gather(tables, 3 * P, stages, F, low_momenta)
-    for i in range(V.shape[0]):
-        for k in range(V.shape[1]):
-            low_places[i, k] += state[2, i]
-            low_momenta[i, k] += state[3, i]
+def add_low_parts(tables, alone, stages, d, work):
+    """Adds to the low parts of places and momenta what those of the tables make of the rates."""
+    P, scratch = work.shape[1], work[first_of_steps(d) : first_of_steps(d) + d]
+    for part in range(1, 2 if alone else 3):
+        first = tables.shape[0] - P if alone else (2 * part - 1) * P
+        gather(tables, first, stages, work[part * d : (part + 1) * d], scratch)
+        low = work[(LOW_Q + part - 1) * d : (LOW_Q + part) * d]
+        for i in range(d):
+            for k in range(P):
+                low[i, k] += scratch[i, k]
 
 
 @jit_inline
 def iterate(law, given, tables, alone, stages, h, state, work, numbers, tolerance, counts, history):
     """Passes from the stages in work until convergence; returns a code."""
     d = state.shape[1]
-    Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
+    Q, V, F, settled = work[0:d], work[d : 2 * d], work[2 * d : 3 * d], False
     solve.reset_history(history)
     numbers[2 * d + 2] = 0.0
     for passes in range(solve.FIXED_POINT_PASSES):
@@ -138,10 +140,12 @@ def iterate(law, given, tables, alone, stages, h, state, work, numbers, toleranc
             numbers[2 * d] = inverse_size(state[0], 1.0 if alone else h, Q if alone else V)
             if not alone:
                 numbers[2 * d + 1] = inverse_size(state[1], h, F)
-                add_low_parts(tables, stages, state, V, F, work[4 * d : 5 * d], work[5 * d : 6 * d])
             continue
         code = solve.verdict(numbers[2 * d + 2], tolerance, history)
-        if code != solve.GOING:
+        if not settled and solve.close_enough(numbers[2 * d + 2], tolerance):
+            settled = True
+            add_low_parts(tables, alone, stages, d, work)
+        elif code != solve.GOING:
             return code
     return solve.DIVERGED
 
@@ -197,16 +201,16 @@ def watch_stages(plan, kept, step, first, velocities, s):
 
 @jit_inline
 def begin_stages(tables, complement, s, state, work):
-    """Places Q from velocities V; no low parts are known."""
+    """Places Q from velocities V; low parts are those of the state."""
     d = state.shape[1]
     Q, V = work[0:d], work[d : 2 * d]
     if complement.shape[0] > 0:
         onto_slopes(complement, s, V, Q)
-    work[4 * d : 6 * d] = 0.0
     gather(tables, 0, s, V, Q)
     for i in range(d):
         for k in range(Q.shape[1]):
             Q[i, k] += state[0, i]
+            work[LOW_Q * d + i, k], work[LOW_P * d + i, k] = state[2, i], state[3, i]
 
 
 @jit_inline

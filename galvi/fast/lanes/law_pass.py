@@ -3,7 +3,8 @@
 A law is a function as described in galvi.fast.lanes.elementary. Rows of work, (rows, P):
 
 q, v, f, p      (d, P) each: places, velocities, forces dL/dq and momenta at the stages
-low_q, low_p    (d, P) each: what the low parts of the matrices and of the state add to q and p
+low_q, low_p    (d, P) each: what low parts add to q and p, those of the state from the start, those
+                of the matrices once a pass changes little
 before          (d, P)       not used here
 t               (P,)         times
 found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T without pivots, with
@@ -17,10 +18,10 @@ numbers     (4 d + 4,)  q and p at the start, 1 over their sizes; the pass adds 
                         relative change; low parts of q and p, h
 
 Where *places alone* are iterated, the law's mass is 1 and its forces know no velocities. v then
-holds accelerations, p the ways c h v, and low_q what is added to these; tables (2 (l + 1) P + 2, P)
-are c, its low part, h^2 A^T of galvi.tableau and its low part, then for r = 1 .. l both of these
-after extrapolation to the next step with r Legendre terms. Where the number for the change is
--1 - r, a pass begins a step: it places the stages by the last accelerations.
+holds accelerations, p the ways c h v, and low_q what is added to these; tables ((l + 2) P + 2, P)
+are c, its low part, h^2 A^T of galvi.tableau, then for r = 1 .. l the same after extrapolation to
+the next step with r Legendre terms, then the low part of h^2 A^T. Where the number for the change
+is -1 - r, a pass begins a step: it places the stages by the last accelerations.
 """
 
 from __future__ import annotations
@@ -35,13 +36,20 @@ from galvi.fast.lanes.dense import Triangle, factored, is_written_out
 from galvi.fast.lanes.functions import two_product
 from galvi.fast.lanes.values import Lane
 from galvi.fast.lanes.vectors import DOUBLE, Lanes, everywhere, of_words
+from galvi.kernels.lie.arithmetic import generic
 
 Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
 
 
+@generic
+def first_of_steps(d):
+    """The first row of the changes of velocities, which nothing but a pass needs."""
+    return T * d + 1 + d + d * (d + 1) // 2
+
+
 def rows_of_work(d):
     """Rows of work for d coordinates."""
-    return T * d + 1 + d + d * (d + 1) // 2 + d
+    return first_of_steps(d) + d
 
 
 def filled(law, d):
@@ -106,7 +114,7 @@ class Pass:
 
     def lay_out_space(self):
         """First rows of what a law on R^d keeps, and the rows of a component's own C."""
-        self.found, self.steps = T * self.d + 1, rows_of_work(self.d) - self.d
+        self.found, self.steps = T * self.d + 1, first_of_steps(self.d)
         self.factors, self.fixed = self.found + self.d, {}
         self.written_out = is_written_out(self.below)
         builder, length = self.builder, self.length_of_a_matrix
@@ -186,11 +194,10 @@ class Pass:
         for i, acceleration in enumerate(found):
             self.store(lanes, q[0].same(acceleration), V, i)
 
-    def coast(self, lanes, drift, low_drift):
-        """The ways without forces, their low parts with those of sums, and first places."""
+    def coast(self, lanes, drift):
+        """The ways without forces, their low parts, and first places."""
         d, h = self.d, self.number(lanes, 4 * self.d + 3)
         node, low_node = (Lane(self.builder, lanes.factor(self.tables, row)) for row in self.nodes)
-        lost = self.sums(lanes, None, self.tables, low_drift, V * d)
         bent = self.sums(lanes, None, self.tables, drift, V * d)
         for i in range(d):
             far, rest = two_product(h, self.number(lanes, d + i))
@@ -199,7 +206,6 @@ class Pass:
             small = low_node * far + node * rest
             small = (error + self.number(lanes, 2 * d + 3 + i)).fused + small
             self.store(lanes, way, P, i)
-            small = lost[i].fused + small
             self.store(lanes, small, LOW_Q, i)
             self.store(lanes, self.number(lanes, i) + (way + (small + bent[i])), Q, i)
 
@@ -368,13 +374,11 @@ def one_pass(law, d, width, one, alone):
         if alone:
             begins = builder.load(place)
             terms = builder.fptoui(builder.fsub(ir.Constant(DOUBLE, -1.0), begins), made.row)
-            block = builder.mul(builder.mul(terms, made.row(2)), made.padded)
-            drift = builder.add(made.first_drift, block)
-            low = builder.add(drift, made.padded)
+            drift = builder.add(made.first_drift, builder.mul(terms, made.padded))
             begins = builder.fcmp_ordered("<", begins, ir.Constant(DOUBLE, 0.0))
             with builder.if_else(begins) as (first, later):
                 with first:
-                    made.chunks(lambda lanes: made.coast(lanes, drift, low))
+                    made.chunks(lambda lanes: made.coast(lanes, drift))
                 with later:
                     made.one_pass()
         else:

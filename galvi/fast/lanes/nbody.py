@@ -15,8 +15,8 @@ d = bodies * dimension rows, one for each coordinate
 masses        (bodies,)               G m
 heavy, light  whole numbers           the bodies with a mass, and the massless ones
 pulls, poles                          terms of galvi.kernels.forces.celestial
-ahead         (2 (l + 1) s, P)        h^2 A^T and its low part; then for r = 1 .. l both of these
-                                      after extrapolation to the next step with r Legendre terms
+ahead         ((l + 2) s, P)          h^2 A^T; then for r = 1 .. l the same after extrapolation to
+                                      the next step with r Legendre terms; then its low part
 series        (s, P)                  Legendre coefficients from stages, transposed
 growth        (l,)                    Legendre polynomials at the next step's end
 sums          (s, P)                  columns h b, h^2 beta and the low part of each
@@ -107,6 +107,16 @@ def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
 
 
 @jit_inline
+def add_low_parts(axes, moves, s, a, low):
+    """low += what the low part of h^2 A^T makes of the accelerations at the stages."""
+    for body in range(a.shape[0] // len(axes)):
+        for chunk in range(a.shape[1] // gravity.LANES):
+            gravity.add_combined(
+                axes, moves, moves.shape[0] - s, a, low, body, s, a.shape[1], chunk
+            )
+
+
+@jit_inline
 def iterate_pair(
     axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a, background, history
 ):
@@ -136,7 +146,7 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
     ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
     the second pass, which is accurate enough for that; 0 if there is none.
     """
-    nearest[0] = 0.0
+    nearest[0], settled = 0.0, False
     solve.reset_history(history)
     for passes in range(solve.FIXED_POINT_PASSES):
         if passes == 1:
@@ -154,7 +164,10 @@ def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, move
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
         code = solve.verdict(change, tolerance, history)
-        if code != solve.GOING:
+        if not settled and solve.close_enough(change, tolerance):
+            settled = True
+            add_low_parts(axes, moves, s, a, low)
+        elif code != solve.GOING:
             return code
         if with_pair:
             iterate_pair(
@@ -196,9 +209,6 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
     dimension, padded, bodies = len(axes), c.shape[1], masses.size
     largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
     for body in range(bodies):
-        for chunk in range(padded // LANES):
-            start = (2 * terms[body] + 1) * s
-            combine(axes, ahead, start, a, low, body, s, padded, chunk)
         size, way = 0.0, 0.0
         for x in range(dimension):
             i = body * dimension + x
@@ -215,9 +225,7 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
     for body in range(bodies):
         size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
-        move_one(
-            axes, ahead, 2 * terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body
-        )
+        move_one(axes, ahead, terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body)
     return fastest_planet
 
 

@@ -56,12 +56,12 @@ class MemberLaw(MemberSteps):
             self.chunks(inside)
 
     def place_stages(self):
-        """First places at the stages; no low parts are known."""
+        """First places at the stages; low parts are those of the state."""
 
         def first(lanes):
-            nothing = [Lane(self.builder, NOTHING)] * self.d
-            self.store_rows(lanes, nothing, LOW_Q * self.d)
-            self.store_rows(lanes, nothing, LOW_P * self.d)
+            for block, name in ((LOW_Q, "q_low"), (LOW_P, "p_low")):
+                low = [self.field(name, i) for i in range(self.d)]
+                self.store_rows(lanes, low, block * self.d)
             found = self.sums(lanes, None, self.tables, self.tabled.drift, V * self.d)
             for i, way in enumerate(found):
                 self.store(lanes, self.field("q", i) + way, Q, i)
@@ -79,10 +79,10 @@ class MemberLaw(MemberSteps):
             q, far = self.field("q", i), step * self.field("p", i)
             size = larger_size(larger_size(size, q), q + far)
         self.keep_size(0, size)
-        self.chunks(lambda lanes: self.coast(lanes, self.tabled.drift, self.low_drift))
+        self.chunks(lambda lanes: self.coast(lanes, self.tabled.drift))
 
     def after_first_pass(self, noted):
-        """The sizes of q and p, and what low parts add to them."""
+        """The sizes of q and p."""
         d, step = self.d, self.field("step")
         if self.alone:  # at rest at the origin, its size is known after it
             known = self.field("sizes") > 0.0
@@ -96,16 +96,18 @@ class MemberLaw(MemberSteps):
                 size = larger_size(size, self.field(name, i))
             self.keep_size(k, size)
 
-        def low(lanes):
-            for block, first, target, name in (
-                (V, self.tabled.low_drift, LOW_Q, "q_low"),
-                (F, self.tabled.low_back, LOW_P, "p_low"),
-            ):
-                found = self.sums(lanes, None, self.tables, first, block * self.d)
-                for i, part in enumerate(found):
-                    self.store(lanes, self.field(name, i) + part, target, i)
+    def add_low_parts(self, chosen):
+        """Adds what the low parts of the tables make of the rates, for the members chosen."""
+        parts = [(V, self.tabled.low_drift, LOW_Q)]
+        parts += [] if self.alone else [(F, self.tabled.low_back, LOW_P)]
 
-        self.chunks(low)
+        def add(lanes):
+            for block, first, low in parts:
+                sums = self.sums(lanes, None, self.tables, first, block * self.d)
+                for i, more in enumerate(sums):
+                    self.store(lanes, self.load(lanes, low, i) + more.where(chosen, 0.0), low, i)
+
+        self.chunks(add)
 
     def step(self, number):
         """One step, the ``number``-th from 0."""

@@ -15,7 +15,7 @@ from numba.core import cgutils
 from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import DOUBLE, LANES, NOTHING, VECTOR, Lanes, spread
 from galvi.kernels.lie.arithmetic import larger, where
-from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE
+from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, gives_low_parts
 from galvi.kernels.nystrom.step import EPSILON
 
 WIDEST = 6  # rows that are summed together: sums stay in registers
@@ -121,11 +121,14 @@ class Judgement:
     rule     begins a history of so many numbers, and judges a pass by it, in lanes
     active   members whose iteration goes on; what it has computed for the others is not changed
     code     how the iteration of each member ended, or GOING
+    settled  members of which a pass has changed little, from whose slopes low parts are formed
+    settles  those whose last pass was the first of these; they iterate on
     """
 
     def __init__(self, builder, rule):
         self.begin_history, self.decide, size = rule
         self.alive, self.active, self.code = Mask(builder), Mask(builder), Variable(builder)
+        self.settled, self.settles = Mask(builder), Mask(builder)
         self.numbers = [Variable(builder) for _ in range(size)]
 
     def __getitem__(self, k):
@@ -138,13 +141,19 @@ class Judgement:
         """A step begins for the members that are alive."""
         self.alive.set(alive)
         self.active.set(alive)
+        self.settled.set(~alive)
+        self.settles.set(alive & ~alive)  # none
         self.code.set(GOING)
         self.begin_history(self)
 
     def judge(self, change, tolerance):
         """After a pass with this largest relative change, a lane; tolerance is one too."""
         active = self.active.value
+        settles = active & ~self.settled.value & gives_low_parts(change, tolerance)
+        self.settles.set(settles)
+        self.settled.set(self.settled.value | settles)
         code = where(active, self.decide(change, tolerance, self), self.code.lane)
+        code = where(settles, GOING, code)
         self.code.set(code)
         self.active.set(active & (code > DIVERGED))
 

@@ -94,7 +94,7 @@ class MemberSteps(Pass):
 
     Its attributes are those of `Pass`, or of its heirs, where a row of ``numbers`` is that of a
     record; an heir adds ``velocity_row``, ``time_row`` and ``guarded``, rows of work, ``step``,
-    ``one_pass`` and ``after_first_pass``.
+    ``one_pass``, ``after_first_pass`` and ``add_low_parts``.
     """
 
     velocity_row: int
@@ -102,6 +102,7 @@ class MemberSteps(Pass):
     guarded: Any
     one_pass: Any
     after_first_pass: Any
+    add_low_parts: Any  # (the members chosen)
     step: Any
     first: Any  # whether a pass is the first of its step
     one = False
@@ -313,6 +314,8 @@ class MemberSteps(Pass):
                     self.after_first_pass(noted)
                 with later:
                     judgement.judge(noted, self.tolerance)
+            with builder.if_then(judgement.settles.value.any):
+                self.add_low_parts(judgement.settles.value)
             with builder.if_then((~judgement.active.value).every):
                 loop.do_break()
         self.keep("passes", self.field("passes") + passes.lane)
