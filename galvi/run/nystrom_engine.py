@@ -20,6 +20,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run import plan as runs
 from galvi.run.point_masses.encounters import encounter
+from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
 from galvi.tableau import Tableau
@@ -28,6 +29,7 @@ from galvi.tableau import Tableau
 # energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
 # degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
 ROUND_OFF = 2.0**-64
+NOISY = 1e-11  # of a force, relative: above it the iteration may not settle, see solve.FLOOR
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 
 
@@ -141,6 +143,17 @@ def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
     problem, solver = run.problem, run.start.solver
     if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
         return encounter(problem, problem.system, run.method.stages, run.step, work.state)
+    if isinstance(problem.system, Canonical):
+        t = problem.t0 + (run.start.first + work.done) * run.step
+        with np.errstate(all="ignore"):
+            noise = problem.system.noise_of_differences(work.state[0], t)
+        if noise > NOISY:
+            known = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
+            return (
+                f"the gradient of the potential is differenced, and {known} there, so that the "
+                "stage equations cannot be solved. Give the potential's gradient, or write the "
+                "potential so that its terms do not cancel."
+            )
     if code == NOT_FINITE:
         return (
             "the force or the state became infinite or NaN. Use a smaller step, or keep away from "

@@ -12,8 +12,14 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces import force_kinds
-from galvi.systems.derivative_check import Curve, check_derivatives, direction, lengths
-from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
+from galvi.systems.derivative_check import Curve, check_derivatives, direction
+from galvi.systems.finite_differences import (
+    CALLS,
+    differenced_gradient,
+    differenced_hessian,
+    lengths_of,
+    noise_of,
+)
 from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
@@ -101,7 +107,7 @@ class Canonical:
         """ValueError unless gradient and Hessian are derivatives, at a state and near it."""
         if not self.check:
             return
-        scales, line, other = lengths(q), direction(q.size), direction(q.size, 1)
+        scales, line, other = lengths_of(q), direction(q.size), direction(q.size, 1)
 
         def state(far: float) -> tuple[Array, float]:
             there = q + far * scales * direction(q.size, 2)
@@ -111,7 +117,7 @@ class Canonical:
             far: float, function: Function, derivative: Callable[[Array, float], Array]
         ) -> Curve:
             there, then = state(far)
-            steps = lengths(there) * line
+            steps = lengths_of(there) * line
             return Curve(
                 lambda s: function(there + s * steps, then),
                 lambda s: derivative(there + s * steps, then) * steps, steps, {"q": there},
@@ -185,6 +191,13 @@ class Canonical:
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
         return 0 if self._known_gradient else CALLS
+
+    def noise_of_differences(self, q: Array, t: float) -> float:
+        """The error of a gradient that is differenced, as a share of its largest entry; 0 where it
+        is not differenced, infinite where no two lengths agree on it."""
+        if self._known_gradient:
+            return 0.0
+        return noise_of(self.potential, *self._arguments(q, t))
 
     @property
     def _known_gradient(self) -> bool:

@@ -29,7 +29,6 @@ VISIBLE = 0.1  # change of a function over its value, above which coarse roundin
 ROUNDING = 4.0 * 2.0**-52  # of a difference of two values, relative to them
 SIGNAL = 1e-3  # derivative over the sum of the sizes of its terms, below which it shows no fault
 NEARBY = (2.0**-3, 2.0**-10, 2.0**-20)  # distances of a second state, the first decisive one counts
-TINY = 1e-10  # coordinates below this share of the largest have its scale
 GOLDEN, SILVER = (5.0**0.5 - 1.0) / 2.0, 2.0**0.5
 
 AGREES, DIFFERS, UNDECIDED = "agrees", "differs", "undecided"
@@ -193,13 +192,6 @@ def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
     except Exception:  # a user's function may raise anything away from the start
         return np.inf
     return change if np.isfinite(change) else np.inf
-
-
-def lengths(q: Array) -> Array:
-    """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
-    size = np.abs(q)
-    largest = float(np.max(size)) or 1.0
-    return np.where(size > TINY * largest, size, largest)
 
 
 def direction(count: int, number: int = 0) -> Array:

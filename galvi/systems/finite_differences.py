@@ -1,15 +1,15 @@
 """Derivatives by central differences of order eight, for functions given without derivatives.
 
 With weights 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1) and steps of
-2^-6, 2^-10 and 2^-14 times |q|. Of the two neighbouring steps that agree best the finer is used,
-which guards against both a short length scale and round-off.
+2^-6, 2^-10 and 2^-14 times a length that each coordinate has for itself. Of the two neighbouring
+steps that agree best the finer is used; where the difference of these, or round-off, leaves an
+error, longer steps and then shorter ones are tried. The derivative is NaN where no two agree.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
-from itertools import pairwise
+from functools import cache, lru_cache
 from typing import Any
 
 import numba
@@ -49,158 +49,216 @@ def _first(*sizes: float) -> float:
 
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
-CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component
+CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component, at least
 RATIO = STEPS[0] / STEPS[1]
 COARSER, FINER = 24, 7  # further steps, tried where those above do not suffice
 ROUNDING = 2.0**-52
 NOISY = 512.0  # largest difference of neighbouring steps, in roundings, that is only round-off
+GOOD, USABLE = 2.0**-36, 1e-6  # relative errors: no further step is tried; neighbours agree
+TINY = 1e-10  # coordinates below this share of the largest one have its length
+
+
+def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) -> Any:
+    """The one differencer of galvi, for numbers or arrays, as Python or as numba takes it."""
+
+    @jit
+    def quotient(function, x, t, i, step, size, noise, weights):  # type: ignore[no-untyped-def]
+        """The difference quotient along a coordinate, and its round-off."""
+        there, total, largest = x.copy(), 0.0, size
+        for k in range(len(weights)):
+            there[i] = x[i] + (k + 1) * step
+            ahead = function(there, t)
+            there[i] = x[i] - (k + 1) * step
+            behind = function(there, t)
+            total = total + weights[k] * (ahead - behind) / step
+            largest = larger(largest, larger(abs(ahead), abs(behind)))
+        return total, noise * largest / step
+
+    @jit
+    def compared(coarse, fine, rounding, usable):  # type: ignore[no-untyped-def]
+        """The error of the finer of two quotients, infinite where they do not agree."""
+        gap = abs(fine - coarse)
+        agree = (gap <= usable * abs(fine)) | (gap <= NOISY * rounding)
+        return where(agree, larger(gap, rounding), np.inf)
+
+    @jit
+    def slope_along(function, x, t, i, length, size, noise, weights, steps, good, usable):  # type: ignore[no-untyped-def]
+        """The derivative of function(x, t) by x_i and its error; see `differences`."""
+        step, end = steps[0] * length, steps[len(steps) - 1] * length
+        widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
+        finest, best, error = widest, widest, where(widest == 0.0, np.inf, np.inf)
+        for n in range(1, len(steps)):
+            fine, rounding = quotient(function, x, t, i, steps[n] * length, size, noise, weights)
+            estimate = compared(finest, fine, rounding, usable)
+            better = estimate < error
+            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
+        lost = where(error < np.inf, False, True)
+        for _ in range(COARSER):
+            zero = (best == 0.0) & (widest == 0.0) & (step >= STEPS[0])
+            if not some((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
+                break
+            step *= RATIO
+            wider, rounding = quotient(function, x, t, i, step, size, noise, weights)
+            estimate = compared(wider, widest, wide_noise, usable)
+            better = estimate < error
+            best, error = where(better, widest, best), where(better, estimate, error)
+            widest, wide_noise = wider, rounding
+            if not some(better):
+                break
+        for _ in range(FINER):
+            if not some((error == np.inf) | (lost & (error > good * abs(best)))):
+                break
+            end /= RATIO
+            fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
+            estimate = where(fine == 0.0, np.inf, compared(finest, fine, rounding, usable))
+            better = estimate < error
+            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
+            if not some(better | (error == np.inf)):
+                break
+        return where(error < np.inf, best, np.nan), error
+
+    return slope_along
+
+
+def _same(function: Callable[..., Any]) -> Callable[..., Any]:
+    return function
+
+
+def _choose(condition: Any, x: Any, y: Any) -> Any:
+    return x if condition else y
+
+
+slopes_along = _differencer(_same, np.where, np.maximum, np.any)  # of functions with several values
+slope_along = _differencer(_same, _choose, max, bool)
+
+
+@cache
+def compiled_slope_along() -> Callable[..., Any]:
+    """`slope_along` for compiled functions."""
+    numbers = (numba.njit(one) for one in (_choose, lambda x, y: max(x, y), lambda x: x))
+    return _differencer(numba.njit, *numbers)
+
+
+def differences(
+    function: Callable[[Array], Array], x: Array, lengths: Array, *, size: float = 0.0,
+    weights: tuple[float, ...] = WEIGHTS, steps: tuple[float, ...] = STEPS,
+    noise: float = ROUNDING, good: float = GOOD, usable: float = USABLE,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
+
+    lengths  (d,) over which the function changes, as far as one can tell
+    size     size of the terms that cancel in the function: its round-off is
+             noise * max(size, |function|)
+    good     relative error at which no further step is tried
+    usable   largest relative difference of neighbouring steps that still counts as agreement
+
+    The error of an entry is the larger of its round-off and its difference to the neighbouring
+    step. While it exceeds ``good``, longer steps and then shorter steps are tried as long as the
+    error falls. NaN, with infinite error, where no two neighbouring steps agree. An arithmetic
+    error or a ValueError of the function is raised where it leaves no derivative.
+    """
+    x = np.array(x, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        value = Tried(function, np.full(1, np.nan))
+        columns = [
+            slopes_along(value, x, 0.0, i, float(length), size, noise, weights, steps, good, usable)
+            for i, length in enumerate(lengths)
+        ]
+        slopes, errors = (np.stack(parts, axis=1) for parts in zip(*columns, strict=True))
+    value.raise_if_lost(slopes)
+    return slopes, errors
+
+
+class Tried:
+    """A function of x that returns ``lost`` where it raises, since it may be undefined so far away
+    from the state; a ValueError or an arithmetic error."""
+
+    def __init__(self, function: Callable[[Array], Any], lost: Any) -> None:
+        self.function, self.lost = function, lost
+        self.raised: Exception | None = None
+
+    def __call__(self, x: Array, t: float) -> Any:
+        try:
+            return self.function(x)
+        except (ArithmeticError, ValueError) as error:
+            self.raised = error
+            return self.lost
+
+    def raise_if_lost(self, slopes: Array) -> None:
+        """Raise what the function raised where it left no derivative."""
+        if self.raised is not None and np.any(np.isnan(slopes)):
+            raise self.raised
+
+
+def lengths_of(q: Array) -> Array:
+    """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
+    sizes = np.abs(q)
+    largest = float(np.max(sizes, initial=0.0)) or 1.0
+    return np.where(sizes > TINY * largest, sizes, largest)
+
+
+def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[Array, Array]:
+    """dV/dq (d,) at one configuration and its error, (d,)."""
+    value = Tried(lambda there: float(potential(there, *time)), np.nan)
+    pairs = [
+        slope_along(value, q, 0.0, i, length, 0.0, ROUNDING, WEIGHTS, STEPS, GOOD, USABLE)
+        for i, length in enumerate(lengths_of(q).tolist())
+    ]
+    slopes, errors = np.array(pairs).T
+    value.raise_if_lost(slopes)
+    return slopes, errors
+
+
+def noise_of(potential: Callable[..., Any], q: Array, *time: float) -> float:
+    """The error of a differenced dV/dq as a share of its largest entry; infinite where no two steps
+    agree."""
+    slopes, errors = _slopes_of(potential, q, *time)
+    largest, error = np.max(np.abs(slopes)), np.max(errors)
+    return float(error / largest) if largest > 0.0 else 0.0 if error == 0.0 else np.inf
 
 
 @lru_cache(maxsize=64)
 def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> Callable[..., Any]:
-    """dV/dq from V by differences, compiled when V is; CALLS * d evaluations of V a call."""
+    """dV/dq from V by differences, compiled when V is; at least CALLS * d evaluations of V a call.
 
-    def plain(q, t):  # type: ignore[no-untyped-def]
-        size = 0.0
+    NaN where no two steps agree.
+    """
+    if isinstance(potential, CPUDispatcher):
+        return _compiled_gradient(potential, explicit_time)
+
+    return lambda q, *time: _slopes_of(potential, q, *time)[0]
+
+
+def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any]:
+    along, jit = compiled_slope_along(), numba.njit
+    if explicit_time:
+        value = jit(lambda q, t: float(potential(q, t)))
+    else:
+        value = jit(lambda q, t: float(potential(q)))
+
+    @jit
+    def timed(q, t):  # type: ignore[no-untyped-def]
+        largest = 0.0
         for i in range(q.size):
-            size = max(size, abs(q[i]))
-        size = size if size > 0.0 else 1.0
+            largest = max(largest, abs(q[i]))
+        largest = largest if largest > 0.0 else 1.0
         gradient = np.zeros(q.size)
-        found = np.zeros(len(STEPS))
         for i in range(q.size):
-            there = q.copy()
-            for n in range(len(STEPS)):
-                found[n] = 0.0
-                for k in range(len(WEIGHTS)):
-                    there[i] = q[i] + (k + 1) * STEPS[n] * size
-                    ahead = value(there, t)
-                    there[i] = q[i] - (k + 1) * STEPS[n] * size
-                    found[n] += WEIGHTS[k] * (ahead - value(there, t)) / (STEPS[n] * size)
-            gradient[i] = found[-1]
-            best = np.inf
-            for n in range(1, len(STEPS)):
-                if np.abs(found[n] - found[n - 1]) < best:
-                    best = np.abs(found[n] - found[n - 1])
-                    gradient[i] = found[n]
+            length = abs(q[i]) if abs(q[i]) > TINY * largest else largest
+            slope, _ = along(value, q, t, i, length, 0.0, ROUNDING, WEIGHTS, STEPS, GOOD, USABLE)
+            gradient[i] = slope
         return gradient
 
-    compiled = isinstance(potential, CPUDispatcher)
-    jit: Callable[..., Any] = numba.njit if compiled else _same
-    if explicit_time:
-        value = potential
-        return jit(plain)
-
-    value = jit(lambda q, t: potential(q))
-    timed = jit(plain)
-    return jit(lambda q: timed(q, 0.0))
+    return timed if explicit_time else jit(lambda q: timed(q, 0.0))
 
 
 def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:
-    """d2V/dq2 (d, d) from dV/dq, row i for component i; CALLS * d gradients a call."""
+    """d2V/dq2 (d, d) from dV/dq, row i for component i; at least CALLS * d gradients a call."""
 
     def hessian(q: Array, *time: float) -> Array:
-        size = float(np.max(np.abs(q))) or 1.0
-        found = np.array([_slopes(gradient, q, step * size, *time) for step in STEPS])
-        gaps = np.max(np.abs(np.diff(found, axis=0)), axis=(1, 2))
-        gaps = np.where(np.isfinite(gaps), gaps, np.inf)
-        return found[1 + int(np.argmin(gaps))]
+        return differences(lambda x: np.array(gradient(x, *time)), q, lengths_of(q))[0]
 
     return hessian
-
-
-def _slopes(gradient: Callable[..., Any], q: Array, step: float, *time: float) -> Array:
-    columns = np.zeros((q.size, q.size))
-    for i, unit in enumerate(np.eye(q.size)):
-        for k, weight in enumerate(WEIGHTS, start=1):
-            ahead = np.array(gradient(q + k * step * unit, *time))
-            behind = np.array(gradient(q - k * step * unit, *time))
-            columns[i] += weight * (ahead - behind) / step
-    return columns.T
-
-
-def differences(
-    function: Callable[[Array], Array], x: Array, scale: Array, *, size: float = 0.0,
-    weights: tuple[float, ...] = WEIGHTS, steps: tuple[float, ...] = STEPS,
-    noise: float = ROUNDING, good: float = 2.0**-36, usable: float = 1e-6,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
-
-    scale   (d,) initial estimates of the lengths over which the function changes
-    size    size of the terms that cancel in the function: its round-off is
-            noise * max(size, |function|)
-    good    relative error at which no further step is tried
-    usable  largest relative difference of neighbouring steps that still counts as agreement
-
-    The error of an entry is the larger of its round-off and its difference to the neighbouring
-    step. While it exceeds ``good``, coarser steps and then finer steps are tried as long as the
-    error falls. NaN, with infinite error, where no two neighbouring steps agree.
-    """
-    columns = [
-        _along(function, x, unit, float(length), size, weights, steps, noise, good, usable)
-        for unit, length in zip(np.eye(x.size), scale, strict=True)
-    ]
-    slopes, errors = zip(*columns, strict=True)
-    return np.stack(slopes, axis=1), np.stack(errors, axis=1)
-
-
-def _along(
-    function: Callable[[Array], Array], x: Array, unit: Array, scale: float, size: float,
-    weights: tuple[float, ...], steps: tuple[float, ...], noise: float, good: float, usable: float,
-) -> tuple[Array, Array]:  # fmt: skip
-    def slope(step: float) -> tuple[Array, Array]:
-        total, largest = np.zeros(1), np.full(1, size)
-        for k, weight in enumerate(weights, start=1):
-            ahead, behind = function(x + k * step * unit), function(x - k * step * unit)
-            total = total + weight * (ahead - behind) / step
-            largest = np.maximum(largest, np.maximum(np.abs(ahead), np.abs(behind)))
-        return total, noise * largest / step
-
-    def judge(coarse: tuple[Array, Array], fine: tuple[Array, Array]) -> Array:
-        gap, rounding = np.abs(fine[0] - coarse[0]), fine[1]
-        agree = (gap <= usable * np.abs(fine[0])) | (gap <= NOISY * rounding)
-        return np.where(agree, np.maximum(gap, rounding), np.inf)
-
-    def open_entries(step: float) -> Array:
-        zero = (best == 0.0) & (coarsest[0] == 0.0) & (step >= STEPS[0])
-        return ~((error <= good * np.abs(best)) | zero)
-
-    with np.errstate(all="ignore"):
-        found = [slope(step * scale) for step in steps]
-        coarsest, finest = found[0], found[-1]
-        best, error = found[-1][0], np.full(np.shape(found[-1][0]), np.inf)
-        for coarse, fine in pairwise(found):
-            best, error, _ = _better(best, error, fine[0], judge(coarse, fine))
-        step = steps[0] * scale
-        for _ in range(COARSER):
-            if not np.any(open_entries(step) & np.isfinite(error)):
-                break
-            step *= RATIO
-            try:
-                wider = slope(step)
-            except (ArithmeticError, ValueError):
-                break  # the function is not defined that far away
-            estimate = judge(wider, coarsest)
-            best, error, better = _better(best, error, coarsest[0], estimate)
-            coarsest = wider
-            if not np.any(better):
-                break
-        lost, step = np.isinf(error), steps[-1] * scale
-        for _ in range(FINER):
-            if not np.any(np.isinf(error) | (lost & (error > good * np.abs(best)))):
-                break
-            step /= RATIO
-            closer = slope(step)
-            estimate = np.where(closer[0] == 0.0, np.inf, judge(finest, closer))
-            best, error, better = _better(best, error, closer[0], estimate)
-            finest = closer
-            if not np.any(better | np.isinf(error)):
-                break
-    return np.where(np.isfinite(error), best, np.nan), error
-
-
-def _better(best: Array, error: Array, other: Array, estimate: Array) -> tuple[Array, Array, Any]:
-    better = estimate < error
-    return np.where(better, other, best), np.where(better, estimate, error), better
 
 
 def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[..., Array]:
@@ -211,9 +269,10 @@ def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[...
     """
 
     def gradient(R: Array, *time: float) -> Array:
-        slope = differenced_gradient.__wrapped__(lambda s: potential(R @ rotated(s), *time), False)(
-            np.zeros(3)
-        )
+        def turned(s: Array) -> Array:
+            return np.array([float(potential(R @ rotated(s), *time))])
+
+        slope = differences(turned, np.zeros(3), np.ones(3))[0][0]
         return 0.5 * R @ hat(slope)
 
     return gradient
@@ -228,7 +287,3 @@ def rotated(w: Array) -> Array:
     """Cayley's map (I - hat(w) / 2)^-1 (I + hat(w) / 2), (3, 3)."""
     W = hat(w)
     return np.eye(3) + (W + 0.5 * W @ W) / (1.0 + 0.25 * float(w @ w))
-
-
-def _same(function: Callable[..., Any]) -> Callable[..., Any]:
-    return function

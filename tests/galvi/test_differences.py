@@ -1,0 +1,121 @@
+"""Derivatives of functions that are given without: a length for each coordinate, and an error."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.systems import finite_differences
+from galvi.systems.finite_differences import differenced_gradient, differences, noise_of
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+FAR = 1e4
+
+
+def untraced(function):
+    """The same function, with a branch."""
+    return lambda q: 0.0 if q[0] == np.inf else function(q)
+
+
+def cosine(q):
+    return -np.cos(q[0])
+
+
+def angle_and_cart(q):
+    """An angle beside a coordinate of 1e4."""
+    return -np.cos(q[0]) + 0.5 * (q[1] - FAR) ** 2
+
+
+@pytest.mark.parametrize(
+    ("q", "error"),  # relative; -cos q is rounded to 1e-16, so that a force of q is known to 1e-15
+    [(0.5, 1e-12), (0.01, 1e-11), (1e-4, 1e-9), (1e-6, 1e-7), (1e-8, 1e-5), (2000 * np.pi, 1e-8)],
+)  # fmt: skip
+def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out(q, error):
+    q += 0.3 if q > 1.0 else 0.0
+    compiled = numba.njit(lambda q: 0.0 if q[0] == np.inf else -np.cos(q[0]))
+    for potential in (untraced(cosine), compiled):
+        slope = differenced_gradient(potential, False)(np.array([q]))[0]
+        assert abs(slope / np.sin(q) - 1.0) < error
+    assert noise_of(untraced(cosine), np.array([q])) < 100.0 * error
+
+
+def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
+    q = np.array([0.3, FAR + 0.1])
+    exact = [np.sin(0.3), 0.1]
+    slope = differenced_gradient(untraced(angle_and_cart), False)(q)
+    np.testing.assert_allclose(slope, exact, rtol=0.0, atol=1e-9)
+    # the planted fault: the largest coordinate is the length of all, and no other one is tried
+    monkeypatch.setattr(finite_differences, "lengths_of", lambda q: np.full(q.size, np.max(abs(q))))
+    monkeypatch.setattr(finite_differences, "FINER", 0)
+    assert not abs(differenced_gradient.__wrapped__(untraced(angle_and_cart), False)(q)[0]
+                   - exact[0]) < 1e-3  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("potential", "q0", "exact"),
+    [
+        (cosine, [0.5], cosine),
+        (cosine, [1e-4], cosine),
+        (cosine, [0.3 + 2000 * np.pi], cosine),
+        (lambda q: 100.0 + 0.5 * q @ q, [1.0], lambda q: 0.5 * q @ q),  # terms that cancel
+        (angle_and_cart, [0.3, FAR], angle_and_cart),
+    ],
+)
+def test_runs_are_those_of_the_potential(potential, q0, exact):
+    def run(function):
+        start = galvi.Problem(galvi.Canonical(1.0, function), q0, np.zeros(len(q0)))
+        return galvi.integrate(start, EIGHT, 0.2, 200)
+
+    differenced, traced = run(untraced(potential)), run(exact)
+    assert differenced.success and traced.success
+    np.testing.assert_allclose(differenced.q, traced.q, rtol=1e-9, atol=1e-9 * abs(q0[0]))
+
+
+@pytest.mark.parametrize("q0", [1e-6, 1e-8, 1e-10])
+def test_a_force_below_the_rounding_of_its_potential_is_said(q0):
+    start = galvi.Problem(galvi.Canonical(1.0, untraced(cosine)), [q0], [0.0])
+    run = galvi.integrate(start, EIGHT, 0.2, 200)
+    assert not run.success and "the gradient of the potential is differenced" in run.status
+
+
+def test_where_no_length_agrees_the_start_is_refused():
+    noise = np.random.default_rng(1)
+    rough = galvi.Canonical(1.0, untraced(lambda q: noise.normal()))
+    with pytest.raises(ValueError, match=r"gradient .* which is differenced, or give one"):
+        galvi.integrate(galvi.Problem(rough, [1.0], [0.0]), EIGHT, 0.2, 1)
+
+
+def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
+    def edge(q):
+        if q[0] < 1.0:
+            raise ValueError("below the edge")
+        return (q[0] - 1.0) ** 2
+
+    near = differenced_gradient(edge, False)(np.array([1.0 + 2.0**-9]))  # longer steps leave it
+    assert abs(near[0] / 2.0**-8 - 1.0) < 1e-8
+    with pytest.raises(ValueError, match="below the edge"):
+        differenced_gradient(edge, False)(np.array([1.0]))
+
+
+@given(
+    length=st.floats(-8, 8), place=st.floats(-3, 3), offset=st.floats(-3, 3),
+    other=st.floats(-6, 6),
+)  # fmt: skip
+@example(length=0.0, place=-3.0, offset=3.0, other=4.0)
+@settings(max_examples=200)
+def test_an_error_is_at_least_what_it_is_said_to_be_of(length, place, offset, other):
+    """A sine of any length, at any place and beside any number: right within 20 of its errors."""
+    l, x = 10.0**length, 10.0**place
+
+    def value(q):
+        return np.array([np.sin(q[0] / l) + 10.0**offset + 0.0 * q[1]])
+
+    q = np.array([x * l, 10.0**other])
+    slope, error = differences(value, q, finite_differences.lengths_of(q))
+    if np.isfinite(error[0, 0]):
+        rounding = 2.0**-52 * abs(q[0]) / l**2  # of the argument
+        assert abs(slope[0, 0] - np.cos(q[0] / l) / l) <= 20.0 * error[0, 0] + 4.0 * rounding
