@@ -12,7 +12,14 @@ from numpy.polynomial import legendre
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import EPSILON, Curves, LocalChart, refuse_outside, times_asked
+from galvi.curves.curves import (
+    EPSILON,
+    Curves,
+    LocalChart,
+    refuse_outside,
+    times_asked,
+    unchecked,
+)
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
@@ -119,6 +126,7 @@ class RedoneClockCurves:
 
     known  the run before some of its steps, in their order
     end    the last time of the run
+    check  raises ValueError where the problem's functions are no longer those of the run
     """
 
     problem: Problem
@@ -126,8 +134,9 @@ class RedoneClockCurves:
     step: float
     known: tuple[Checkpoint, ...]
     end: float
+    check: Callable[[], None] = unchecked
 
-    # (problem, method, step, state, time) -> the curves from a state to a time: registered by
+    # (problem, method, step, state, time, end) -> the curves from a state to a time: registered by
     # galvi/__init__, as it does a run, which stands above.
     redo_of: ClassVar[Callable[..., ClockCurves]]
 
@@ -140,6 +149,7 @@ class RedoneClockCurves:
         return self._each(t, lambda curves, times: curves.velocity(times), self.problem.v0.shape)
 
     def _each(self, t: Any, values: Any, shape: tuple[int, ...]) -> Array:
+        self.check()
         times, single = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
         wanted, grid = sign * times, np.array([s.clock[0] for s in self.known])
@@ -152,7 +162,9 @@ class RedoneClockCurves:
             farthest = sign * float(wanted[rows].max())
             if farthest == grid[k]:  # a step is needed, however short the run
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
-            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], farthest)
+            curves = self.redo_of(
+                self.problem, self.method, self.step, self.known[k], farthest, self.end
+            )
             found[rows] = values(curves, sign * wanted[rows])
         return found[0] if single else found
 

@@ -170,11 +170,16 @@ class CurvesOfSteps(Protocol):
         """dq/dt there, (k, ...)."""
 
 
+def unchecked() -> None:
+    """Of a run whose functions are not compared, as of one from a file."""
+
+
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
     """As `Curves`, bit for bit, of ``total`` steps from known[0], of which ``done`` were done.
 
     known  the run before some of its steps, in their order
+    check  raises ValueError where the problem's functions are no longer those of the run
     """
 
     problem: Problem
@@ -183,6 +188,7 @@ class RedoneCurves:
     total: int
     done: int
     known: tuple[Checkpoint, ...]
+    check: Callable[[], None] = unchecked
 
     # (problem, method, step, checkpoint, k, n) -> the curves of n steps after k: registered by
     # galvi/__init__, as it does a run, which stands above.
@@ -204,6 +210,7 @@ class RedoneCurves:
     def _each(
         self, t: Any, shape: tuple[int, ...], values: Callable[[CurvesOfSteps, Any, Array], Array]
     ) -> Array:
+        self.check()
         origin = self.known[0].first
         begin = self.problem.t0 + origin * self.step
         zeros = np.broadcast_to(0.0, (self.total, 1, 1))

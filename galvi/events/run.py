@@ -32,6 +32,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import defer_interrupts
 from galvi.run.loop import APART, run_steps
 from galvi.run.plan import Run
+from galvi.run.same_functions import SameFunctions
 from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
@@ -334,10 +335,20 @@ class _Acting:
         elif task.start.keeps_curves and self.parts:
             curves = merged([part for _, part in self.parts])
         elif not self.restarts and self.clocked:
-            again = RedoneClockCurves(problem, task.method, h, tuple(self.known), last)
+            again = RedoneClockCurves(
+                problem, task.method, h, tuple(self.known), last, SameFunctions(problem, False)
+            )
         elif not self.restarts:
             ends = self.done + bool(self.ended and self.failed is None)
-            again = RedoneCurves(problem, task.method, h, ends, ends, tuple(self.known))
+            again = RedoneCurves(
+                problem,
+                task.method,
+                h,
+                ends,
+                ends,
+                tuple(self.known),
+                SameFunctions(problem, False),
+            )
         restarts = None
         if self.restarts:
             restarts = Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))

@@ -73,3 +73,85 @@ def test_states_are_few_in_a_long_run():
     assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(apart) == {1954}
     calls = galvi.integrate(galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10)
     assert calls.again is None
+
+
+STIFFNESS = 1.0
+
+
+def spring(q):
+    return 0.5 * STIFFNESS * q @ q if q[0] < 1e300 else 0.0  # a branch, so that it is not traced
+
+
+def pull(q):
+    return STIFFNESS * q if q[0] < 1e300 else q
+
+
+def lagrangian(q, v):
+    return 0.5 * v @ v - spring(q)
+
+
+def harmonic(q):
+    return 0.5 * q @ q
+
+
+def push(q, v):
+    return -STIFFNESS * v if q[0] < 1e300 else v
+
+
+OF_A_NUMBER = {
+    "a potential": galvi.Canonical(1.0, spring),
+    "its gradient": galvi.Canonical(1.0, spring, pull),
+    "a Lagrangian": galvi.Lagrangian(lagrangian, galvi.Rn(1)),
+    "a force": galvi.Canonical(1.0, harmonic, force=push),
+}
+
+
+@pytest.mark.parametrize("name", OF_A_NUMBER)
+@pytest.mark.parametrize("clock", [None, galvi.Clock(lambda q: 1.0 + q[0] ** 2)])
+def test_a_run_whose_functions_have_changed_is_not_done_again(name, clock, monkeypatch):
+    if clock is not None and name == "a force":
+        pytest.skip("a clock solves the steps of such a force in Python, a second a step")
+    problem = galvi.Problem(OF_A_NUMBER[name], [1.0], [0.5])
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
+    run = galvi.integrate(problem, method, 0.1, 12, curves=False)
+    kept = galvi.integrate(problem, method, 0.1, 12)
+    assert run.curves is None and np.array_equal(run(0.42), kept(0.42))
+    monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
+    for changed in (run, pickle.loads(pickle.dumps(run)) if clock is None else run):
+        with pytest.raises(ValueError, match="a number to which they refer has changed"):
+            changed(0.42)
+        with pytest.raises(ValueError, match="a number to which they refer has changed"):
+            changed.velocity(0.42)
+    monkeypatch.setitem(globals(), "STIFFNESS", 1.0)
+    assert np.array_equal(run(0.42), kept(0.42))
+
+
+def test_what_was_traced_is_kept(monkeypatch):
+    """A run in lanes is that of the traced numbers, until its system is traced anew."""
+    traced = galvi.Canonical(1.0, lambda q: 0.5 * STIFFNESS * q @ q)
+    problem = galvi.Problem(traced, [1.0], [0.5])
+    run, kept = (galvi.integrate(problem, gauss(4), 0.1, 12, curves=k) for k in (False, True))
+    monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
+    assert run.engine == "lanes" and np.array_equal(run(0.42), kept(0.42))
+    other = galvi.integrate(problem, gauss(4), 0.1, 12)
+    assert abs(other(0.42) - kept(0.42)) > 0.1
+    with pytest.raises(ValueError, match="a number to which they refer has changed"):
+        run(0.42)
+
+
+@pytest.mark.parametrize(
+    ("problem", "clock"),
+    [
+        (galvi.problems.harmonic_oscillator(), galvi.Clock(lambda q: 1.0 + q @ q)),
+        (galvi.problems.kepler(0.5), galvi.Sundman()),
+        (galvi.problems.outer_solar_system(), galvi.DynamicalTime()),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("end", [{"steps": 12}, {"duration": 3.0}])
+def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, end):
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
+    kept, thin = (galvi.integrate(problem, method, 0.2, **end, curves=k) for k in (True, False))
+    for t in np.linspace(problem.t0, kept.t[-1], 7):
+        assert np.array_equal(thin(t), kept(t)) and np.array_equal(
+            thin.velocity(t), kept.velocity(t)
+        )

@@ -27,6 +27,7 @@ from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
+from galvi.run.same_functions import SameFunctions
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -129,7 +130,9 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
         curves=curves,
         again=None
         if curves is not None
-        else RedoneClockCurves(problem, loop.method, h, tuple(loop.known), last),
+        else RedoneClockCurves(
+            problem, loop.method, h, tuple(loop.known), last, SameFunctions(problem, False)
+        ),
         interrupted=not (loop.over or loop.reached) and code == SOLVED and loop.done != steps,
         velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))
         if massless
@@ -240,11 +243,13 @@ def _units(problem: Problem, method: Galerkin) -> str:
 
 
 def curves_from(
-    problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float
+    problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float, end: float
 ) -> ClockCurves:
-    """The curves from a state to the first grid point past a time, or to the time itself."""
+    """The curves from a state to the first end of a step past a time, of a run that ended at
+    ``end``: only its last step may have been shortened."""
     there = replace(state, save_every=1, curves=True)
-    run = run_in_clock(problem, method, step, there, None, time)
+    steps = len(run_in_clock(problem, method, step, there, None, time).t) - 1
+    run = run_in_clock(problem, method, step, there, steps, end)
     if run.curves is None:
         raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
     return cast(ClockCurves, run.curves)
