@@ -110,11 +110,12 @@ class Galerkin:
 
     @cached_property
     def name(self) -> str:
-        """The classical name if the tableau is a known one, else the space and the rule."""
+        """The classical name if the method is a known one for every Lagrangian, else the space and
+        the rule. Those that it has with a constant mass are in `galvi.theory` of a problem."""
         if self.in_frame:
             return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
         one_degree = len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1
-        known = next(iter(classical_names(self.table)), "") if one_degree else ""
+        known = next(iter(classical_names(self.table, separable=False)), "") if one_degree else ""
         polynomials = self.space.dimension == self.space.degree + 1
         space = f"degree {self.space.degree}" if polynomials else str(self.space)
         clock = "" if self.clock is None else f", in the clock {self.clock}"

@@ -142,9 +142,8 @@ def contracting_stages(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
     if not assemble(space, rule).well_posed:
         return Bound(None, "H lemma 2.3.1 needs A invertible; this pair is ill-posed.")
     inverse, most = lagrange_constants(space, rule)
-    if stiffness.square == 0.0:
-        return Bound(1.0)
-    return Bound(min(1.0, 1.0 / (inverse * stiffness.square * most)))
+    product = inverse * stiffness.square * most  # 0 also with one point, at the step's end
+    return Bound(1.0 if product == 0.0 else min(1.0, 1.0 / product))
 
 
 def minimal_action(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:

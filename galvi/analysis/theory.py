@@ -17,6 +17,8 @@ from galvi.problem import Problem
 from galvi.properties.properties import classical_names, is_symmetric, orders
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space, checked
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
 from galvi.tableau import assemble
 
 
@@ -39,7 +41,8 @@ class Theory:
     limited_by         "space", "rule for the force" or "rule for the kinetic energy"; "" for a
                        refused pair
     symmetric          a step forward and a step backward cancel
-    name, names        the best known classical name, "" for none; all of them
+    name, names        the best known classical name, "" for none; all of them. With a problem those
+                       that hold for it, without one those that hold for every Lagrangian
     spectral_radius    rho(A) of the Nystrom tableau
     frame              what holds in a moving frame, a sentence; "" for other methods
 
@@ -135,7 +138,7 @@ def theory(
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
-    of_pair = _of_pair(space, rule)
+    of_pair = _of_pair(space, rule, _is_separable(problem))
     if getattr(method, "in_frame", False):
         return Theory(**in_frame(of_pair, method, problem, step))
     if problem is None:
@@ -150,7 +153,15 @@ def theory(
     return Theory(**{**of_pair, **more, "reasons": reasons})
 
 
-def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
+def _is_separable(problem: Problem | None) -> bool:
+    """Whether L is that of a constant mass and of a potential, without other forces."""
+    system: Any = None if problem is None else problem.system
+    if isinstance(system, NBody):
+        return bool(system.acting.conserve)
+    return isinstance(system, Canonical) and system.force is None
+
+
+def _of_pair(space: Space, rule: Rule, separable: bool) -> dict[str, Any]:
     pair, size, found = assemble(space, rule), norms(space, rule), orders(space, rule)
     reasons: dict[str, str] = {}
     constants: dict[str, float | None] = dict.fromkeys(
@@ -178,7 +189,7 @@ def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
             reasons["spectral_radius"] = "components of different degrees have no common tableau."
         else:
             radius = float(np.max(np.abs(np.linalg.eigvals(pair.table.A))))
-            names = classical_names(pair.table) if pair.consistent else ()
+            names = classical_names(pair.table, separable) if pair.consistent else ()
     return {
         "space": str(space), "rule": rule.name, "well_posed": pair.well_posed,
         "unseen": None if size is None else size.unseen, "consistent": pair.consistent,

@@ -125,8 +125,13 @@ MOST = 65  # largest number of stages for which collocation matrices are compute
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
-def classical_names(table: Tableau) -> tuple[str, ...]:
+def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
     """Names of known methods with this tableau, the best known first.
+
+    separable  whether L = v M v / 2 - V(q, t) with a constant M is presupposed. For any L a method
+               is a Runge-Kutta pair where it has as many coefficients as points, since then all
+               stage velocities vary (Hairer, Lubich, Wanner, VI.6.2); with fewer, as of degree s
+               with s + 1 Lobatto points, its stage velocities are those of a curve
 
     These are partitioned Runge-Kutta pairs a, a^ for positions and velocities, A = a a^: a is
     collocation at the nodes c, a_kj the integral over [0, c_k] of the Lagrange basis on c, and
@@ -135,6 +140,9 @@ def classical_names(table: Tableau) -> tuple[str, ...]:
     IIIB. At Radau's it is IA from the left, whose a is Radau I, and II from the right, whose a is
     IIA (Hairer and Wanner, Solving ODEs II, IV.5). One stage at an end is symplectic Euler.
     """
+    points, coefficients = table.slope.shape
+    if points > coefficients and not separable:
+        return ()
     whole = _names(table.c, table.b, table.A)
     return whole or _in_substeps(table)
 

@@ -50,9 +50,10 @@ def test_the_table_is_correct_to_the_last_bit():
     ("degree", "rule", "name"),
     [
         (1, galvi.gauss(1), "implicit midpoint"),
-        (1, galvi.lobatto(2), "Stormer-Verlet"),
+        (2, galvi.lobatto(2), "Stormer-Verlet"),
         (5, galvi.gauss(5), "Gauss collocation, 5 stages"),
-        (3, galvi.lobatto(4), "Lobatto IIIA-IIIB, 4 stages"),
+        (4, galvi.lobatto(4), "Lobatto IIIA-IIIB, 4 stages"),
+        (3, galvi.lobatto(4), "Galerkin degree 3, Lobatto 4"),
         (3, galvi.gauss(6), "Galerkin degree 3, Gauss 6"),
         (4, galvi.clenshaw_curtis(6), "Galerkin degree 4, Clenshaw-Curtis 6"),
     ],

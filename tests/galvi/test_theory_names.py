@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import galvi
 from galvi.properties.properties import classical_names
 from galvi.rules.rule import composite, radau
 from galvi.spaces.piecewise import PiecewisePolynomials
 
+OSCILLATOR = galvi.problems.harmonic_oscillator()
 R3, R6, R15 = np.sqrt(3.0), np.sqrt(6.0), np.sqrt(15.0)
 # (a of positions, a^ of velocities, b), from Hairer, Lubich, Wanner, Geometric Numerical
 # Integration, tables II.1.1 and II.1.2 and section II.2.1, and Hairer and Wanner, Solving ODEs II,
@@ -75,13 +77,14 @@ def test_a_name_stands_for_the_tableau_of_the_literature(name, space, rule, a, p
     assert np.allclose(method.table.b, b, atol=1e-15)
     assert np.allclose(method.table.A, a @ partner, atol=1e-15)
     assert np.allclose(method.table.beta, b @ partner, atol=1e-15)
-    assert method.name == name
-    assert method.theory().names[0] == name
+    assert galvi.theory(method, problem=OSCILLATOR).names[0] == name
+    every = method.table.slope.shape[0] == space.degree
+    assert (method.name == name) is every and (method.theory().name == name) is every
 
 
 @pytest.mark.parametrize("space", [P(1), P(2)])
 def test_the_trapezoid_has_every_name_of_verlets_method(space):
-    names = galvi.theory(space, galvi.lobatto(2)).names
+    names = galvi.theory(space, galvi.lobatto(2), OSCILLATOR).names
     assert names == (
         "Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2",
         "Lobatto IIIA-IIIB, 2 stages",
@@ -142,6 +145,41 @@ def test_a_tableau_that_is_slightly_wrong_has_no_name():
 
     for space, rule in ((P(3), galvi.gauss(3)), (P(3), radau(3)), (P(2), galvi.lobatto(3))):
         table = galvi.Galerkin(space, rule).table
-        assert classical_names(table)
-        assert classical_names(replace(table, A=table.A * (1 + 1e-9))) == ()
-        assert classical_names(replace(table, b=table.b * (1 + 1e-9))) == ()
+        assert classical_names(table, True)
+        assert classical_names(replace(table, A=table.A * (1 + 1e-9)), True) == ()
+        assert classical_names(replace(table, b=table.b * (1 + 1e-9)), True) == ()
+
+
+STRETCHED = galvi.Problem(  # L = (1 + q^2) v^2 / 2 - q^2 / 2, of a mass that depends on q
+    galvi.Lagrangian(lambda q, v: (1 + q[0] ** 2) * v[0] ** 2 / 2 - q[0] ** 2 / 2, galvi.Rn(1)),
+    [1.0],
+    [1.0],
+)
+
+
+def verlet_of_a_stretched_mass(q, p, h):
+    """Hairer, Lubich, Wanner, VI.3 (3.5), for H = p^2 / (2 (1 + q^2)) + q^2 / 2."""
+
+    def kicked(x):
+        return x - p - 0.5 * h * (x**2 * q / (1 + q**2) ** 2 - q)
+
+    def moved(x):
+        return x - q - 0.5 * h * half * (1 / (1 + q**2) + 1 / (1 + x**2))
+
+    half = brentq(kicked, -10.0, 10.0, xtol=1e-15)
+    new = brentq(moved, -10.0, 10.0, xtol=1e-15)
+    return new, half + 0.5 * h * (half**2 * new / (1 + new**2) ** 2 - new)
+
+
+@pytest.mark.parametrize(
+    ("degree", "name"), [(1, "Galerkin degree 1, Lobatto 2"), (2, "Stormer-Verlet")]
+)
+def test_a_method_has_the_name_of_what_it_does_to_every_lagrangian(degree, name):
+    """Both are Verlet's method for a constant mass, and only one of them for any."""
+    method = galvi.Galerkin(P(degree), galvi.lobatto(2))
+    run = galvi.integrate(STRETCHED, method, 0.1, 1)
+    end, momentum = verlet_of_a_stretched_mass(1.0, 2.0, 0.1)
+    same = bool(max(abs(run.q[-1, 0] - end), abs(run.p[-1, 0] - momentum)) < 1e-13)
+    assert same is (degree == 2)
+    assert method.name == name and bool(galvi.theory(method, problem=STRETCHED).name) is same
+    assert galvi.theory(method, problem=OSCILLATOR).name == "Stormer-Verlet"
