@@ -11,6 +11,7 @@ is for L with a constant step in time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -102,17 +103,21 @@ class DynamicalTime:
 
 @dataclass(frozen=True)
 class Sundman:
-    """The clock of one particle about a centre at the origin, g = |q|^power.
+    """The clock of one particle about a centre at the origin, g = |q|^power / sqrt(gm).
 
     power  3/2 makes steps of equal shares of the local dynamical time, 1 of the eccentric, 2 of the
            true anomaly
+    gm     G M of the centre, in the units of the problem. With power 3/2 the step then has no unit,
+           and a circle takes 2 pi; with others it has that of a length to the power 3/2 - power
     """
 
     power: float = 1.5
+    gm: float = 1.0
     vectorized = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "power", input_checks.positive("power", self.power))
+        for name in ("power", "gm"):
+            object.__setattr__(self, name, input_checks.positive(name, getattr(self, name)))
 
     def rate(self, problem: Problem) -> Rate:
         """g of a configuration (d,)."""
@@ -125,13 +130,13 @@ class Sundman:
             raise ValueError(
                 "galvi.Sundman needs a particle away from its centre; received q0 = 0."
             )
-        half = 0.5 * self.power
+        half, share = 0.5 * self.power, 1.0 / math.sqrt(self.gm)
 
         def rate(q: Any) -> Any:
             square: Any = 0.0
             for k in range(problem.q0.size):
                 square = square + q[k] * q[k]
-            return square**half
+            return square**half * share if share != 1.0 else square**half
 
         return rate
 
@@ -139,6 +144,10 @@ class Sundman:
         """dg/dq of a configuration (d,)."""
         rate = self.rate(problem)
         return lambda q: self.power * rate(q) / (q @ q) * q
+
+    def __repr__(self) -> str:
+        gm = "" if self.gm == 1.0 else f", gm={self.gm!r}"
+        return f"Sundman(power={self.power!r}{gm})"
 
 
 @dataclass(frozen=True)

@@ -217,3 +217,18 @@ def test_states_at_grid_points_that_were_not_saved_are_those_of_the_grid() -> No
     coarse = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40, save_every=10)
     q, p = galvi.states_at(coarse, whole.t)
     assert np.max(np.abs(q - whole.q)) < 1e-13 and np.max(np.abs(p - whole.p)) < 1e-13
+
+
+def test_a_sundman_clock_knows_its_gm_in_any_units() -> None:
+    """A low orbit in km and s: steps of 0.4 as with G M = 1."""
+    gm = 398600.4418
+    orbit = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(gm)), [7000.0, 0.0], [0.0, 9.0])
+    ends = [
+        galvi.integrate(orbit, method(8, clock, GAUSS), step, duration=86400.0)
+        for clock, step in ((galvi.Sundman(gm=gm), 0.4), (galvi.Sundman(), 0.4 / math.sqrt(gm)))
+    ]
+    assert all(run.success and len(run.t) < 120 for run in ends)
+    np.testing.assert_allclose(ends[0].q, ends[1].q, rtol=0.0, atol=1e-8)
+    assert repr(ends[0].method.clock) == "Sundman(power=1.5, gm=398600.4418)"
+    with pytest.raises(ValueError, match="gm must be positive"):
+        galvi.Sundman(gm=0.0)
