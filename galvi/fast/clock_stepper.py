@@ -14,6 +14,7 @@ from galvi.clocks.clock import DynamicalTime
 from galvi.curves.curves import IdentityChart
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.fast.lanes.clocks.advance import compiled_advance_clock
+from galvi.fast.lanes.clocks.rows import COLUMNS, PRODUCT, PRODUCT_LOW
 from galvi.fast.lanes.vectors import lanes_for
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes, with_low_part
 from galvi.kernels.forces.celestial import WEIGHT
@@ -41,15 +42,11 @@ FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",
     NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
 }
-# Share of the second largest mass below which a body does not feel H - E0, whose rounding its own
-# mass divides. Third bodies of 1e-3 to 0 of two heavy ones, comets and far ones, then come as close
-# to the truth as either way lets them; at 1e-4 those that feel it are up to 3,000 times worse, and
-# at 1e-9 no step is solved.
+# Share of the second largest mass below which a body is light: its pairs set the pace as a given
+# function of tau, since its mass would divide the rounding of H - E0 (at 1e-4 up to 3,000 times the
+# error, at 1e-9 no step is solved). See galvi.fast.lanes.clocks.advance.
 LIGHT = 0.02
-LIGHT_BODIES = (
-    "Bodies {names}, lighter than {share:.0%} of the second heaviest, do not feel H - E: the run "
-    "is not variational in them."
-)
+SLOW = 2.0**-20  # velocity of the centre of mass over the largest one
 
 
 def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | None:
@@ -77,6 +74,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
     dimension = shape[1]
     masses = masses_in_clock(system, dimension)
+    mean = mean_velocity(system, problem.v0)
     width, m = stages_in_lanes(s, lanes).size, method.space.dimension - 1
     form = (*((0,) * n for n in (dimension, lanes)), s, width)
     kernel = compiled_advance_clock(dimension, lanes)
@@ -89,7 +87,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
         shapes = (n, d), (n, d), (n, 2), (n if keep else 0, d, m), (n, s)
         kept: list[Any] = [np.empty(shape) for shape in shapes]
         code = int(kernel(
-            form, masses, clock_tables(method.table, h, lanes), n,
+            form, (*masses, mean), clock_tables(method.table, h, lanes), n,
             np.nan if time is None else time, TOLERANCE, NOISE, q, stages, solver_state, clock,
             tuple(aligned(*scratch)), done, tuple(kept),
         ))  # fmt: skip
@@ -103,7 +101,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     def at(q: Array, v: Array, t: float) -> Checkpoint:
         state = np.zeros((4, d))
         state[0], state[2] = q.ravel(), v.ravel()
-        told = start if energy is None else np.array([energy * system.G, 0.0])
+        total = start if energy is None else np.array([energy * system.G, 0.0])
+        told = as_moving(total, system.G * system.masses, v.reshape(shape), mean)
         clock = np.concatenate([[t, 0.0], told])
         none = np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64)
         return Checkpoint(0, state, *none, "auto", ROUND_OFF, clock=clock)
@@ -111,11 +110,15 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     begin = np.zeros((4, *shape))
     begin[0], begin[2] = problem.q0, problem.v0
     start = energy_of(masses, begin)
-    light = np.flatnonzero((masses[3][1] == 0.0) & (system.masses > 0.0)).tolist()
-    names = problem.body_names()
-    remark = LIGHT_BODIES.format(share=LIGHT, names=", ".join(str(names[k]) for k in light))
     rate = method.clock.rate(problem)
-    return Motion(advance, at, rate, IdentityChart(shape), "clock", remark if light else "")
+    return Motion(advance, at, rate, IdentityChart(shape), "clock")
+
+
+def mean_velocity(system: NBody, v: Array) -> Array:
+    """The velocity of the centre of mass, (dimension,); 0 where it is SLOW, beside which rounding
+    would make v less it as wrong in each step."""
+    mean = system.masses @ v / system.masses.sum()
+    return read_only(np.where(np.abs(mean) > SLOW * np.max(np.abs(v)), mean, 0.0))
 
 
 @lru_cache(maxsize=32)
@@ -127,8 +130,9 @@ def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Arr
     first, second = first[enters], second[enters]
     with extended_precision():
         product, low = with_low_part(decimals(M[first]) * decimals(M[second]))
-    pairs = np.stack([M[second], M[first], product, low, M[first] + M[second]], axis=1)
-    heavy = (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
+    sums, heavy = M[first] + M[second], (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
+    turns = np.where(heavy[first] & heavy[second], sums, 0.0)
+    pairs = np.stack([M[second], M[first], product, low, sums, turns], axis=1)
     turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
     for whole in (seconds, starts):
@@ -146,11 +150,20 @@ def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -
     second = seconds // state.shape[2]
     with extended_precision():
         q, v = (decimals(state[k]) + decimals(state[k + 1]) for k in (0, 2))
-        product, low = pairs.reshape(-1, 5)[:, 2:4].T
+        product, low = pairs.reshape(-1, COLUMNS)[:, PRODUCT : PRODUCT_LOW + 1].T
         squares = np.sum((q[first] - q[second]) ** 2, axis=1)
         pulls = (decimals(product) + decimals(low)) / [square.sqrt() for square in squares]
         rest = decimals(pulls_of(terms, poles, state[0] + state[1])[1])
         return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + rest)
+
+
+def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
+    """An energy and its low part in a frame that moves with the velocity ``mean``."""
+    with extended_precision():
+        masses, frame = decimals(M), decimals(mean)
+        momentum = masses @ decimals(v)
+        kinetic = np.sum(masses) * np.sum(frame * frame) / 2
+        return with_low_part(np.sum(decimals(energy)) - frame @ momentum + kinetic)
 
 
 def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:

@@ -61,8 +61,8 @@ FAULTS = (
             ),
             (
                 "fast/lanes/law.py",
-                "        if code != solve.GOING:\n            return code\n",
-                "        if code != solve.GOING:\n            if more == 0:\n"
+                "        elif code != solve.GOING:\n            return code\n",
+                "        elif code != solve.GOING:\n            if more == 0:\n"
                 "                return code\n            more -= 1\n",
             ),
         ),

@@ -7,6 +7,13 @@ K = g (H - E0), H = T - U = G times the energy, at K = 0, in v = p / m:
     q' = g v,   v_i' = g (a_i - (H - E0) d(log g)/dq_i / M_i),   t' = g,
     d(log g)/dq_i = 3 / (2 S) sum_j (M_i + M_j) / r^3 (q_i - q_j) / r^2.
 
+H - E0 is 0 but for rounding and the error of the step, and M_i may be too small to divide it. So
+S = S_H(q) + sigma(tau), where sigma, the sum over the pairs that hold a light body, is a given
+function of tau, as galvi.fast.clock_stepper says which are light: a pair turns both of its bodies,
+j above runs over the heavy ones alone, or neither. The action is then invariant under motions of
+the heavy bodies, whose momenta are exact, and their map is symplectic for given sigma. Turning one
+of a pair instead breaks that: momentum is lost, and H - E0 grows with absolute velocities.
+
 Slopes are L = h b times the derivative by tau, stages are q + sum_j mu_ij L_j with mu_ij + mu_ji
 = 1 exactly: the rounded method is symplectic. Separations of bodies are that at the step's start,
 from q and its low part, and the difference of the stages' shifts. A pass takes g and H - E0 from
@@ -14,11 +21,13 @@ the last one, then new velocities, then new places.
 
 d = bodies * dimension rows, one for each coordinate; s stages, then zeros, P in all
 
-masses        pairs (5 n,): M_j, M_i, M_i M_j, its low part and M_i + M_j of each pair of
-              bodies, those of one body after another; seconds (n,): the first row of the other;
-              starts (N + 1,): where a body's pairs begin; bodies (2, N): M / 2, and 1 / M or 0
-              where the term with H - E0 is left out; terms, poles: of galvi.kernels.forces.
-              celestial, WEIGHT times G
+masses        pairs (6 n,): M_j, M_i, M_i M_j, its low part, M_i + M_j, and the same or 0 where one
+              is light, of each pair of bodies, those of one body after another; seconds (n,): the
+              first row of the other; starts (N + 1,): where a body's pairs begin; bodies (2, N):
+              M / 2, and 1 / M or 0 of a light body; terms, poles: of galvi.kernels.forces.
+              celestial, WEIGHT times G; mean (dimension,), the velocity of the centre of mass: H
+              and E0 are energies in a frame that moves with it, since total momentum is kept and
+              the iteration contracts as the velocities in H are small
 tables        mu^T and the extrapolation of slopes to the next step (s, P); h b (1, P); the curve's
               coefficients from slopes (m, s)
 state         (4, d)   q, its low part, v, its low part
@@ -52,9 +61,10 @@ from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 
 FAR = 0.5  # relative change by the first pass from which on an extrapolated guess is no use
-MASSES = types.Tuple(
-    (FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX, FIXED_MATRIX, types.int64)
-)
+MASSES = types.Tuple((
+    FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX, FIXED_MATRIX, types.int64,
+    FIXED_VECTOR,
+))  # fmt: skip
 SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, VECTOR, VECTOR))
 TAKEN = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
@@ -96,8 +106,8 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
     """New slopes of places, from velocities, and shifts from the slopes in rows."""
     dimension, bodies = len(form[0]), masses[3]
     for body in range(bodies.shape[1]):
-        lanes.drift(form, mu, state[2], state[3], body * dimension, bodies[0, body], totals,
-                    rows[1], slopes, share, changes)  # fmt: skip
+        lanes.drift(form, mu, state[2], state[3], masses[6], body * dimension, bodies[0, body],
+                    totals, rows[1], slopes, share, changes)  # fmt: skip
     for body in range(bodies.shape[1]):
         lanes.combine(form, mu, rows[0], body * dimension, rows[2])
 
@@ -106,7 +116,8 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
 def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
     """Passes from the slopes in rows until convergence; returns a code and their number."""
     rows, totals, changes, gaps, history = scratch
-    (pairs, seconds, starts, bodies, terms, poles), dimension, share = masses, len(form[0]), 1.0
+    pairs, seconds, starts, bodies, terms, poles, _ = masses
+    dimension, share = len(form[0]), 1.0
     first = seconds.size * dimension
     begin(form, masses, tables, state, scratch, guessed)
     solve.reset_history(history)

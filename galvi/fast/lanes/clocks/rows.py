@@ -12,7 +12,7 @@ from galvi.fast.lanes.stages import in_lanes, square
 from galvi.fast.lanes.values import Lane
 
 POTENTIAL, RATES, KINETIC, EXCESS, RATE, LENGTH = range(6)  # rows of totals
-ONTO_FIRST, ONTO_SECOND, PRODUCT, PRODUCT_LOW, PACE, COLUMNS = range(6)  # of pairs
+ONTO_FIRST, ONTO_SECOND, PRODUCT, PRODUCT_LOW, PACE, TURN, COLUMNS = range(7)  # of pairs
 
 
 sum_of = in_lanes(lambda at, rows, row: rows[row, 0], types.float64)  # of a row
@@ -41,7 +41,7 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
         for column in (PRODUCT_LOW, PRODUCT):
             add(sums[2 * n], pairs.number(row, column) * inverse)
         add(sums[2 * n + 1], pace)
-        turn = pace * inverse * inverse
+        turn = pairs.number(row, TURN) * third * inverse * inverse
         # Rounded one by one: pulls from both sides cancel, and Sitnikov's body stays on its axis.
         onto_first, onto_second = (
             (pairs.number(row, n) * third).exact for n in (ONTO_FIRST, ONTO_SECOND)
@@ -72,7 +72,7 @@ def set_clock(at, parts, energy, energy_low, totals, changes):
 def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
     """New slopes of a body's velocity; pulls and turns <- 0.
 
-    light  1 / M, or 0 where it does not feel H - E0
+    light  1 / M, or 0 of a light body
     """
     length, turned = totals[LENGTH], totals[EXCESS] * light
     new = [length * (pulls[row, x] - turned * turns[row, x]) for x in at.axes]
@@ -82,14 +82,16 @@ def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
 
 
 @in_lanes
-def drift(at, matrix, state, low, row, half, totals, kicks, slopes, share, changes):
+def drift(at, matrix, state, low, mean, row, half, totals, kicks, slopes, share, changes):
     """New slopes of a body's place, from its velocity, whose energy is added to the totals.
 
+    mean  (dimension,) the velocity of the centre of mass, to which energies refer
     half  M / 2
     """
     kicked = enumerate(at.sums_of(matrix, kicks, row))
     v = [state.number(row, x) + (low.number(row, x) + one) for x, one in kicked]
-    totals[KINETIC] = totals[KINETIC] + half * square(v)
+    own = [one - mean.number(row.type(0), x) for x, one in enumerate(v)]
+    totals[KINETIC] = totals[KINETIC] + half * square(own)
     at.renew(slopes, row, [totals[LENGTH] * one for one in v], share, changes, 2)
 
 
