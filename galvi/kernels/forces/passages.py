@@ -18,21 +18,28 @@ another star it is 1 to 10 times too small for the positions an orbit later
 
 masses   (bodies,)               G m; two massless bodies do not meet
 Q, c     (bodies * dimension, s) positions at the stages, and the nodes (s,)
-passage  (FOUND + 1 + bodies,)   largest error so far, its bodies, their distance, and its step;
-                                 then what a run does not change, the dimension and the masses
+passage  (FOUND + 1 + bodies,)   largest error so far, its bodies, their distance, and its step,
+                                 in a clock its time; then what a run does not change, the
+                                 dimension and the masses
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
 
-from galvi.kernels.compile.jit import jit_inline, jit_noalloc
+from numba import types
+
+from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
 
 FOUND = 5
 NEAR = 3.0  # passages whose error exceeds ``UNRESOLVED`` are within NEAR h v / n at some stage
 FLAT = 1e-6  # |e - 1| below which a conic section is taken as a parabola
 SMALL = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are those of a parabola
 UNRESOLVED = 1e-5  # error above which a passage is reported; e^(-4 n tau / h) for tau = 2.9 h / n
+# Also in a clock: of 240 runs through 40 passages of planets it left none unsaid that was wrong by
+# more than 1e-3, and named 4 that were right to 1e-6; in problems that clocks solve the error stays
+# below 4e-7 up to steps of 0.8 (tests/galvi/test_passages_in_a_clock.py).
 
 
 @jit_noalloc
@@ -159,3 +166,57 @@ def note_passages(passage, Q, c, q0, q1, h, n, limit, done):
             if error > passage[0]:
                 passage[0], passage[1], passage[2] = error, i, j
                 passage[3], passage[4] = math.sqrt(least), done
+
+
+@jit_inline
+def note_states(passage, q, v, t, n):
+    """Update ``passage`` by the pairs in the steps between states q and v (k + 1, bodies *
+    dimension) at times t (k + 1,), each with its own length.
+
+    A step that ends close to another body errs most, and the closest approach may lie beyond it:
+    the conic section of the nearer end is evaluated. Where the path along the chord does not come
+    within ``NEAR`` of that length nothing can be wrong.
+    """
+    dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
+    for step in range(t.size - 1):
+        h = t[step + 1] - t[step]
+        reach = NEAR / n
+        for i in range(masses.size):
+            for j in range(i + 1, masses.size):
+                mu = masses[i] + masses[j]
+                if mu == 0.0:
+                    continue
+                row, other = i * dimension, j * dimension
+                square, end, start, moved = 0.0, 0.0, 0.0, 0.0
+                for x in range(dimension):
+                    gap = q[step, other + x] - q[step, row + x]
+                    last = q[step + 1, other + x] - q[step + 1, row + x]
+                    square += gap * gap
+                    end += last * last
+                    start += gap * (last - gap)
+                    moved += (last - gap) * (last - gap)
+                share = min(max(-start / moved, 0.0), 1.0) if moved > 0.0 else 0.0
+                least = max(square + share * (2.0 * start + share * moved), 0.0)
+                slow = 2.0 * (reach * h) * (reach * h) * mu
+                if least > reach * reach * moved and least * least * least > slow * slow:
+                    continue
+                k = step if square < end else step + 1
+                near, speed, along = min(square, end), 0.0, 0.0
+                for x in range(dimension):
+                    gap, rate = q[k, other + x] - q[k, row + x], v[k, other + x] - v[k, row + x]
+                    speed += rate * rate
+                    along += gap * rate
+                if not near > 0.0:
+                    continue
+                error = passage_error(near, speed, along, mu, float(k - step), h, n)
+                if error > passage[0]:
+                    passage[0], passage[1], passage[2] = error, i, j
+                    passage[3], passage[4] = math.sqrt(least), t[k]
+
+
+@cache
+def compiled_note_states():
+    """``note_states`` compiled or cached."""
+    return compiled_for(
+        note_states, types.void(VECTOR, MATRIX, MATRIX, VECTOR, types.int64), jit_inline
+    )

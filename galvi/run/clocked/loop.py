@@ -10,6 +10,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves
+from galvi.kernels.forces.passages import FOUND, compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -37,6 +38,7 @@ class Loop:
     seen, places   states to judge by, after every ``stride``-th step, and the numbers of these
     last           the last one
     known          states from which its curves can be found
+    passage        of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
     def __init__(
@@ -54,6 +56,11 @@ class Loop:
         self.places: list[Any] = []
         self.known, self.stride = [state], 1
         self.last: Taken | None = None
+        self.passage = np.zeros(0)
+        system = problem.system
+        if isinstance(system, NBody) and system.masses.size > 1:
+            worst = state.passage if state.passage.size else np.zeros(FOUND)
+            self.passage = np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
 
     def call(self, n: int) -> int:
         """Does n more steps, or as many as there are."""
@@ -79,6 +86,7 @@ class Loop:
                 if n_good
                 else Advanced(found.taken.rows([]), self.state, SOLVED)
             )
+        self._note_passages(found.taken)
         self._record(found.taken, keep)
         self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
@@ -88,6 +96,20 @@ class Loop:
         elif len(found.taken.t) < n:
             self.over = True
         return found.code
+
+    def _note_passages(self, taken: Taken) -> None:
+        """Passages of two point masses that these steps do not resolve."""
+        if not self.passage.size or not len(taken.t):
+            return
+        d, system = self.problem.v0.size, cast(NBody, self.problem.system)
+        shape = (-1, *self.problem.v0.shape)
+        v = taken.v if taken.v is not None else system.velocity(taken.p.reshape(shape))
+        begin = self.state.state
+        compiled_note_states()(
+            self.passage, np.concatenate([begin[:1, :d], taken.q]),
+            np.concatenate([begin[2:3, :d], v.reshape(-1, d)]),
+            np.append(self.state.clock[:1], taken.t[:, 0]), self.method.space.dimension - 1,
+        )  # fmt: skip
 
     def _record(self, taken: Taken, keep: bool) -> None:
         n = len(taken.t)

@@ -14,6 +14,7 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.kernels.energy_errors import SMALL
+from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -27,6 +28,7 @@ from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
+from galvi.run.point_masses.encounters import unresolved_passage
 from galvi.run.same_functions import SameFunctions
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
@@ -160,7 +162,8 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
             f"{loop.time:.10g}. Give more steps, or a larger step."
         )
     else:
-        failed, wrong = None, _doubts(found)
+        passage = unresolved_passage(loop.problem, None, loop.passage)
+        failed, wrong = None, "; ".join(filter(None, [_doubts(found), passage]))
         status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
         if found.ruined is not None:
             failed = max(found.ruined - start.first, 1)
@@ -170,7 +173,8 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
     said = [loop.motion.remark]
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
         said.append(costly_pair(loop.problem, joined(loop.seen).q))
-    last = replace(loop.state, energies=found.energies, save_every=start.save_every,
+    last = replace(loop.state, energies=found.energies, passage=read_only(loop.passage[:FOUND]),
+                   save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
     return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),
             "failed_step": failed, "checkpoint": last}  # fmt: skip

@@ -106,12 +106,16 @@ def adapting_steps(problem: Problem, step: float, passage: Array) -> bool:
     return bool(np.sqrt(distance**3 / mu) < abs(step) / MANY)
 
 
-def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
-    """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved."""
+def unresolved_passage(problem: Problem, step: float | None, passage: Array) -> str:
+    """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved.
+
+    step  of the run; None in a clock, where the passage has its time
+    """
     if passage.size == 0 or not passage[0] > UNRESOLVED:
         return ""
     error, one, other, distance, number = passage[:FOUND]
-    names, t = body_names(problem, problem.q0.shape[0]), problem.t0 + (number - 0.5) * step
+    names = body_names(problem, problem.q0.shape[0])
+    t = number if step is None else problem.t0 + (number - 0.5) * step
     return (
         f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
         f"{distance:.1e} near t = {t:.10g}, which left an error of "
