@@ -54,7 +54,7 @@ from numba import types
 
 from galvi.fast.lanes import group_rows as blocks
 from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE, SIZES
-from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
+from galvi.fast.lanes.law import TERMS, curve_of, outgrows, terms_of, watch_stages
 from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
@@ -230,6 +230,13 @@ def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, w
                 )
             numbers[3 * d + blocks.KEPT] = solver_state[TERMS]
             do(AHEAD, law, given, numbers, d)
+            if outgrows(velocity, before):
+                copy_rows(velocity, before)
+                solver_state[TERMS] = terms_of(
+                    series, growth, velocity, work[rows(blocks.F, d)], sizes
+                )
+                numbers[3 * d + blocks.KEPT] = solver_state[TERMS]
+                do(AHEAD, law, given, numbers, d)
         copy_into(saved, state)
         do(BEGIN, law, given, numbers, d)
         code = relax(law, given, s, d, numbers, plan.tolerance, counts, history)

@@ -61,6 +61,7 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, w
 
 FOUR, ONE = (0, 0, 0, 0), (0,)  # components that are gathered together
 TERMS = 3  # index in solver_state
+LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are chosen anew
 TABLES = types.Tuple(
     (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX) + (FIXED_VECTOR,) * 2
 )  # kicks, ahead, series, moves and turns, complement; growth, fit, c, line
@@ -179,6 +180,20 @@ def terms_of(series, growth, V, out, sizes):
 
 
 @jit_inline
+def outgrows(guess, before):
+    """Whether a guess is far larger than the velocities (d, P) that it extrapolates.
+
+    The number of terms was chosen some steps ago. A guess that rounding makes 1e10 times too large
+    gives sizes by which any change is small: the iteration would end before it began.
+    """
+    size, largest = 0.0, 0.0
+    for i in range(before.shape[0]):
+        for k in range(before.shape[1]):
+            size, largest = max(size, abs(before[i, k])), max(largest, abs(guess[i, k]))
+    return not largest <= LARGEST_GUESS * size
+
+
+@jit_inline
 def curve_of(fit, rates, out):
     """out (d, m) <- coefficients of a step's curve from its rates (d, at least s) at the stages."""
     for i in range(out.shape[0]):
@@ -245,6 +260,9 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
             terms = solver_state[TERMS]
             if not alone:
                 gather(ahead, (terms - 1) * s, s, before, V)
+                if outgrows(V, before):
+                    solver_state[TERMS] = terms = terms_of(series, growth, before, Q, sizes)
+                    gather(ahead, (terms - 1) * s, s, before, V)
         numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
         if alone:
             numbers[2 * d], numbers[2 * d + 2] = 1.0 / size if size > 0.0 else 0.0, -1.0 - terms

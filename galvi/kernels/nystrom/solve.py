@@ -40,7 +40,7 @@ ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
 FLOOR = 1e-11  # relative change below which changes that no longer shrink are round-off
 TRUSTED = 0.3  # largest relative size of a first Newton correction near its start
 LINEAR = 1e-8  # relative size of a second correction below which the force is linear
-CLOSE = 2.0**-10  # largest relative change of a pass whose slopes give low parts
+CLOSE = 2.0**-30  # largest relative change of a pass whose slopes give low parts
 IDLE = 3.0  # passes without a smaller change that mean round-off; twice as many, divergence
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
@@ -75,9 +75,9 @@ verdict = jit_inline(decide)
 def gives_low_parts(change, tolerance):
     """Whether the slopes of a pass with this change are close enough to form low parts from.
 
-    Those of the tables are 2^-53 of their sums: from such slopes they are right to 2^-63 of these,
-    from the slopes of a guess they may be wrong by any factor. They are not worth a pass where the
-    tolerance exceeds them.
+    Those of the tables are 2^-53 of their sums, and from the slopes of a guess they may be wrong by
+    any factor. So may the sizes to which changes are relative, where a guess gave them. They are
+    not worth a pass where the tolerance exceeds them.
     """
     return (change < CLOSE) & (tolerance <= steps.EPSILON)
 
