@@ -15,17 +15,25 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.input_checks import shown
 from galvi.kernels.nystrom.solve import SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
-from galvi.run.nystrom_engine import NYSTROM, reaching
+from galvi.run.nystrom_engine import NYSTROM, ROUND_OFF, nystrom_start, reaching
 from galvi.run.plan import Run
+from galvi.spaces.polynomials import Polynomials
 from galvi.systems.lagrangian import momentum_at, velocity_at
+from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
+PLAIN = Galerkin(Polynomials(8), gauss(8))
+FAR = 1e-9  # of a place: a step in a frame that ends so far from the curve missed a passage
+SUBSTEPS, SAME = (1, 4, 16, 64, 256, 1024, 4096, 16384), 1e-12  # see `_in_parts`
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
 
@@ -34,8 +42,9 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
 
     Each is reached by whole steps from the last kept state before it and one shortened step, so
     that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
-    theirs. NaN where such a step fails. Raises ValueError outside the run and for a run of a
-    reference.
+    theirs. Where such a step fails in a frame it is done in the inertial frame, in parts; the state
+    is that on the curve where that fails too, and in a clock. Raises ValueError outside the run and
+    for a run of a reference.
     """
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(
@@ -85,9 +94,37 @@ class Reaching:
         if ahead.size:
             guess = None if stages is None else stages[ahead]
             given = q[ahead], v[ahead], self.sign * t[ahead], times[ahead]
-            q[ahead], p[ahead], v[ahead] = self._reach(*given, guess)
+            q[ahead], p[ahead], v[ahead] = self._mended(self._reach(*given, guess), *given)
             if stages is not None:
                 stages[ahead] = guess
+        return q, p, v
+
+    def _mended(
+        self, states: tuple[Array, Array, Array], begin: Array, speeds: Array, since: Array,
+        times: Array,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """The states at some times, from (begin, speeds) at others.
+
+        Where no shortened step could be done, or one in a frame does not know of a passage that the
+        run did in parts, they are those of such parts, else those on the run's curves.
+        """
+        (q, p, v), run = states, self.run
+        lost = ~np.isfinite(q.reshape(len(times), -1)).all(axis=1)
+        framed, in_parts = _in_frame(run), run.counts.get("inertial_steps", 0) > 0
+        if not (lost.any() or in_parts) or (run.curves is None and run.again is None):
+            return q, p, v
+        near = run(times)
+        if in_parts:
+            apart = np.abs(q - near).reshape(len(times), -1).max(axis=1)
+            lost |= ~(apart <= FAR * np.abs(near).reshape(len(times), -1).max(axis=1))
+        for k in np.flatnonzero(lost).tolist():
+            here = run.problem.moved(begin[k], speeds[k], float(since[k]))
+            there = _in_parts(here, float(times[k] - since[k])) if framed else None
+            if there is None:
+                v[k] = run.velocity(times[k])
+                at = momentum_at(run.problem.system, near[k][None], v[k][None], times[k : k + 1])
+                there = near[k], at[0], v[k]
+            q[k], p[k], v[k] = there
         return q, p, v
 
     @cached_property
@@ -177,17 +214,51 @@ def _reach_in_clock(run: Trajectory) -> Reach:
     return reach
 
 
+def _in_frame(run: Trajectory) -> bool:
+    """Whether a run is one of point masses in a frame."""
+    return cast(Galerkin, run.method).in_frame and isinstance(run.problem.system, NBody)
+
+
+def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None:
+    """The state of point masses after a time, in the inertial frame by the fewest of so many equal
+    steps that end as a quarter of them do; None where there are none."""
+    last: Any = None
+    for parts in SUBSTEPS:
+        begin = Checkpoint(0, *nystrom_start(here, PLAIN.stages), "auto", ROUND_OFF, parts, False)
+        steps = Run(here, PLAIN, length / parts, parts, begin)
+        there = uninterrupted(run_steps(NYSTROM, steps, rescue=False, watched=False))
+        end = there.q[-1], there.p[-1], there.v[-1]
+        close = last is not None and all(
+            np.max(np.abs(a - b)) <= SAME * np.max(np.abs(a))
+            for a, b in zip(end[::2], last[::2], strict=True)
+        )
+        if close:
+            return end
+        last = end if np.all(np.isfinite(end[0])) else None
+    return None
+
+
 def _reach_in_time(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
     engine = engine_for(run.problem, run.method)
 
+    framed = _in_frame(run)
+
     def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
         here = run.problem.moved(q, v, t)
-        begin = Checkpoint(0, *engine.start(here, run.method), end.solver, end.tolerance, n)
-        steps = Run(here, run.method, h, n, replace(begin, curves=False))
-        there = uninterrupted(run_steps(engine, steps, watched=False))
-        return there.q[-1], there.p[-1], there.v[-1]
+        try:
+            if framed:
+                engine_for(here, run.method)  # refuses orbits that are not bound there
+            begin = Checkpoint(0, *engine.start(here, run.method), end.solver, end.tolerance, n)
+            steps = Run(here, run.method, h, n, replace(begin, curves=False))
+            there = uninterrupted(run_steps(engine, steps, watched=False))
+            states = there.q[-1], there.p[-1], there.v[-1]
+        except ValueError:
+            if not framed:
+                raise
+            states = np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
+        return states
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
         whole = int((time - t) / step)
