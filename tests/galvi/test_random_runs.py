@@ -112,6 +112,11 @@ def outcome(number: int) -> tuple[str, str]:
         allowed += 100.0 * distance(fast, true) if true.success else np.inf
         slow = true if true.success else slow
     off = distance(fast, slow)
+    if off > allowed and clock is None:  # a step so long that its equations have several solutions
+        finer = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
+        true = galvi.integrate(problem, finer, step / 8, 8 * STEPS)
+        if 0.1 < distance(fast, true) <= 2.0 * distance(slow, true):
+            return "not compared", words
     return "alike" if off <= allowed else "WRONG", f"{words}: {off:.1e}, allowed {allowed:.1e}"
 
 
