@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import logging
 from types import SimpleNamespace
 
 import pytest
 
+from galvi.kernels.lie import product
 from galvi.run.compilation import LEAST, LOG, SECONDS, CompilationNotice
 
 
@@ -59,3 +61,9 @@ def test_the_notice_goes_to_stderr_and_can_be_silenced(caplog, capsys, monkeypat
     with caplog.at_level("ERROR", logger=LOG.name):
         compiled(CompilationNotice(), name)
     assert capsys.readouterr().err == ""
+
+
+def test_numba_finds_a_function_where_generated_code_says_that_its_source_is() -> None:
+    """Within a docstring Python 3.13 raised TokenError, and the first run on a group ended."""
+    lines, _ = inspect.getsourcelines(product.in_space.py_func)
+    assert lines[0] == "def over_factors(name, *arguments):\n"

@@ -41,6 +41,9 @@ def {name}(layout, {", ".join(arguments).replace("*", "")}):
         of_group({", ".join(parts)})
         first, start = first + row[ENTRIES], start + row[DIMENSION]
 """
+    # numba looks in this file for its source, from the line that the code says: one that begins a
+    # function, since Python 3.13 cannot read a block that begins within a text.
+    code = "\n" * (over_factors.__code__.co_firstlineno - 2) + code
     names = {**globals(), "of_group": by_number(name, GROUPS)}
     exec(compile(code, __file__, "exec"), names)
     return jit_noalloc(names[name])
