@@ -30,8 +30,8 @@ class Checkpoint:
     curves        whether curves are kept; None: only when save_every is 1
     energies      (4,) of the steps so far, see galvi.run.energy_check; empty before the first
     passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
-    clock         (4,) in a clock: the time, its low part, the energy at the start, its low part;
-                  else empty
+    clock         (4,) in a clock: the time, its low part, the energy at the start, its low part, of
+                  point masses in lanes in the frame of their centre of mass; else empty
     """
 
     first: int

@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
+from galvi.checkpoint import NOTHING, Checkpoint
 from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves, cut, merged
 from galvi.curves.curves import RedoneCurves
 from galvi.events.block import CHUNK, piece_of, pieces
@@ -32,7 +32,8 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import defer_interrupts
 from galvi.run.loop import APART, run_steps
 from galvi.run.plan import Run
-from galvi.run.same_functions import SameFunctions
+from galvi.run.point_masses.encounters import unresolved_passage
+from galvi.run.same_functions import of_run
 from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
@@ -140,7 +141,7 @@ class _Acting:
         self.task, self.search, self.stopped = task, search, stopped
         self.own, self.start, self.before = task.problem, task.start, task.first
         self.most = input_checks.LARGEST if task.most is None else task.most
-        self.clocked = task.method.clock is not None
+        self.clocked, self.passage = task.method.clock is not None, task.start.passage
         numbers = task.problem.q0.size * (1 + task.method.space.dimension)  # of a step
         self.at_once = min(CHUNK, max(AT_ONCE // numbers, FIRST))
         self.chunk = FIRST if acts else self.at_once
@@ -286,7 +287,8 @@ class _Acting:
             state = motion_of(problem, method, old.solver, old.tolerance).at(
                 problem.q0, problem.v0, problem.t0
             )
-            return replace(state, first=first, solver=old.solver, tolerance=old.tolerance)
+            return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
+                           passage=self.passage)  # fmt: skip
         begin = engine_for(problem, method).start(problem, method)
         return Checkpoint(0, *begin, old.solver, old.tolerance)
 
@@ -307,6 +309,9 @@ class _Acting:
 
     def _judged(self, part: Trajectory, bound: bool) -> None:
         """Keep the first failure that the status of a block tells, or what it doubts."""
+        seen = cast(Checkpoint, part.checkpoint).passage if self.clocked else NOTHING
+        if seen.size and not (self.passage.size and self.passage[0] >= seen[0]):
+            self.passage = seen
         good = part.status == COMPLETED or part.interrupted or self.failed is not None
         if good or (bound and "the bound of" in part.status):
             return
@@ -336,7 +341,12 @@ class _Acting:
             curves = merged([part for _, part in self.parts])
         elif not self.restarts and self.clocked:
             again = RedoneClockCurves(
-                problem, task.method, h, tuple(self.known), last, SameFunctions(problem, False)
+                problem,
+                task.method,
+                h,
+                tuple(self.known),
+                last,
+                of_run(problem, q, p, t, task.method.clock, False),
             )
         elif not self.restarts:
             ends = self.done + bool(self.ended and self.failed is None)
@@ -347,7 +357,7 @@ class _Acting:
                 ends,
                 ends,
                 tuple(self.known),
-                SameFunctions(problem, False),
+                of_run(problem, q, p, t, task.method.clock, False),
             )
         restarts = None
         if self.restarts:
@@ -364,6 +374,9 @@ class _Acting:
             failed = self.done + 1
         elif self.ended and self.ended not in (COMPLETED, status):
             status = f"{self.ended} {status}"
+        passage = unresolved_passage(problem, None, self.passage) if self.clocked else ""
+        if passage and failed is None and "passed at" not in self.status:
+            status = f"{status.rstrip('.')}, but {passage}. Use a smaller step or a higher degree."
         tau = None
         if self.clocked:
             begin = 0.0 if task.first is None else float(cast(Array, task.first.tau)[-1])

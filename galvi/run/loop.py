@@ -26,7 +26,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.plan import COUNTED, NEVER, Engine, Run, RunArrays, RunCurves
 from galvi.run.point_masses.encounters import MasslessError, massless_error
-from galvi.run.same_functions import SameFunctions
+from galvi.run.same_functions import of_run
 from galvi.run.status import ending
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -147,7 +147,8 @@ def _trajectory(
         curves = engine.curves(problem, method, step, run.begin, bases, coefficients)
     again = None
     if curves is None:
-        check = SameFunctions(problem, bool(work.in_lanes))
+        q, v = work.saved_q, work.saved_v
+        check = of_run(problem, q, v, times, None, bool(work.in_lanes))
         again = RedoneCurves(problem, method, step, steps, done, tuple(known), check)
     found = Trajectory(
         problem=problem,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.clocks.clock import Clock
 from galvi.problem import Problem
 from galvi.run.energies import asks_functions
 from galvi.systems.forces.external_force import force_at
@@ -14,39 +15,55 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 
+ALIKE = 1e-10  # relative: values that differ by less come from rounding
+State = tuple[Array, Array, float]  # q, v, t
+
 
 class SameFunctions:
-    """Raises ValueError, when called, once the problem's functions do not return at its start what
-    they did when this was made.
+    """Raises ValueError, when called, once the problem's functions do not return what they did when
+    this was made, at the start or at another state of the run.
 
+    other   where there may be a force, as there may be none at the start
+    clock   of the run's method
     traced  whether the run is that of what tracing them found, which is kept with the system
     """
 
-    def __init__(self, problem: Problem, traced: bool) -> None:
-        self.problem, self.values = problem, _values(problem)
+    def __init__(self, problem: Problem, other: State, clock: Any, traced: bool) -> None:
+        self.problem, self.clock = problem, clock
+        self.states = (problem.q0, problem.v0, problem.t0), other
+        self.values = [_values(problem, clock, state) for state in self.states]
         self.found: Traces | None = traces(problem.system) if traced else None
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "found": None}
 
     def __call__(self) -> None:
-        if self.values is None:
-            return
         if self.found is not None and traces(self.problem.system) is self.found:
             return
-        now = _values(self.problem)
-        if now is None or not np.array_equal(self.values, now, equal_nan=True):
-            raise ValueError(
-                "this run keeps no curves, so that its steps are done again, and the functions of "
-                "its system do not return what they did: a number to which they refer has "
-                "changed. Change it back, or keep the curves of a run with curves=True."
-            )
+        for state, values in zip(self.states, self.values, strict=True):
+            now = _values(self.problem, self.clock, state)
+            if values is None or (now is None and not np.all(np.isfinite(values))):
+                continue
+            if now is None or not np.allclose(values, now, ALIKE, 0.0, equal_nan=True):
+                raise ValueError(
+                    "this run keeps no curves, so that its steps are done again, and the functions "
+                    "of its system do not return what they did: a number to which they refer has "
+                    "changed. Change it back, or keep the curves of a run with curves=True."
+                )
 
 
-def _values(problem: Problem) -> Array | None:
-    """What the functions return at the start, (n,); None where there are none or they raise."""
+def of_run(problem: Problem, q: Array, v: Array, t: Array, clock: Any, traced: bool) -> Any:
+    """`SameFunctions` of a run with these states (k, ...); v may be momenta."""
+    last = max(int(np.count_nonzero(np.isfinite(q.reshape(len(t), -1)).all(axis=1))) - 1, 0)
+    speeds = v[last].reshape(problem.v0.shape)
+    other = q[last].reshape(problem.q0.shape), speeds, float(t[last])
+    return SameFunctions(problem, other, clock, traced)
+
+
+def _values(problem: Problem, clock: Any, state: State) -> Array | None:
+    """What the functions return at a state, (n,); None where there are none or they raise."""
     system: Any = problem.system
-    q, v, t = problem.q0, problem.v0, problem.t0
+    q, v, t = state
     found: list[Any] = []
     with np.errstate(all="ignore"):
         try:
@@ -59,6 +76,8 @@ def _values(problem: Problem) -> Array | None:
                 given = getattr(system, "gradient", None) is not None
                 slope, energy = system.potential_gradient, system.potential_energy
                 found += [slope(q, t) if given else energy(q[None], np.array([t]))]
+            if isinstance(clock, Clock):
+                found += [clock.rate(problem)(q.ravel())]
             if callable(getattr(system, "force", None)):
                 found += [force_at(system, q, v, t)]
         except Exception:  # a user's function may raise anything

@@ -55,6 +55,7 @@ COARSER, FINER = 24, 7  # further steps, tried where those above do not suffice
 ROUNDING = 2.0**-52
 NOISY = 512.0  # largest difference of neighbouring steps, in roundings, that is only round-off
 GOOD, USABLE = 2.0**-36, 1e-6  # relative errors: no further step is tried; neighbours agree
+LEAST = 1e-100  # coordinates of which none is larger have the length 1
 TINY = 1e-10  # coordinates below this share of the largest one have its length
 
 
@@ -86,7 +87,7 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         """The derivative of function(x, t) by x_i and its error; see `differences`."""
         step, end = steps[0] * length, steps[len(steps) - 1] * length
         widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
-        finest, best, error = widest, widest, where(widest == 0.0, np.inf, np.inf)
+        first, finest, best, error = widest, widest, widest, where(widest == 0.0, np.inf, np.inf)
         for n in range(1, len(steps)):
             fine, rounding = quotient(function, x, t, i, steps[n] * length, size, noise, weights)
             estimate = compared(finest, fine, rounding, usable)
@@ -110,7 +111,8 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
                 break
             end /= RATIO
             fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
-            estimate = where(fine == 0.0, np.inf, compared(finest, fine, rounding, usable))
+            flat = (fine == 0.0) & (rounding > usable * abs(first))  # maybe by rounding alone
+            estimate = where(flat, np.inf, compared(finest, fine, rounding, usable))
             better = estimate < error
             best, error, finest = where(better, fine, best), where(better, estimate, error), fine
             if not some(better | (error == np.inf)):
@@ -154,8 +156,8 @@ def differences(
 
     The error of an entry is the larger of its round-off and its difference to the neighbouring
     step. While it exceeds ``good``, longer steps and then shorter steps are tried as long as the
-    error falls. NaN, with infinite error, where no two neighbouring steps agree. An arithmetic
-    error or a ValueError of the function is raised where it leaves no derivative.
+    error falls. NaN, with infinite error, where no two neighbouring steps agree. What the function
+    raises is raised where it leaves no derivative.
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
@@ -171,7 +173,7 @@ def differences(
 
 class Tried:
     """A function of x that returns ``lost`` where it raises, since it may be undefined so far away
-    from the state; a ValueError or an arithmetic error."""
+    from the state."""
 
     def __init__(self, function: Callable[[Array], Any], lost: Any) -> None:
         self.function, self.lost = function, lost
@@ -180,7 +182,7 @@ class Tried:
     def __call__(self, x: Array, t: float) -> Any:
         try:
             return self.function(x)
-        except (ArithmeticError, ValueError) as error:
+        except Exception as error:  # a user's function may raise anything
             self.raised = error
             return self.lost
 
@@ -193,7 +195,8 @@ class Tried:
 def lengths_of(q: Array) -> Array:
     """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
     sizes = np.abs(q)
-    largest = float(np.max(sizes, initial=0.0)) or 1.0
+    largest = float(np.max(sizes, initial=0.0))
+    largest = largest if largest > LEAST else 1.0
     return np.where(sizes > TINY * largest, sizes, largest)
 
 
@@ -231,17 +234,21 @@ def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> 
 
 def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any]:
     along, jit = compiled_slope_along(), numba.njit
-    if explicit_time:
-        value = jit(lambda q, t: float(potential(q, t)))
-    else:
-        value = jit(lambda q, t: float(potential(q)))
+    timed_potential = potential if explicit_time else jit(lambda q, t: potential(q))
+
+    @jit
+    def value(q, t):  # type: ignore[no-untyped-def]
+        try:  # it may be undefined so far away from the state
+            return float(timed_potential(q, t))
+        except Exception:
+            return np.nan
 
     @jit
     def timed(q, t):  # type: ignore[no-untyped-def]
         largest = 0.0
         for i in range(q.size):
             largest = max(largest, abs(q[i]))
-        largest = largest if largest > 0.0 else 1.0
+        largest = largest if largest > LEAST else 1.0
         gradient = np.zeros(q.size)
         for i in range(q.size):
             length = abs(q[i]) if abs(q[i]) > TINY * largest else largest

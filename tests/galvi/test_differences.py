@@ -119,3 +119,39 @@ def test_an_error_is_at_least_what_it_is_said_to_be_of(length, place, offset, ot
     if np.isfinite(error[0, 0]):
         rounding = 2.0**-52 * abs(q[0]) / l**2  # of the argument
         assert abs(slope[0, 0] - np.cos(q[0] / l) / l) <= 20.0 * error[0, 0] + 4.0 * rounding
+
+
+def wall(q):
+    return 5e3 * max(0.0, q[0] - 1.0) ** 2
+
+
+def far_away(q):
+    if abs(q[0] - 1.0) > 0.2:
+        raise IndexError("beyond the table")
+    return 0.5 * q[0] ** 2
+
+
+def at_a_pole(q):
+    return 1e6 - 1.0 / abs(q[0])  # a longer step lands on 0
+
+
+@pytest.mark.parametrize(
+    ("potential", "q", "slope"),
+    [
+        (wall, 1.0 - 1e-5, 0.0), (wall, 0.3, 0.0), (wall, 1.0 + 1e-5, 0.1), (far_away, 1.0, 1.0),
+        (at_a_pole, 1.0, 1.0),
+    ],
+)  # fmt: skip
+def test_one_side_of_a_kink_and_the_edge_of_a_domain(potential, q, slope):
+    """A force that is 0 on one side was nan; what is undefined far away is not needed."""
+    for function in (potential, numba.njit(potential)):
+        found = differenced_gradient(function, False)(np.array([q]))[0]
+        assert abs(found - slope) <= 1e-6 * max(1.0, abs(slope)), (function, found)
+
+
+def test_a_wall_lets_a_body_fly_and_throws_it_back():
+    """Half of a period of the wall's spring, of frequency 100, then back with the same speed."""
+    start = galvi.Problem(galvi.Canonical(1.0, wall), [0.3], [1.0])
+    run = galvi.integrate(start, galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), 1e-3, 1500)
+    assert run.success
+    assert abs(run.q[-1, 0] - (1.0 - (1.5 - 0.7 - np.pi / 100.0))) < 1e-3

@@ -96,3 +96,29 @@ def test_a_run_that_resolves_its_passages_says_nothing(name: str) -> None:
         run = galvi.integrate(problem, method(8, DYNAMICAL), step, duration=duration)
         assert run.success and "passed at" not in run.status
         assert run.checkpoint.passage[0] < 0.1 * UNRESOLVED
+
+
+EVENTS = {
+    "an action": [galvi.Event(lambda q, v, t: t - 3.2, action=lambda q, v, t: (q, v))],
+    "a late action": [galvi.Event(lambda q, v, t: t - 5.5, action=lambda q, v, t: (q, v))],
+    "an end": [galvi.Event(lambda q, v, t: t - 3.2, terminal=True)],
+    "one that is watched": [galvi.Event(lambda q, v, t: t - 3.2)],
+}
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_a_passage_is_named_in_a_run_with_events_too(name: str) -> None:
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
+    run = galvi.integrate(
+        problem, method(8, DYNAMICAL), 0.3, duration=DURATION, events=EVENTS[name]
+    )
+    assert run.success and "bodies 1 and 2 passed at a distance of about 2.1e-03" in run.status
+
+
+def test_a_passage_in_the_last_shortened_step_is_named() -> None:
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
+    whole = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION)
+    step = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))  # ends at the passage
+    end = whole.t[step] - 0.02 * (whole.t[step] - whole.t[step - 1])
+    short = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=end)
+    assert len(short.t) == step + 1 and "passed at a distance of about" in short.status

@@ -155,3 +155,17 @@ def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, end):
         assert np.array_equal(thin(t), kept(t)) and np.array_equal(
             thin.velocity(t), kept.velocity(t)
         )
+
+
+def test_a_change_that_the_start_does_not_show_is_seen(monkeypatch):
+    """From the origin the force is 0 whatever the stiffness; drag from rest, likewise."""
+    for system, q0, v0 in (
+        (galvi.Canonical(1.0, spring, pull), [0.0], [1.0]),
+        (galvi.Canonical(1.0, harmonic, force=push), [1.0], [0.0]),
+    ):
+        run = galvi.integrate(galvi.Problem(system, q0, v0), gauss(4), 0.1, 20, curves=False)
+        monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
+        with pytest.raises(ValueError, match="a number to which they refer has changed"):
+            run(1.23)
+        monkeypatch.setitem(globals(), "STIFFNESS", 1.0)
+        run(1.23)

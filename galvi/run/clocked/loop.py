@@ -86,7 +86,7 @@ class Loop:
                 if n_good
                 else Advanced(found.taken.rows([]), self.state, SOLVED)
             )
-        self._note_passages(found.taken)
+        self.note_passages(found.taken)
         self._record(found.taken, keep)
         self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
@@ -97,7 +97,7 @@ class Loop:
             self.over = True
         return found.code
 
-    def _note_passages(self, taken: Taken) -> None:
+    def note_passages(self, taken: Taken) -> None:
         """Passages of two point masses that these steps do not resolve."""
         if not self.passage.size or not len(taken.t):
             return

@@ -29,7 +29,7 @@ from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
 from galvi.run.point_masses.encounters import unresolved_passage
-from galvi.run.same_functions import SameFunctions
+from galvi.run.same_functions import of_run
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -95,6 +95,8 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
     problem, start, h = loop.problem, loop.start, loop.step
     end, share = loop.to_time() if loop.reached else (None, 0.0)
+    if end is not None:
+        loop.note_passages(end)
     parts, numbers = list(loop.kept), [np.zeros(1), *(start.first + n for n in loop.numbers)]
     number = start.first + loop.done
     if end is not None:
@@ -133,7 +135,12 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
         again=None
         if curves is not None
         else RedoneClockCurves(
-            problem, loop.method, h, tuple(loop.known), last, SameFunctions(problem, False)
+            problem,
+            loop.method,
+            h,
+            tuple(loop.known),
+            last,
+            of_run(problem, whole.q, whole.p, times, loop.method.clock, False),
         ),
         interrupted=not (loop.over or loop.reached) and code == SOLVED and loop.done != steps,
         velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))

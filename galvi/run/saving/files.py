@@ -50,7 +50,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         raise
 
 
-VERSION = 3
+VERSION = 4
 FOUND: list[Any] = []  # `galvi.Found`, which stands above: registered by galvi/__init__
 OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
