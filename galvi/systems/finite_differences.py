@@ -166,8 +166,8 @@ def differences(
             slopes_along(value, x, 0.0, i, float(length), size, noise, weights, steps, good, usable)
             for i, length in enumerate(lengths)
         ]
-        slopes, errors = (np.stack(parts, axis=1) for parts in zip(*columns, strict=True))
-    value.raise_if_lost(slopes)
+    value.raise_if_lost(np.concatenate([slope for slope, _ in columns]))
+    slopes, errors = (np.stack(parts, axis=1) for parts in zip(*columns, strict=True))
     return slopes, errors
 
 
