@@ -162,6 +162,7 @@ class _Acting:
         self.counts: dict[str, int] = {}
         self.failed: int | None = None
         self.status = self.engine = ""
+        self.names_passage = False
         self.ended, self.interrupted = "", False
 
     def goes_on(self) -> bool:
@@ -316,6 +317,7 @@ class _Acting:
         if good or (bound and "the bound of" in part.status):
             return
         self.status = part.status
+        self.names_passage = bool(unresolved_passage(self.own, None, seen))
         if not part.success:
             self.failed = (part.failed_step or 1) + (self.done if self.clocked else 0)
 
@@ -375,7 +377,7 @@ class _Acting:
         elif self.ended and self.ended not in (COMPLETED, status):
             status = f"{self.ended} {status}"
         passage = unresolved_passage(problem, None, self.passage) if self.clocked else ""
-        if passage and failed is None and "passed at" not in self.status:
+        if passage and failed is None and not self.names_passage:
             status = f"{status.rstrip('.')}, but {passage}. Use a smaller step or a higher degree."
         tau = None
         if self.clocked:
