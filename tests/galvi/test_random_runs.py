@@ -131,6 +131,8 @@ if __name__ == "__main__":
     first, last = (0, *map(int, sys.argv[1:]))[-2:]
     tally: Counter[str] = Counter()
     for k in range(first, last):
+        if k % 500 == 0:
+            print(k, dict(tally), flush=True)
         how, words = outcome(k)
         tally[how] += 1
         if how == "WRONG":
