@@ -115,8 +115,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:
-    """The velocity of the centre of mass, (dimension,); 0 where it is SLOW, beside which rounding
-    would make v less it as wrong in each step."""
+    """The velocity of the centre of mass, (dimension,), or 0 where it is below SLOW of the largest
+    velocity: subtracting a number near the last bit of v rounds the same way in every step."""
     mean = system.masses @ v / system.masses.sum()
     return read_only(np.where(np.abs(mean) > SLOW * np.max(np.abs(v)), mean, 0.0))
 

@@ -31,7 +31,6 @@ from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
-PLAIN = Galerkin(Polynomials(8), gauss(8))
 FAR = 1e-9  # of a place: a step in a frame that ends so far from the curve missed a passage
 SUBSTEPS, SAME = (1, 4, 16, 64, 256, 1024, 4096, 16384), 1e-12  # see `_in_parts`
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
@@ -223,9 +222,10 @@ def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None
     """The state of point masses after a time, in the inertial frame by the fewest of so many equal
     steps that end as a quarter of them do; None where there are none."""
     last: Any = None
+    plain = Galerkin(Polynomials(8), gauss(8))
     for parts in SUBSTEPS:
-        begin = Checkpoint(0, *nystrom_start(here, PLAIN.stages), "auto", ROUND_OFF, parts, False)
-        steps = Run(here, PLAIN, length / parts, parts, begin)
+        begin = Checkpoint(0, *nystrom_start(here, plain.stages), "auto", ROUND_OFF, parts, False)
+        steps = Run(here, plain, length / parts, parts, begin)
         there = uninterrupted(run_steps(NYSTROM, steps, rescue=False, watched=False))
         end = there.q[-1], there.p[-1], there.v[-1]
         close = last is not None and all(
