@@ -159,6 +159,8 @@ def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -
 
 def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
     """An energy and its low part in a frame that moves with the velocity ``mean``."""
+    if not np.any(mean):
+        return energy
     with extended_precision():
         masses, frame = decimals(M), decimals(mean)
         momentum = masses @ decimals(v)
