@@ -19,7 +19,6 @@ from galvi.systems.trees.joint_forces import UNLIMITED, JointForces, Pull
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
 Reasons = dict[str, list[str]]  # what is not understood -> of which objects
-LEAST = 1e-15  # mass or square of a length below which MuJoCo takes it for this
 
 
 def disabled(model: Any, *flags: str) -> bool:
@@ -161,9 +160,8 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if not disabled(model, "GRAVITY"):
         weights = [(k - 1, float(x)) for k, x in enumerate(model.body_gravcomp) if k and x]
     if model.opt.density or model.opt.viscosity:
-        wet = [
-            (k - 1, *_wet(model, k)) for k in range(1, model.nbody) if model.body_mass[k] > LEAST
-        ]
+        medium = np.array([model.opt.density, model.opt.viscosity])
+        wet = [(k - 1, rotation(model.body_iquat[k]), medium) for k in range(1, model.nbody)]
     if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # and all that is passive
         weights, wet = [], []
     bounds: list[Any] = [
@@ -258,16 +256,3 @@ def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
             rest = float(model.qpos_spring[model.jnt_qposadr[k]])
             yield Pull(f"joint {k}", ((dof, entries[k], 1.0),), spring=(0.0, *spring[1:]),
                        slack=(rest, rest), damper=(0.0, *damper[1:]))  # fmt: skip
-
-
-def _wet(model: Any, body: int) -> tuple[Array, Array]:
-    """Axes (3, 3) and coefficients (8,) of a body in a medium, by the box of its inertia: MuJoCo's
-    "Inertia model"."""
-    mass, moments = model.body_mass[body], model.body_inertia[body]
-    x, y, z = np.sqrt(6.0 * np.maximum(np.sum(moments) - 2.0 * moments, LEAST) / mass)
-    mean, thick, dense = (x + y + z) / 3.0, model.opt.viscosity, model.opt.density
-    turned = [x * (y**4 + z**4), y * (x**4 + z**4), z * (x**4 + y**4)]
-    moved = [y * z, x * z, x * y]
-    viscous = [np.pi * mean**3 * thick, 3.0 * np.pi * mean * thick]
-    coefficients = [*viscous, *(dense / 64.0 * np.array(turned)), *(0.5 * dense * np.array(moved))]
-    return rotation(model.body_iquat[body]), np.array(coefficients)

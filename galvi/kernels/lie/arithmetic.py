@@ -1,7 +1,7 @@
 """Arithmetic of triples and polynomials, for numbers in kernels and for lanes of eight.
 
 A function decorated with ``generic`` is compiled into the kernels that call it, and remains a
-Python function for calls with lanes (galvi.fast.lanes.values) or numbers.
+Python function for calls with lanes (galvi.fast.lanes.values), numbers or arrays of these.
 """
 
 from __future__ import annotations
@@ -58,15 +58,17 @@ def one_of_numbers(condition, x, y):
 
 @in_kernels(one_of_numbers)
 def where(condition, x, y):
-    """x where a comparison is true, else y, of numbers or of lanes."""
+    """x where a comparison is true, else y, of numbers, lanes or arrays."""
     if hasattr(condition, "select"):
         return condition.select(x, y)
+    if isinstance(condition, np.ndarray):
+        return np.where(condition, x, y)
     return one_of_numbers(condition, x, y)
 
 
 @generic
 def larger(x, y):
-    """The larger of two numbers or lanes, y where one is NaN."""
+    """The larger of two numbers, lanes or arrays, y where one is NaN."""
     return where(x > y, x, y)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -16,6 +16,7 @@ from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
 from galvi.kernels.trees import joint_forces as kernel
 from galvi.systems.forces.external_force import BuiltinForce
+from galvi.systems.trees.drag import drag_coefficients
 from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.rigid_tree import RigidTree
 
@@ -57,8 +58,9 @@ class JointForces:
     bounds   (velocity, least, most, name) of what actuators exert on it together
     weights  (link, share): share of its weight that is held up
     pushes   (link, point (3,), force (3,), moment (3,)): constant, in the link's frame
-    wet      (link, axes (3, 3), coefficients (8,)) of bodies in a medium, as in
-             galvi.kernels.trees.joint_forces, and its ``wind`` (3,)
+    wet      (link, axes (3, 3), medium (2,)) of bodies in a medium, as in
+             galvi.systems.trees.drag, and its ``wind`` (3,). Older files have the coefficients (8,)
+             for the masses of then in place of the medium
     tree     `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
 
     Beyond a limit the force is NaN; ``limited=False`` leaves all limits out.
@@ -78,7 +80,15 @@ class JointForces:
     def on(
         self, tree_: RigidTree, damping: Array, varied: bool, limited: bool = True
     ) -> JointForces:
-        """These forces on a tree, with the damping (d,) of its joints."""
+        """These forces on a tree, with the damping (d,) of its joints.
+
+        Raises ValueError for other masses where an older file has not the medium.
+        """
+        if "masses" in tree_.varied and any(len(medium) == 8 for *_, medium in self.wet):
+            raise ValueError(
+                "masses must stay as they are, since the file of this run has the drag of its "
+                "bodies for them alone. Read the model again."
+            )
         return replace(
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
@@ -105,9 +115,13 @@ class JointForces:
     @property
     def structure(self) -> dict[int, float]:
         """Those of the constants behind the tree's that are part of the law: place -> number."""
-        first, known = self.first, dict(self._written[1])
-        rest = self.numbers[first:].tolist()
-        known.update((first + k, 0.0) for k, number in enumerate(rest) if number == 0.0)
+        assert self.tree is not None
+        first, (numbers, known, of_masses) = self.first, self._written
+        left_open = of_masses if "masses" in self.tree.varied else set()
+        known = dict(known)
+        for k, number in enumerate(numbers[first:].tolist(), first):
+            if number == 0.0 and k not in left_open:
+                known[k] = 0.0
         if self.varied:
             for k in range(len(self.damping)):
                 known.pop(first + kernel.HEAD + k, None)
@@ -120,17 +134,18 @@ class JointForces:
         return int(self.tree.numbers.size)
 
     @cached_property
-    def _written(self) -> tuple[Array, dict[int, float]]:
-        """The constants, and those that are whole numbers of the law's structure by their place."""
+    def _written(self) -> tuple[Array, dict[int, float], set[int]]:
+        """The constants, those that are whole numbers of the law's structure by their place, and
+        the places of those that depend on masses."""
         assert self.tree is not None
-        rows: list[tuple[Array, tuple[int, ...]]] = []
+        rows: list[tuple[Array, tuple[int, ...], Iterable[int]]] = []
         frames = self.tree.frames
 
         def on(link: int | None) -> tuple[int, Array, Array]:
             return (0, np.zeros(3), np.eye(3)) if link is None else frames[link]
 
-        def row(values: Any, *whole: int) -> None:
-            rows.append((np.concatenate([np.ravel(x) for x in values]), whole))
+        def row(values: Any, *whole: int, of_mass: Iterable[int] = ()) -> None:
+            rows.append((np.concatenate([np.ravel(x) for x in values]), whole, of_mass))
 
         for pull in self.pulls:
             limited = self.limited and pull.limits != UNLIMITED
@@ -150,13 +165,15 @@ class JointForces:
         for k, share in self.weights:
             frame, r, C = on(k)
             own = self.tree.links[k]
-            row([[frame, share * own.mass], r + C @ own.centre], 0)
+            row([[frame, share * own.mass], r + C @ own.centre], 0, of_mass=(1,))
         for k, place, force, moment in self.pushes:
             frame, r, C = on(k)
             row([[frame], r + C @ place, C @ force, C @ moment], 0)
-        for k, axes, coefficients in self.wet:
+        for k, axes, medium in self.wet:
             frame, r, C = on(k)
-            row([[frame], r + C @ self.tree.links[k].centre, C @ axes, coefficients], 0)
+            own = self.tree.links[k]
+            drag = medium if len(medium) == 8 else drag_coefficients(own, axes, medium)
+            row([[frame], r + C @ own.centre, C @ axes, drag], 0, of_mass=range(13, kernel.SUNK))
         wrenches = bool(self.weights or self.pushes or self.wet) or any(
             pull.points for pull in self.pulls
         )
@@ -164,12 +181,14 @@ class JointForces:
                 len(self.wet), *self.wind]  # fmt: skip
         found = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
         at, known = self.first + kernel.HEAD + len(self.damping), dict[int, float]()
+        of_masses = set[int]()
         known.update((self.first + k, float(head[k])) for k in range(kernel.WIND))
-        for values, whole in rows:
+        for values, whole, of_mass in rows:
             found.append(values)
             known.update((at + k, float(values[k])) for k in whole)
+            of_masses.update(at + k for k in of_mass)
             at += values.size
-        return read_only(np.concatenate(found)), known
+        return read_only(np.concatenate(found)), known, of_masses
 
     def beyond(self, q: Array, v: Array) -> str:
         """What is beyond its limits at a state, in words; "" where all is within."""

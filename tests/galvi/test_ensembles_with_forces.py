@@ -1,0 +1,152 @@
+"""Members of a tree whose forces have branches, and forces that follow masses, by MuJoCo and in
+closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.systems.trees.drag import drag_coefficients
+
+mujoco = pytest.importorskip("mujoco")
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+HINGE = """<mujoco>{option}<worldbody><body><joint name="a" axis="0 1 0" {joint}/>
+<inertial pos="0 0 -.5" mass="1" diaginertia=".1 .2 .1"/></body></worldbody>{more}</mujoco>"""
+SERVO = '<actuator><position name="drive" joint="a" kp="10" {}/></actuator>'
+BRANCHES = {
+    "a limit of a force": {"more": SERVO.format('forcerange="-9 9"')},
+    "a limit on a joint": {"joint": 'actuatorfrcrange="-9 9"', "more": SERVO.format("")},
+    "a medium": {"option": '<option density="100" viscosity=".1" wind="1 2 3"/>'},
+    "damping by |v|": {"joint": 'damping=".1 2 3"'},
+    "slack": {"more": """<tendon><fixed stiffness="3 4 5" springlength="-.1 .2">
+        <joint joint="a" coef="2"/></fixed></tendon>"""},
+}  # fmt: skip
+STARTS = np.array([[0.5, 1.0], [-0.5, -1.0], [0.05, 0.1], [0.6, 0.2]])  # q, v
+MASSES = np.array([[1.0], [4.0], [0.5], [2.0]])
+
+
+def hinge(kind: str) -> galvi.Problem:
+    return galvi.from_mujoco(
+        HINGE.format(**{"option": "", "joint": "", "more": ""} | BRANCHES[kind])
+    )
+
+
+def members(problem: galvi.Problem, chosen: list[int], masses: bool, **more: Any) -> Any:
+    parameters = {"masses": MASSES[chosen]} if masses else None
+    q, v = STARTS[chosen, :1], STARTS[chosen, 1:]
+    return galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 5, parameters=parameters, **more)
+
+
+def by_itself(problem: galvi.Problem, k: int, masses: bool, steps: int = 5) -> galvi.Trajectory:
+    system = problem.system.with_numbers(masses=MASSES[k]) if masses else problem.system
+    return galvi.integrate(galvi.Problem(system, *STARTS[k][:, None]), EIGHT, 0.02, steps)
+
+
+@pytest.mark.parametrize("masses", [False, True], ids=["", "masses"])
+@pytest.mark.parametrize("kind", BRANCHES)
+def test_members_with_branches_are_runs_by_themselves(kind: str, masses: bool) -> None:
+    problem = hinge(kind)
+    ends = members(problem, [0, 1, 2, 3], masses)
+    q, p = members(problem, [0, 1, 2, 3], masses, keep=galvi.StatesAt([0.0, 0.04, 0.1])).kept
+    assert set(ends.status) == {"Completed."}
+    for k in range(4):
+        run = by_itself(problem, k, masses)
+        assert run.success
+        np.testing.assert_allclose(q[k], run.q[[0, 2, 5]], rtol=0, atol=1e-14)  # 6e-17
+        np.testing.assert_allclose(p[k], run.p[[0, 2, 5]], rtol=0, atol=1e-13)  # 4e-16
+    others = members(problem, [3, 1], masses)
+    assert np.array_equal(np.asarray(others), np.asarray(ends)[[3, 1]])
+
+
+@pytest.mark.parametrize("kind", ["a limit of a force", "a limit on a joint"])
+def test_a_member_beyond_a_limit_fails_alone(kind: str) -> None:
+    problem = hinge(kind)
+    far = np.array([[0.1, 0.0], [0.1, 9.0], [0.95, 0.0]])  # the last is beyond at the start
+    found = galvi.integrate_ensemble(problem, far[:, :1], far[:, 1:], EIGHT, 0.02, 40)
+    run = galvi.integrate(problem.with_initial_state(*far[1][:, None]), EIGHT, 0.02, 40)
+    assert found.status[0] == "Completed." and found.status[1].startswith(run.status)
+    assert found.failed_step.tolist() == [0, run.failed_step, 1] and run.failed_step
+    assert "at the start. Start elsewhere" in found.status[2]
+    assert np.all(np.isnan(np.asarray(found)[1:])) and np.all(np.isfinite(np.asarray(found)[0]))
+
+
+# ---------------------------------------------------------------- forces that follow masses
+
+TREE = """<mujoco><option density="100" viscosity=".1" wind="1 0 2"/><worldbody>
+<body gravcomp=".5"><joint axis="0 1 0" armature=".1" springdamper=".5 .8"/>
+<inertial pos="0 0 -.4" mass="1" diaginertia=".02 .03 .01"/>
+<body pos="0 0 -1" gravcomp="2"><joint name="b" axis="1 0 .3" armature=".1"/>
+<inertial pos="0 .1 -.4" mass="1" diaginertia=".02 .03 .01" quat="1 .2 .4 .3"/>
+</body></body></worldbody>
+<actuator><position joint="b" kp="3" dampratio=".7"/></actuator></mujoco>"""
+OTHERS = [[1.0, 1.0], [4.0, 0.3], [0.0, 1.0], [2.0, 0.0]]
+
+
+def test_forces_follow_masses_as_in_mujoco() -> None:
+    """And stiffness and damping that its compiler finds from masses stay."""
+    problem, model = galvi.from_mujoco(TREE), mujoco.MjModel.from_xml_string(TREE)
+    data, q, v = mujoco.MjData(model), [0.3, 0.7], [1.0, -2.0]
+    for masses in OTHERS:
+        model.body_mass[1:], data.qpos[:], data.qvel[:] = masses, q, v
+        mujoco.mj_forward(model, data)
+        system = problem.system.with_numbers(masses=masses)
+        assert system.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-12)  # 2e-14
+
+
+def test_members_with_other_masses_have_their_drag_and_held_weights() -> None:
+    problem = galvi.from_mujoco(TREE)
+    found = galvi.integrate_ensemble(
+        problem, [[0.3, 0.7]] * 4, [1.0, -2.0], EIGHT, 0.01, 10, {"masses": np.array(OTHERS)}
+    )
+    assert set(found.status) == {"Completed."}
+    for k, masses in enumerate(OTHERS):
+        own = galvi.Problem(problem.system.with_numbers(masses=masses), [0.3, 0.7], [1.0, -2.0])
+        end = galvi.integrate(own, EIGHT, 0.01, 10).q[-1]
+        assert np.asarray(found)[k, 0] == pytest.approx(end, abs=1e-13)  # 1e-16
+
+
+def test_the_speed_of_a_cube_in_syrup_follows_its_mass() -> None:
+    """v = v_0 exp(-3 pi eta s t / m) with sides s of sqrt(6 I / m)."""
+    cube = galvi.from_mujoco("""<mujoco><option viscosity=".4" gravity="0 0 0"/><worldbody><body>
+        <joint type="slide"/><inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/></body>
+        </worldbody></mujoco>""")
+    masses = np.array([0.5, 1.0, 3.0])
+    found = galvi.integrate_ensemble(
+        cube, [0.0], [2.0], EIGHT, 0.05, 10, {"masses": masses[:, None]}
+    )
+    rate = 3.0 * np.pi * 0.4 * np.sqrt(0.6 / masses) / masses
+    speeds = np.asarray(found)[:, 1, 0] / masses
+    assert speeds == pytest.approx(2.0 * np.exp(-0.5 * rate), rel=1e-13)  # 6e-16
+    assert np.max(np.abs(speeds / (2.0 * np.exp(-0.5 * rate[1] / masses)) - 1.0)) > 0.1
+
+
+def test_a_saved_run_in_a_medium_can_get_other_masses(tmp_path: Any) -> None:
+    problem = galvi.from_mujoco(TREE).with_initial_state([0.3, 0.7], [1.0, -2.0])
+    run = galvi.integrate(problem, EIGHT, 0.01, 3)
+    galvi.save(run, tmp_path / "run.npz")
+    stored = galvi.load(tmp_path / "run.npz").problem.system
+    for system in (stored, stored.with_numbers(masses=OTHERS[1])):
+        expected = problem.system.with_numbers(masses=[link.mass for link in system.links])
+        state = [0.3, 0.7], [1.0, -2.0]
+        assert np.array_equal(system.acceleration(*state), expected.acceleration(*state))
+
+
+def test_an_older_file_has_the_drag_of_its_masses_alone(tmp_path: Any) -> None:
+    problem = galvi.from_mujoco(TREE).with_initial_state([0.3, 0.7], [1.0, -2.0])
+    system, (force, _) = problem.system, problem.system.given_force
+    wet = tuple(
+        (k, axes, drag_coefficients(system.links[k], axes, medium)) for k, axes, medium in force.wet
+    )
+    older = replace(problem, system=replace(system, force=replace(force, wet=wet)))
+    galvi.save(galvi.integrate(older, EIGHT, 0.01, 3), tmp_path / "run.npz")
+    stored = galvi.load(tmp_path / "run.npz").problem.system
+    state = [0.3, 0.7], [1.0, -2.0]
+    assert np.array_equal(stored.acceleration(*state), system.acceleration(*state))
+    assert stored.with_numbers(gravity=[0.0, 0.0, -1.0]).gravity[2] == -1.0
+    with pytest.raises(ValueError, match="masses must stay as they are"):
+        stored.with_numbers(masses=OTHERS[1])
