@@ -69,7 +69,7 @@ class Trajectory:
     problem       the problem integrated
     t             (saved,) times
     q, p          (saved, ...) configurations and conjugate momenta; NaN after a step that failed
-    success       whether all steps were completed and the energy, where it is conserved, was not
+    success       whether all steps were completed and the energy, less the work of forces, was not
                   ruined: changed by more than the larger of the kinetic energy at the start and the
                   range of the potential energy while the error was below 1 % of that
     status        a sentence saying why the run ended. It warns of a success whose energy changed

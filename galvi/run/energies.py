@@ -13,8 +13,10 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.kernels.energy_errors import CLOSE
 from galvi.problem import Problem, WithFunctions
+from galvi.systems.forces.external_force import BuiltinForce
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -44,13 +46,25 @@ class States(NamedTuple):
     t: Array
 
 
-def conserves_energy(system: Any) -> bool:
-    """Whether a system conserves its energy: it has no external force, and no explicit time."""
+def has_no_force(system: Any) -> bool:
+    """Whether a system has no external force, and no explicit time."""
     if isinstance(system, NBody):
         return system.acting.conserve
     if not isinstance(system, WithFunctions):
         return False
     return system.force is None and not system.explicit_time
+
+
+def working_force(system: Any) -> Any:
+    """The external force of a system but for what has a potential; None for none."""
+    return getattr(system, "working_force", getattr(system, "force", None))
+
+
+def conserves_energy(system: Any) -> bool:
+    """Whether a system conserves its energy: its forces have a potential, and none the time."""
+    if isinstance(system, NBody) or not isinstance(system, WithFunctions):
+        return has_no_force(system)
+    return working_force(system) is None and not system.explicit_time
 
 
 def velocities_at_the_end(table: Tableau, stages: Array) -> Array:
@@ -64,22 +78,28 @@ def _at_the_end(table: Tableau) -> Array:
 
 
 def energies(
-    problem: Problem, states: States, sharp: bool = False, raised: Raised | None = None
-) -> tuple[Array, Array]:
+    problem: Problem, states: States, sharp: bool = False, raised: Raised | None = None,
+    forces: bool = False,
+) -> tuple[Array, Array]:  # fmt: skip
     """T and V, (n,) each; NaN where they are not defined.
 
     sharp   solves for a Lagrangian's velocities, instead of taking those given where they nearly
             have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
     raised  receives what the user's functions raised, NaN there; None: it passes through. An
             arithmetic or a value error means that the energy is not defined
+    forces  V has the energy of forces with a potential
 
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
     system: Any = problem.system
     if isinstance(system, Lagrangian):
         if system.builtin is not None and not sharp:
-            return _of_builtin(system, system.builtin, states, raised)
-        return _one_by_one(system, states, sharp, raised)
+            kinetic, potential = _of_builtin(system, system.builtin, states, raised)
+        else:
+            kinetic, potential = _one_by_one(system, states, sharp, raised)
+        if forces and isinstance(system, Multibody):
+            potential = potential + system.potential_of_forces(states.q)
+        return kinetic, potential
     p = states.p.reshape(states.v.shape)
     return 0.5 * (p * states.v).sum(axis=1), potentials(system, states.q, states.t, raised)
 
@@ -97,24 +117,33 @@ class Start(NamedTuple):
     fresh: Array
 
 
-def start_energies(problem: Problem) -> Start:
-    """The energies at the start; what a user's functions raise passes through."""
+def start_energies(problem: Problem, forces: bool = False) -> Start:
+    """The energies at the start; what a user's functions raise passes through.
+
+    forces  as for `energies`
+    """
     system: Any = problem.system
     found = traces(system)
     known = _start_energies if _is_fixed(system, found) else _start_energies.__wrapped__
-    return known(problem, found)
+    return known(problem, forces, found)
 
 
 @lru_cache(maxsize=32)
 def asks_functions(system: Any) -> bool:
     """Whether an energy is made of a user's functions, which may change after the run."""
-    if isinstance(system, NBody) or not conserves_energy(system):
+    if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     if isinstance(system, RigidBody | FreeBody):
         return not isinstance(system.potential, UniformGravity | None)
     if isinstance(system, Lagrangian):
         return not system.brings_slopes
     return getattr(system, "builtin", None) is None
+
+
+def asks_force(system: Any) -> bool:
+    """Whether the work of a force is that of a user's function, which may change after the run."""
+    force = working_force(system)
+    return force is not None and not isinstance(force, BuiltinForce)
 
 
 @lru_cache(maxsize=32)
@@ -133,8 +162,9 @@ def _is_fixed(system: Any, found: Traces) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _start_energies(problem: Problem, found: Traces) -> Start:
-    kinetic, potential = (float(x[0]) for x in energies(problem, _start(problem, 1.0)))
+def _start_energies(problem: Problem, forces: bool, found: Traces) -> Start:
+    start = _start(problem, 1.0)
+    kinetic, potential = (float(x[0]) for x in energies(problem, start, forces=forces))
     fresh = read_only(np.array([potential, potential, abs(kinetic), 0.0]))
     return Start(kinetic + potential, abs(kinetic), fresh)
 
@@ -143,7 +173,7 @@ def noise(problem: Problem) -> float:
     """Change of V when the start moves by ``NUDGE`` of itself: the energy's round-off, about."""
     nudge = NUDGE if np.any(problem.v0) else NUDGE_AT_REST
     here, *moved = (
-        float(energies(problem, _start(problem, scale))[1][0])
+        float(energies(problem, _start(problem, scale), forces=True)[1][0])
         for scale in (1.0, 1.0 - nudge, 1.0 + nudge)
     )
     changes = [abs(each - here) for each in moved]

@@ -37,6 +37,7 @@ from galvi.run.energies import (
     velocities_at_the_end,
 )
 from galvi.run.plan import NEVER, Engine, Run, RunArrays
+from galvi.run.singular_mass import BALL_JOINT, SINGULAR, is_singular
 from galvi.systems.lagrangian import Lagrangian
 
 VELOCITIES = 2  # the row of the state that has them
@@ -54,6 +55,8 @@ class Judgement(NamedTuple):
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
               measure, largest error
     unjudged  why the energy of some steps is not known, as a clause; "" where that of all is
+    off       in words by how much it is off; "": as `galvi.run.status` says it
+    also      what else is to be said, as a clause, and the remedy; "": that of `galvi.run.status`
     """
 
     error: float = 0.0
@@ -62,6 +65,9 @@ class Judgement(NamedTuple):
     unknown: bool = False
     energies: Array = NOTHING
     unjudged: str = ""
+    off: str = ""
+    also: str = ""
+    remedy: str = ""
 
 
 def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
@@ -74,11 +80,11 @@ def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
         return Judgement(energies=start.energies)
     with np.errstate(all="ignore"):
         try:
-            energy, kinetic, fresh = start_energies(problem)
+            energy, kinetic, fresh = start_energies(problem, forces=True)
         except Exception as error:
-            return Judgement(energies=start.energies, unjudged=_raised(error, 0))
+            return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
         known = (energy, kinetic, start.energies if start.energies.size else fresh)
-        return _judged(engine, run, work, _seen(engine, run, work), known)
+        return _judged(engine, run, work, watched_rows(engine, run, work), known)
 
 
 def _judged(
@@ -86,13 +92,13 @@ def _judged(
 ) -> Judgement:
     """As ``judge``, in full, of the states ``rows``."""
     problem, start = run.problem, run.start
-    steps, seen = _steps(start, work), _states(engine, problem, rows)
+    steps, seen = steps_of(start, work), states_of(engine, problem, rows)
     if isinstance(problem.system, Lagrangian):
-        seen = seen._replace(v=_near(problem, run.method, rows))
+        seen = seen._replace(v=near_velocities(problem, run.method, rows))
 
     def judged(sharp: bool, floor: float = 0.0, kick: float = 0.0) -> Judgement:
         raised: Raised = {}
-        kinetic, potential = energies(problem, seen, sharp, raised)
+        kinetic, potential = energies(problem, seen, sharp, raised, forces=True)
         if not raised:
             return judgement(steps, kinetic, potential, *known, floor, kick)
         told = np.array([k for k in range(len(steps)) if k not in raised], dtype=np.int64)
@@ -101,7 +107,7 @@ def _judged(
             found = judgement(steps[told], kinetic[told], potential[told], *known, floor, kick)
         first = min(raised)
         number = int(steps[first]) - start.first + run.before
-        return found._replace(unjudged=_raised(raised[first], number))
+        return found._replace(unjudged=raised_at(raised[first], number))
 
     found = judged(False)
     if found.error <= SMALL and not found.unknown:
@@ -109,21 +115,25 @@ def _judged(
     try:
         floor, kick = noise(problem), kick_energy(problem, run.step)
     except Exception as error:
-        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
+        return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
     found = judged(True, floor, kick)
+    if found.error > SMALL and is_singular(problem, seen.q):
+        found = found._replace(also=SINGULAR, remedy=BALL_JOINT)
     if found.ruined is None or found.ruined <= start.first:
         return found
     kept_steps, kept = _kept_before(engine, run, work, found.ruined, steps, seen)
     if len(kept_steps) == 0:
         return found
     limit = max(found.measure, floor)
-    off = np.abs(np.sum(energies(problem, kept, sharp=True, raised={}), axis=0) - known[0])
+    off = np.abs(
+        np.sum(energies(problem, kept, sharp=True, raised={}, forces=True), axis=0) - known[0]
+    )
     first = kept_steps[off > limit]
     earliest = int(first[0]) if first.size else found.ruined
     return found._replace(ruined=earliest)
 
 
-def _raised(error: Exception, step: int) -> str:
+def raised_at(error: Exception, step: int) -> str:
     reason = " ".join(str(error).split())
     kind = type(error).__name__
     return f"at step {step}, where it raised {kind}{': ' if reason else ''}{reason}"
@@ -160,7 +170,7 @@ def judgement(
     return Judgement(share, measure, first, math.isnan(largest), kept)
 
 
-def _seen(engine: Engine, run: Run, work: RunArrays) -> Array:
+def watched_rows(engine: Engine, run: Run, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
     first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
     last = first + work.done
@@ -174,15 +184,15 @@ def _seen(engine: Engine, run: Run, work: RunArrays) -> Array:
     return work.seen[:n]
 
 
-def _near(problem: Problem, method: Galerkin, seen: Array) -> Array:
+def near_velocities(problem: Problem, method: Galerkin, seen: Array) -> Array:
     """Velocities (n, d) of a Lagrangian at the ends of the steps, from those at the stages."""
     d = problem.v0.size
     stages = seen[:, problem.q0.size + d :].reshape(len(seen), d, method.stages)
     return velocities_at_the_end(method.table, stages)
 
 
-def _steps(start: Checkpoint, work: RunArrays) -> Any:
-    """The numbers of the steps of ``_seen``, since the problem's start."""
+def steps_of(start: Checkpoint, work: RunArrays) -> Any:
+    """The numbers of the steps of ``watched_rows``, since the problem's start."""
     last = start.first + work.done
     steps = np.arange((start.first >> work.watch) + 1, (last >> work.watch) + 1) << work.watch
     return steps if len(steps) and steps[-1] == last else np.append(steps, last)
@@ -197,14 +207,14 @@ def _kept_before(
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
-    states = _states(engine, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
+    states = states_of(engine, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
     if isinstance(problem.system, Lagrangian):
         near = np.broadcast_to(seen.v[steps == ruined], (len(rows), problem.v0.size))
         states = states._replace(v=near)
     return kept[rows], states
 
 
-def _states(engine: Engine, problem: Problem, rows: Array) -> States:
+def states_of(engine: Engine, problem: Problem, rows: Array) -> States:
     """The states of rows (n, r + d or more), without the velocities of a Lagrangian."""
     n, r, d = len(rows), problem.q0.size, problem.v0.size
     v = rows[:, r : r + d]

@@ -27,6 +27,8 @@ from galvi.run import plan as runs
 from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.nystrom_engine import kernel_tableau
 from galvi.run.point_masses.encounters import encounter
+from galvi.run.singular_mass import BALL_JOINT, SINGULAR, is_singular_ahead
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
 from galvi.systems.traces import Traces, traces
@@ -202,6 +204,10 @@ def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
         q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
         if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):
             return f"{beyond}. The motion is right up to there; choose other controls."
+    if isinstance(problem.system, Multibody):
+        q, v = work.state[0, : problem.q0.size].reshape(problem.q0.shape), work.stages[:, -1]
+        if is_singular_ahead(problem, q, v, step):
+            return f"{SINGULAR}. {BALL_JOINT}."
     turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."

@@ -5,9 +5,10 @@ resulting trajectory.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol, cast
 
 from tqdm import tqdm
@@ -20,7 +21,7 @@ from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.energies import asks_functions
+from galvi.run.energies import asks_force, asks_functions
 from galvi.run.energy_check import judge
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
@@ -28,6 +29,7 @@ from galvi.run.plan import COUNTED, NEVER, Engine, Run, RunArrays, RunCurves
 from galvi.run.point_masses.encounters import MasslessError, massless_error
 from galvi.run.same_functions import of_run
 from galvi.run.status import ending
+from galvi.run.work_check import has_work, judge_work
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -123,7 +125,8 @@ def run_steps(
         done = _trajectory(engine, run, work, code, known)
         if pressed() and not done.interrupted:
             raise Interrupted(done)
-    if watched and rescue and asks_functions(cast(Hashable, run.problem.system)):
+    system: Any = run.problem.system
+    if watched and rescue and (asks_functions(system) or asks_force(system)):
         try:
             done._judge()  # now: what the functions refer to may change
         except KeyboardInterrupt:
@@ -173,8 +176,12 @@ def _ending(
 ) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
     start = run.start
+    if has_work(run.problem.system):
+        found = judge_work(engine, run, work, partial(_unwatched, engine))
+    else:
+        found = judge(engine, run, work)
     end = ending(
-        engine, run, work, code, judge(engine, run, work),
+        engine, run, work, code, found,
         lambda: _massless_error(engine, run, work, known),
     )  # fmt: skip
     last = Checkpoint(
@@ -184,6 +191,10 @@ def _ending(
     )  # fmt: skip
     return {"success": end.success, "status": end.status, "failed_step": end.failed_step,
             "checkpoint": last}  # fmt: skip
+
+
+def _unwatched(engine: Engine, run: Run) -> Trajectory:
+    return uninterrupted(run_steps(engine, run, watched=False))
 
 
 def _has_massless(problem: Problem) -> bool:
@@ -203,7 +214,7 @@ def _massless_error(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
-        return uninterrupted(run_steps(engine, back, watched=False))
+        return _unwatched(engine, back)
 
     return massless_error(steps_from, [*known, _checkpoint(run.start, work)])
 

@@ -70,6 +70,7 @@ def _completed(
     problem, step, steps = run.problem, run.step, run.total or run.steps
     passage = encounters.unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
+    reasons += [found.also] if found.also else []
     if found.unknown:
         undefined = "the energy is not a number"
         if isinstance(problem.system, Lagrangian):
@@ -90,13 +91,16 @@ def _completed(
     remedy = "Use a smaller step or a higher degree"
     if encounters.adapting_steps(problem, step, work.passage):
         remedy = encounters.adapted(problem.system)
-    if _given(problem):
+    if found.remedy:
+        remedy = found.remedy
+    elif _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
     if found.unjudged:
         remedy += f". The energy {_unjudged(found)}"
     if ruined is not None:
         return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
-    return f"Completed, but {'; '.join(reasons)}: the step is too large for this motion. {remedy}."
+    cause = "" if found.also else ": the step is too large for this motion"
+    return f"Completed, but {'; '.join(reasons)}{cause}. {remedy}."
 
 
 def _unjudged(found: Judgement) -> str:
@@ -104,6 +108,8 @@ def _unjudged(found: Judgement) -> str:
 
 
 def _off(found: Judgement) -> str:
+    if found.off:
+        return found.off
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
     return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"

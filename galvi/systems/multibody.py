@@ -38,8 +38,9 @@ class Multibody(Lagrangian):
     Configurations q are elements of ``group``, the product of the joints' groups in their order:
     angles and lengths, rotation matrices, and of a free joint R^3 x SO(3). Velocities (d,) are
     rates of angles and lengths, angular velocities in the link's frame, and of a free joint that of
-    its origin in space, then w: those of MuJoCo. The energy is without the work of forces. Raises
-    ValueError for trees in which nothing moves, or for links out of order.
+    its origin in space, then w: those of MuJoCo. The energy has that of the springs of tendons and
+    of weights held up, and not the work of other forces. Raises ValueError for trees in which
+    nothing moves, or for links out of order.
     """
 
     stored_with: ClassVar[Any] = (JointDamping, JointForces, Pull)
@@ -86,6 +87,22 @@ class Multibody(Lagrangian):
         force, timed = with_damping(*self.given_force, tree, damping, varied)
         object.__setattr__(self, "force", force)
         object.__setattr__(self, "timed_force", timed)
+
+    @property
+    def working_force(self) -> Any:
+        """The force but for those parts whose energy is known; None for none."""
+        return self.force.without_potential if isinstance(self.force, JointForces) else self.force
+
+    def potential_of_forces(self, q: Array) -> Array:
+        """The energy (...) of the others, such as springs of tendons, at configurations q."""
+        lead = q.shape[: q.ndim - len(self.group.shape)]
+        if not isinstance(self.force, JointForces):
+            return np.zeros(lead)
+        return self.force.potential(q.reshape(-1, *self.group.shape)).reshape(lead)
+
+    def energy(self, q: Array, v: Array, t: Any) -> Array:
+        """v . dL/dv - L, and the energy of those forces that have one, (...)."""
+        return super().energy(q, v, t) + self.potential_of_forces(q)
 
     @property
     def tree(self) -> RigidTree:

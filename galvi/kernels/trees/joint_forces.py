@@ -64,14 +64,18 @@ def within(x, c, k):
 
 
 @generic
-def pull_of(c, k, l, rate):
-    """F of a pull at k."""
+def stretch(c, k, l):
+    """x of a pull at k."""
     if int(c[k + SLACK]) > 0:
         above, below = minus(l, c[k + HIGH]), minus(l, c[k + LOW])
-        x = where(above > 0.0, above, where(below < 0.0, below, 0.0))
-    else:
-        x = minus(l, c[k + LOW])
-    s, b = k + SPRING, k + DAMPER
+        return where(above > 0.0, above, where(below < 0.0, below, 0.0))
+    return minus(l, c[k + LOW])
+
+
+@generic
+def pull_of(c, k, l, rate):
+    """F of a pull at k."""
+    x, s, b = stretch(c, k, l), k + SPRING, k + DAMPER
     stiffness = plus(c[s], times(x, plus(c[s + 1], times(x, c[s + 2]))))
     damping = c[b]
     if is_there(c[b + 1]):
@@ -247,3 +251,44 @@ def tree_joint_forces(q, v, t, constants, out):
     d, frames = v.size, int(constants[0]) + 1
     work, world, motors = np.zeros(STRIDE * frames), np.zeros(12 * frames), np.zeros(d)
     joint_forces(constants, d, q, v, work, world, out[1], motors)
+
+
+@generic
+def spring_energy(c, k, l):
+    """The energy of a pull's spring, and of its constant force."""
+    x, s = stretch(c, k, l), k + SPRING
+    terms = plus(0.5 * c[s], times(x, plus(c[s + 1] / 3.0, times(0.25 * x, c[s + 2]))))
+    return minus(times(times(x, x), terms), times(c[k + CONSTANT], l))
+
+
+@jit
+def tree_force_potentials(places, d, constants, energies):
+    """energies (n,) <- those of the springs and constant forces of pulls that are no actuator's,
+    and of weights held up, at n configurations (n, r) of d velocities."""
+    frames, s = int(constants[0]) + 1, tree.HEAD + tree.JOINT * int(constants[0])
+    still = np.zeros(d)
+    for n in range(places.shape[0]):
+        work, world, q = np.zeros(STRIDE * frames), np.zeros(12 * frames), places[n]
+        tree.outward(constants, q, still, work)
+        in_world(constants, work, world)
+        k, energies[n] = s + HEAD + d, 0.0
+        for _ in range(int(constants[s + PULLS])):
+            arms, points = int(constants[k + ARMS]), int(constants[k + POINTS])
+            l, first = constants[k + OFFSET], k + PULL
+            for m in range(first, first + ARM * arms, ARM):
+                if int(constants[m + 1]) >= 0:
+                    l += constants[m + 2] * q[int(constants[m + 1])]
+            way = first + ARM * arms
+            for m in range(way + POINT, way + POINT * points, POINT):
+                to = point(constants, m, work, world)[0]
+                along = less(to, point(constants, m - POINT, work, world)[0])
+                l += constants[m + 4] * np.sqrt(dot(along, along))
+            if int(constants[k + OWN]) == 0:
+                energies[n] += spring_energy(constants, k, l)
+            k = way + POINT * points
+        k += BOUND * int(constants[s + BOUNDS])
+        for _ in range(int(constants[s + WEIGHTS])):
+            b = 12 * int(constants[k])
+            place = sum_of(triple(world, b + 9), turned(world, b, triple(constants, k + 2)))
+            energies[n] += constants[k + 1] * dot(triple(constants, 1), place)
+            k += WEIGHT

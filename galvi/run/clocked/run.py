@@ -57,7 +57,7 @@ def motion_of(
             if found is not None:
                 return found
     told = total if energy is None else energy
-    if not energies.conserves_energy(problem.system):
+    if not energies.has_no_force(problem.system):
         return motion_of_driven(problem, method, told, solver, tolerance)
     return motion_in_general(problem, method, told, solver, tolerance)
 
@@ -192,7 +192,7 @@ def _judged(loop: Loop, end: Taken | None) -> Judgement:
     problem, start = loop.problem, loop.start
     final = loop.last if end is None else end.rows([0])
     parts = [*loop.seen, *([final] if final is not None else [])]
-    if not parts or not energies.conserves_energy(problem.system):
+    if not parts or not energies.has_no_force(problem.system):
         return Judgement(energies=start.energies)
     whole = joined(parts)
     last = [loop.done + (end is not None)] * (final is not None)

@@ -107,6 +107,26 @@ class JointForces:
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         return kernel.tree_joint_forces, self.numbers.copy()
 
+    def potential(self, q: Array) -> Array:
+        """The energy (n,) at n configurations (n, ...) of what has one: springs and constant forces
+        of pulls that are no actuator's, and weights held up."""
+        found, numbers = np.empty(len(q)), self.numbers.copy()
+        flat = np.array(q, dtype=np.float64).reshape(len(q), -1)
+        kernel.tree_force_potentials(flat, len(self.damping), numbers, found)
+        return found
+
+    @cached_property
+    def without_potential(self) -> JointForces | None:
+        """These forces but for those of `potential`; None where no other is left."""
+        pulls = tuple(
+            pull if pull.actuator else replace(pull, constant=0.0, spring=(0.0, 0.0, 0.0))
+            for pull in self.pulls
+            if pull.actuator or any(pull.damper)
+        )
+        if not (pulls or self.pushes or self.wet or np.any(self.damping)):
+            return None
+        return replace(self, pulls=pulls, weights=())
+
     @property
     def numbers(self) -> Array:
         """The constants of galvi.kernels.trees.joint_forces."""

@@ -1,0 +1,211 @@
+"""Runs with forces are judged: energy less work, damping faster than a step, singular masses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.run import work_check
+
+
+def method(s: int, rule: Any = None) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), rule or galvi.gauss(s))
+
+
+def damped_hinge(damping: float) -> galvi.Problem:
+    """Moment of inertia 1, without gravity: v' = -damping v."""
+    joint = galvi.Joint("hinge", axis=(0, 0, 1), damping=damping)
+    link = galvi.Link(joint, 1.0, (0, 0, 0), 1.0)
+    return galvi.Problem(galvi.Multibody([link], gravity=(0, 0, 0)), [0.0], [1.0])
+
+
+def damped_oscillator(damping: float) -> galvi.Problem:
+    system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2, force=lambda q, v: -damping * v)
+    return galvi.Problem(system, [0.0], [1.0])
+
+
+RULES = {"radau": galvi.radau, "gauss": galvi.gauss}
+DAMPED = {"a joint's damper": damped_hinge, "a user's force": damped_oscillator}
+
+
+@pytest.mark.parametrize("kind", DAMPED)
+@pytest.mark.parametrize("name", RULES)
+@pytest.mark.parametrize("s", [2, 3, 4])
+def test_a_damper_that_gives_energy_ruins_a_run(kind: str, name: str, s: int) -> None:
+    """Gauss's rule leaves velocities that damping takes, and Radau's multiplies them."""
+    run = galvi.integrate(DAMPED[kind](20.0), method(s, RULES[name](s)), 1.0, 40)
+    grew = float(np.max(np.abs(galvi.energy(run)))) > 10.0
+    assert grew == (name == "radau")
+    assert run.success == (not grew), run.status
+    assert "damping is 20 times as fast as a step" in run.status
+    assert run.status.startswith("Ruined from step" if grew else "Completed, but")
+
+
+@pytest.mark.parametrize("kind", DAMPED)
+@pytest.mark.parametrize("s", [2, 4, 8])
+@pytest.mark.parametrize("save_every", [1, 7])
+@pytest.mark.parametrize("step", [0.2, -0.2])
+def test_a_damper_that_a_step_resolves_is_not_named(
+    kind: str, s: int, save_every: int, step: float
+) -> None:
+    run = galvi.integrate(DAMPED[kind](0.5), method(s), step, 300, save_every=save_every)
+    assert run.status == "Completed."
+
+
+WRIST = """<mujoco><option gravity="0 0 0"/><worldbody><body><joint name="wrist" axis="0 0 1"/>
+<inertial pos="0 0 0" mass=".5" diaginertia="1e-3 1e-3 1e-3"/></body></worldbody>
+<actuator><position joint="wrist" kp="500" kv="50"/></actuator></mujoco>"""
+
+
+def wrist(v: float) -> galvi.Problem:
+    """Rates of 5e4 and 10 per second: v falls to 10 (0.1 - q) at once."""
+    return galvi.from_mujoco(WRIST, ctrl=[0.1]).with_initial_state([0.0], [v])
+
+
+@pytest.mark.parametrize("s", [4, 8])
+@pytest.mark.parametrize("step", [0.02, 0.002])
+def test_a_servo_too_stiff_for_a_step_is_named_with_the_step_that_does(s: int, step: float) -> None:
+    problem = wrist(2.0)
+    run = galvi.integrate(problem, method(s), step, 10)
+    assert f"damping is {step * 5e4:,.0f} times as fast as a step" in run.status
+    off = float(run.status.partition("off by about ")[2].split()[0])
+    q, v = run.q[1, 0], problem.system.velocity(run.p[1], run.q[1])[0]
+    assert abs(v - 10.0 * (0.1 - q)) / 2.0 == pytest.approx(off, rel=0.3)
+    named = float(run.status.partition("Use a step of ")[2].split()[0])
+    fine = galvi.integrate(problem, method(s), 0.8 * named, 200)
+    assert fine.status.startswith("Completed.")
+    v = problem.system.velocity(fine.p[-1], fine.q[-1])[0]
+    assert v == pytest.approx(10.0 * (0.1 - fine.q[-1, 0]), rel=1e-3)
+
+
+def test_a_stiff_servo_whose_fast_motion_is_not_excited_is_not_named() -> None:
+    run = galvi.integrate(wrist(1.0), method(8), 0.02, 10)
+    assert run.status.startswith("Completed. ")
+    v = run.problem.system.velocity(run.p[-1], run.q[-1])[0]
+    assert v == pytest.approx(np.exp(-10.0 * 0.2), rel=1e-3)
+
+
+def test_the_step_of_a_stiff_servo_is_recommended_for_its_velocities() -> None:
+    found = galvi.recommend(wrist(2.0), 1e-4, 0.02)
+    assert found.reached
+    assert abs(found.step) * 5e4 < 2.0 * found.method.stages
+
+
+def gimbal(damping: float) -> galvi.Problem:
+    hinges = "".join(
+        f'<joint axis="{a}" damping="{damping}"/>' for a in ("1 0 0", "0 1 0", "0 0 1")
+    )
+    model = f"""<mujoco><worldbody><body>{hinges}<inertial pos="0 0 .1" mass=".5"
+    diaginertia=".004 .005 .002"/></body></worldbody></mujoco>"""
+    return galvi.from_mujoco(model).with_initial_state([0, 0, 0], [1e-3, 3.0, 0.0])
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-12])
+@pytest.mark.parametrize(("step", "steps"), [(0.01, 100), (0.01, 1000), (0.001, 1000)])
+def test_gimbal_lock_is_named_with_its_remedy(damping: float, step: float, steps: int) -> None:
+    run = galvi.integrate(gimbal(damping), method(8), step, steps)
+    assert run.status != "Completed." and not run.status.startswith("Completed. ")
+    assert "gimbal lock" in run.status and "ball joint" in run.status
+
+
+def test_hinges_away_from_gimbal_lock_are_not_named() -> None:
+    problem = gimbal(1e-12).with_initial_state([0, 0, 0], [1.0, 0.3, 0.4])
+    run = galvi.integrate(problem, method(8), 0.01, 100)
+    assert run.status.startswith("Completed.")
+
+
+SPRINGS = """<mujoco><worldbody><site name="top" pos=".3 0 .2"/><body gravcomp="{}">
+<joint name="h" axis="0 1 0" stiffness="2 1.5 .7"/>
+<inertial pos="0 0 -.4" mass="1" diaginertia=".1 .1 .1"/><body pos="0 0 -.8">
+<joint name="k" axis="1 0 0"/><inertial pos="0 0.1 -.4" mass=".5" diaginertia=".1 .1 .1"/>
+<site name="tip" pos="0 0 -.5"/></body></body></worldbody><tendon>
+<fixed stiffness="200"><joint joint="h" coef="1"/><joint joint="k" coef="-.5"/></fixed>
+<spatial stiffness="30 4 2" springlength=".3 .6"><site site="top"/><site site="tip"/></spatial>
+</tendon></mujoco>"""
+
+
+def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
+    """Range 26 J of 20 J without them."""
+    problem = galvi.from_mujoco(SPRINGS.format(0.7)).with_initial_state([0.4, 0.2], [1.0, -0.3])
+    run = galvi.integrate(problem, method(8), 0.01, 200)
+    energy = galvi.energy(run)
+    assert np.ptp(energy) < 1e-12 * abs(energy[0])
+    along = galvi.energy(run, np.linspace(0.0, 2.0, 37))
+    assert np.ptp(along) < 1e-6 * abs(energy[0])
+
+
+def test_that_energy_is_mujocos() -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
+    random, pairs = np.random.default_rng(3), []
+    for _ in range(20):
+        q, v = random.uniform(-2.0, 2.0, 2), random.uniform(-2.0, 2.0, 2)
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(model, data)
+        pairs.append((data.energy.sum(), float(problem.system.energy(q, v, 0.0))))
+    theirs, ours = np.array(pairs).T
+    np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], rtol=0.0, atol=1e-12 * 100.0)
+
+
+def test_a_conservative_run_with_a_tendon_is_ruined_by_a_step_that_is_too_long() -> None:
+    problem = galvi.from_mujoco(SPRINGS.format(0.7)).with_initial_state([0.4, 0.2], [1.0, -0.3])
+    run = galvi.integrate(problem, method(2), 0.5, 40)
+    assert "the energy changed by" in run.status
+
+
+def test_a_driven_pendulum_is_right_whatever_its_energy_does() -> None:
+    """From rest, so that all energy is work."""
+    system = galvi.Canonical(
+        1.0, lambda q: 1.0 - np.cos(q[0]), force=lambda q, v, t: np.array([2.0 * np.sin(t)]),
+        timed_force=True,
+    )  # fmt: skip
+    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), method(6), 0.1, 400)
+    assert run.status == "Completed." and np.ptp(galvi.energy(run)) > 1.0
+
+
+def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
+    calls = [0]
+
+    def force(q: Any, v: Any) -> Any:
+        calls[0] += 1
+        if calls[0] > limit:
+            raise RuntimeError("no more")
+        return np.array([-0.1 * float(v[0])])
+
+    limit = 10**9
+    system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2, lambda q: q, force=force)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    for _ in range(2):  # the first one checks the functions
+        calls[0] = 0
+        galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
+    used, calls[0] = calls[0], 0
+    limit = used - 3
+    run = galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
+    assert "could not be judged" in run.status and "no more" in run.status
+
+
+def test_a_resumed_run_that_was_ruined_is_ruined() -> None:
+    run = galvi.integrate(damped_hinge(20.0), method(2, galvi.radau(2)), 1.0, 10)
+    again = galvi.resume(run, 5)
+    assert not again.success and again.failed_step == 1
+
+
+@pytest.mark.parametrize("s", [1, 2, 4, 8])
+@pytest.mark.parametrize("z", [0.1, 1.0, 7.0, 1000.0])
+def test_growth_is_what_a_step_does(s: int, z: float) -> None:
+    run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
+    assert run.p[-1, 0] == pytest.approx(work_check.growth(method(s).table, z), abs=1e-10)
+
+
+def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gauss's method keeps a quadratic energy less the work by its own rule, for any step."""
+    problem = wrist(2.0)
+    assert galvi.integrate(problem, method(8), 0.02, 10).status.startswith("Completed, but")
+    monkeypatch.setattr(work_check, "undamped", lambda *arguments: None)
+    blind = galvi.integrate(problem, method(8), 0.02, 10)
+    assert blind.status.startswith("Completed. ")
