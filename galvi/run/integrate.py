@@ -74,9 +74,10 @@ def integrate(
     the run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
     its states, but is no success; one whose energy, velocities under fast damping, some passage of
     two point masses, or motion of a body without mass is doubtful is a success whose status says
-    so; so does that of one whose energy a user's function cannot tell, as it raises. Raises ValueError or TypeError for bad input before the
-    first step; exceptions of user functions in a step pass through. Ctrl-C after the last step, or
-    one that failed, raises KeyboardInterrupt, whose attribute ``run`` is the trajectory.
+    so; so does that of one whose energy a user's function cannot tell, as it raises. Raises
+    ValueError or TypeError for bad input before the first step; exceptions of user functions in a
+    step pass through. Ctrl-C after the last step, or one that failed, raises KeyboardInterrupt,
+    whose attribute ``run`` is the trajectory.
     """
     if isinstance(method, Galerkin) and method.clock is not None:
         run_it = checked_in_clock(

@@ -94,7 +94,8 @@ def judge_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Judgeme
         try:
             states = _watched(engine, run, work)
             steps = _steps(engine, run, work, states, redo)
-            changes = [*_of_steps(run, steps), *_of_states(run, work, states)]
+            powers = _powers_along(run, steps)
+            changes = [*_of_steps(run, steps, powers), *_of_states(run, work, states, powers)]
             found, worst = _judged(run, sorted(changes, key=lambda change: change.step))
             fast = undamped(engine, run, steps, states, redo)
         except Exception as error:  # of a user's function
@@ -215,13 +216,17 @@ def _watched(engine: Engine, run: Run, work: RunArrays) -> States:
     return seen
 
 
-def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
-    """What steps did, by the work along their curves."""
+def _powers_along(run: Run, steps: Steps) -> Array:
+    """The powers (n, m) of the forces along the steps' curves."""
     tau = 0.5 * (_nodes(run.method.stages)[0] + 1.0)
-    weights = 0.5 * run.step * _nodes(run.method.stages)[1]
     times = steps.t[:, None] + tau * run.step
     flat = steps.q.reshape(-1, *run.problem.q0.shape), steps.v.reshape(times.size, -1)
-    work = _powers(run.problem, *flat, times.ravel()).reshape(times.shape) @ weights
+    return _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
+
+
+def _of_steps(run: Run, steps: Steps, powers: Array) -> Iterator[Change]:
+    """What steps did, by the work along their curves."""
+    work = powers @ (0.5 * run.step * _nodes(run.method.stages)[1])
     kinetic, potential = (
         np.stack(sides, axis=1)
         for sides in zip(
@@ -235,19 +240,21 @@ def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
         yield Change(number, kinetic[k], potential[k], work[k], error, min(error, abs(gained)))
 
 
-def _of_states(run: Run, work: RunArrays, states: States) -> Iterator[Change]:
+def _of_states(run: Run, work: RunArrays, states: States, along: Array) -> Iterator[Change]:
     """By how much the energies at watched states differ from that at the begin, without what the
-    forces can have done."""
+    forces can have done, by the powers there and ``along`` some steps."""
     problem, start = run.problem, run.start
     numbers = np.append(start.first, steps_of(start, work))
     few = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
     states, numbers = States(*(part[few] for part in states)), numbers[few]
     times = problem.t0 + numbers * run.step
-    powers = np.sign(run.step) * _powers(problem, states.q, states.v, times)
+    sign = np.sign(run.step)
+    powers, along = sign * _powers(problem, states.q, states.v, times), sign * along
     kinetic, potential = energies(problem, states, forces=True)
     total, lasted = kinetic + potential, np.abs(times - times[0])
     can_gain, can_lose = (
-        AMPLE * lasted * np.maximum.accumulate(np.maximum(side, 0.0)) for side in (powers, -powers)
+        AMPLE * lasted * np.maximum.accumulate(np.maximum(here, np.max(there, initial=0.0)))
+        for here, there in ((powers, along), (-powers, -along))
     )
     changed = total - total[0]
     errors = np.maximum(np.maximum(changed - can_gain, -changed - can_lose), 0.0)

@@ -18,6 +18,7 @@ from benchmarks.applications.judging.truth import thinned
 from galvi import NBody, Trajectory
 from galvi.arrays import Array
 from galvi.run.energies import conserves_energy
+from galvi.trajectory import COMPLETED
 
 MOST_RUNS = 12  # of one integrator
 LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
@@ -175,10 +176,11 @@ class Search:
         if not run.success:
             return found
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
-        worst = float(np.max(off))
+        worst, doubtful = float(np.max(off)), not run.status.startswith(COMPLETED)
         return replace(
             found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
-            reached=worst <= self.wanted, status=self.word(worst),
+            reached=worst <= self.wanted and not doubtful,
+            status=run.status if doubtful else self.word(worst),
         )  # fmt: skip
 
     def _next(
