@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
@@ -17,16 +18,22 @@ from galvi.fast.lanes.frames import collocation
 from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.fast.lanes.vectors import LANES
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
+from galvi.kernels.forces.passages import NEAR
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.nystrom_engine import ROUND_OFF
-from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, Start, fixed, run_plan
+from galvi.run.plan import FORCES_IN_LANES, NEVER, Call, Run, RunArrays, Start, fixed, run_plan
 from galvi.spaces.polynomials import Polynomials
+from galvi.systems.nbody import NBody
 from galvi.tableau import tabulate
 
+MARGIN = 0.1  # by which orbits may change before they are looked at again: after APART steps, and
+APART, AGAIN = 8192, 2  # whenever a run is so many times as long
+AROUND = 128  # places on an orbit
+NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
 FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
 SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
@@ -115,9 +122,17 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
+    looked: list[tuple[int, Array]] = []  # the step before which they were last looked at
+
     def advance(todo: int) -> int:
+        if not looked or work.done >= AGAIN * looked[-1][0]:
+            q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
+            meet = work.watch != NEVER and can_meet(run.problem, q, v, run.method, run.step)
+            looked.append((work.done + APART, work.passage if meet else NO_PASSAGES))
+        passage = looked[-1][1]
         return int(kernel(
-            motion.functions, motion.numbers, tables, plan, todo, progress, scratch, kept
+            motion.functions, motion.numbers, tables, plan, todo, (*progress[:-1], passage),
+            scratch, kept,
         ))  # fmt: skip
 
     def call(todo: int) -> int:
@@ -133,6 +148,68 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
         return code
 
     return call, tables
+
+
+@lru_cache(maxsize=32)
+def can_meet(
+    problem: Problem, places: tuple[float, ...], velocities: tuple[float, ...], method: Galerkin,
+    step: float,
+) -> bool:  # fmt: skip
+    """Whether two bodies may pass each other so close that `note_centre` looks at them, on the
+    orbits about the heaviest one of a state, wherever they are on these, up to ``MARGIN``."""
+    system = problem.system
+    if not isinstance(system, NBody):
+        return False
+    q, v = (np.array(rows).reshape(problem.q0.shape) for rows in (places, velocities))
+    star, masses = int(np.argmax(system.masses)), system.masses
+    others = np.flatnonzero(np.arange(masses.size) != star)
+    mu, q, v = system.G * (masses[star] + masses[others]), q[others] - q[star], v[others] - v[star]
+    r, speed, along = np.linalg.norm(q, axis=1), np.sum(v**2, axis=1), np.sum(q * v, axis=1)
+    with np.errstate(all="ignore"):
+        energy, spin = speed - 2.0 * mu / r, np.maximum(r**2 * speed - along**2, 0.0)
+        e = np.sqrt(np.maximum(1.0 + energy * spin / mu**2, 0.0))
+        near = spin / (mu * (1.0 + e)) / (1.0 + MARGIN)
+        far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + MARGIN)
+    apart = (near[:, None] > far) | (near > far[:, None])
+    apart |= np.add.outer(masses[others], masses[others]) == 0.0
+    reach = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
+    pairs = np.argwhere(np.triu(~apart, 1))
+    return any(
+        not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, reach) for i, j in pairs
+    )
+
+
+def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, reach: float) -> bool:
+    """Whether two ellipses come nearer to each other than ``reach`` times the relative velocity.
+
+    Where they are nearest, their distance is perpendicular to both: places beside those add the
+    square of their own distance.
+    """
+    one, other = (_ellipse(float(mu[k]), q[k], v[k]) for k in (i, j))
+    square, fast = (
+        np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
+        for a, b in zip(one[:2], other[:2], strict=True)
+    )
+    beside = 0.25 * (one[2] + other[2]) ** 2
+    return bool(np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2 * fast))
+
+
+def _ellipse(mu: float, q: Array, v: Array) -> tuple[Array, Array, float]:
+    """Places and velocities (AROUND, dimension) on the ellipse of a state, and the largest distance
+    of two neighbours."""
+    r = np.linalg.norm(q)
+    eccentric = ((v @ v - mu / r) * q - (q @ v) * v) / mu
+    a, e = float(mu / (2.0 * mu / r - v @ v)), float(np.linalg.norm(eccentric))
+    first = eccentric / e if e > 0.0 else q / r
+    across = q - (q @ first) * first if abs(q @ first) < 0.7 * r else v - (v @ first) * first
+    across = across / np.linalg.norm(across)
+    across = across if (v @ across) * (q @ first) >= (v @ first) * (q @ across) else -across
+    u = 2.0 * np.pi * np.arange(AROUND)[:, None] / AROUND
+    minor = a * math.sqrt(max(1.0 - e * e, 0.0))
+    places = a * (np.cos(u) - e) * first + minor * np.sin(u) * across
+    pace = np.sqrt(mu / a**3) / (1.0 - e * np.cos(u))
+    speeds = pace * (minor * np.cos(u) * across - a * np.sin(u) * first)
+    return places, speeds, 2.0 * np.pi * a / AROUND
 
 
 @lru_cache(maxsize=32)

@@ -214,6 +214,40 @@ def note_states(passage, q, v, t, n):
                     passage[3], passage[4] = math.sqrt(least), t[k]
 
 
+@jit_inline
+def note_centre(passage, q, v, h, n, done):
+    """Update ``passage`` by the pairs on hyperbolas that pass in step number ``done``, of size h,
+    whose centre has the state q, v (bodies * dimension,).
+
+    For frames, which move bodies on orbits about each other exactly. The path is taken as straight
+    where it is looked at whether they come near at all, twice as near as ``NEAR`` asks.
+    """
+    dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
+    reach = 2.0 * NEAR * h / n
+    for i in range(masses.size):
+        for j in range(i + 1, masses.size):
+            mu = masses[i] + masses[j]
+            if mu == 0.0:
+                continue
+            row, other = i * dimension, j * dimension
+            square, speed, along = 0.0, 0.0, 0.0
+            for x in range(dimension):
+                gap, rate = q[other + x] - q[row + x], v[other + x] - v[row + x]
+                square += gap * gap
+                speed += rate * rate
+                along += gap * rate
+            if not (square > 0.0 and speed * math.sqrt(square) > 2.0 * mu):
+                continue
+            since = min(max(-along / speed, -0.5 * abs(h)), 0.5 * abs(h))
+            least = max(square + since * (2.0 * along + since * speed), 0.0)
+            if least > reach * reach * speed:
+                continue
+            error = passage_error(square, speed, along, mu, 0.5, h, n)
+            if error > passage[0]:
+                passage[0], passage[1], passage[2] = error, i, j
+                passage[3], passage[4] = math.sqrt(least), done
+
+
 @cache
 def compiled_note_states():
     """``note_states`` compiled or cached."""

@@ -47,6 +47,7 @@ from galvi.fast.lanes.frames.rows import (
 )
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, compiled_for, jit_inline
+from galvi.kernels.forces.passages import note_centre
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
@@ -155,7 +156,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
     """
     plan, kept = Plan(*plan), Kept(*kept)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
-    state, _stages, solver_state, counts, _passage = progress
+    state, _stages, solver_state, counts, passage = progress
     stages, coarse_stages, work, spare = scratch
     W, k, nodes, _guess = stages
     n, d = W.shape[0] // 2, kept.q.shape[1]
@@ -173,6 +174,12 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
             return code
         if kept.bases.shape[0] > 0:
             keep_curve(state, fit, k, kept.bases[step], kept.curves[step])
+        if passage.size > 0:
+            for i in range(4, 8):
+                for j in range(state.shape[1]):
+                    spare[i, j] = state[i, j]
+            call_void(functions[2], numbers, spare)
+            note_centre(passage, spare[0], spare[2], plan.step, matrix.shape[0], number + 1)
         add_rows(b, k, state[4], state[5], 0, n)
         add_rows(b, k, state[6], state[7], n, n)
         row, rest = divmod(step + 1, plan.every)
