@@ -1,0 +1,85 @@
+"""Passages that a step of a Kepler frame does not resolve are named."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.fast.in_frame import stepper
+
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
+G, MASSES = 0.01720209895**2, (1.0, 3.003e-6, 0.0)
+FRAME = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame())
+CLOCK = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12), clock=galvi.DynamicalTime())
+MEETING, END = 24.5, 60.0
+
+
+def past_the_earth(seed: int) -> galvi.Problem:
+    """A meteoroid that passes the Earth at MEETING, from the start on."""
+    random = np.random.default_rng(seed)
+    angle, speed = 0.0172 * MEETING, random.uniform(5.0, 20.0) / 1731.46
+    way = random.normal(size=3)
+    way /= np.linalg.norm(way)
+    aside = np.cross(way, random.normal(size=3))
+    aside *= random.uniform(1e-4, 3e-3) / np.linalg.norm(aside)
+    earth = np.array([np.cos(angle), np.sin(angle), 0.0])
+    pace = 0.0172021 * np.array([-np.sin(angle), np.cos(angle), 0.0])
+    q = [np.zeros(3), earth, earth + aside]
+    v = [np.zeros(3), pace, pace + speed * way]
+    back = galvi.integrate(
+        galvi.Problem(galvi.NBody(MASSES, G), q, v, MEETING), CLOCK, -0.1, duration=MEETING
+    )
+    return galvi.Problem(back.problem.system, back.q[-1], back.v[-1])
+
+
+def is_bound(problem: galvi.Problem) -> bool:
+    q, v = problem.q0[2] - problem.q0[0], problem.v0[2] - problem.v0[0]
+    return bool(v @ v / 2.0 - G / np.linalg.norm(q) < -0.05 * G)
+
+
+def error(run: Any) -> float:
+    true = galvi.integrate(run.problem, CLOCK, 0.1, duration=END)
+    return float(np.max(np.abs(run.q[-1] - true.q[-1])))
+
+
+BOUND = [seed for seed in range(12) if is_bound(past_the_earth(seed))] if galvi.FAST else [0]
+
+
+@pytest.mark.parametrize("step", [20.0, 10.0, 5.0, 2.0])
+@pytest.mark.parametrize("save_every", [1, 7])
+def test_no_wrong_passage_of_the_earth_is_silent(step: float, save_every: int) -> None:
+    wrong = 0
+    for seed in BOUND:
+        run = galvi.integrate(
+            past_the_earth(seed), FRAME, step, duration=END, save_every=save_every
+        )
+        off = error(run)
+        wrong += off > 1e-5
+        assert off < 1e-5 or "bodies 1 and 2 passed at a distance" in run.status, (seed, off)
+    assert len(BOUND) > 3 and (wrong > 0 or step == 20.0)
+
+
+def test_planted_passages_that_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stepper, "can_meet", lambda *arguments: False)
+    runs = [galvi.integrate(past_the_earth(seed), FRAME, 5.0, duration=END) for seed in BOUND]
+    assert any(error(run) > 1e-5 and run.status == "Completed." for run in runs)
+
+
+@pytest.mark.parametrize("name", ["outer_solar_system", "solar_system"])
+def test_orbits_that_cannot_meet_are_not_looked_at(name: str) -> None:
+    """Nor Neptune and Pluto, which cross each other's distance from the Sun."""
+    problem = getattr(galvi.problems, name)()
+    assert not can_meet(problem)
+    planet = 1  # a comet that crosses its orbit where the planet is not
+    system = galvi.NBody([*problem.system.masses, 0.0], problem.system.G)
+    q = np.vstack([problem.q0, -0.9 * problem.q0[planet]])
+    v = np.vstack([problem.v0, -1.2 * problem.v0[planet]])
+    assert can_meet(galvi.Problem(system, q, v))
+
+
+def can_meet(problem: galvi.Problem) -> bool:
+    state = (tuple(x.ravel().tolist()) for x in (problem.q0, problem.v0))
+    return stepper.can_meet(problem, *state, FRAME, 40.0)
