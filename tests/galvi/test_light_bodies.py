@@ -220,3 +220,44 @@ def test_particles_do_not_change_each_other_in_one_clock() -> None:
         alone = galvi.Problem(system, problem.q0[rows], problem.v0[rows])
         run = galvi.integrate(alone, method(8, DYNAMICAL), 0.4, duration=DURATION)
         assert np.max(np.abs(run.q[-1, 2] - whole.q[-1, k])) < 1e-11
+
+
+def in_space(mu: float, q: Any, v: Any) -> galvi.Problem:
+    """A massless body of the circular restricted problem, from places and velocities in its
+    rotating frame at time 0."""
+    turn = np.array([-q[1], q[0], 0.0])
+    places = np.array([[-mu, 0.0, 0.0], [1.0 - mu, 0.0, 0.0], q])
+    rates = np.array([[0.0, -mu, 0.0], [0.0, 1.0 - mu, 0.0], np.asarray(v) + turn])
+    return galvi.Problem(galvi.NBody([1.0 - mu, mu, 0.0]), places, rates)
+
+
+# Of the Earth and the Moon. Arenstorf's orbit as in Hairer, Norsett, Wanner, Solving ODEs I, II.0,
+# whose period is 17.0652165601579625588917206249; a near-rectilinear halo orbit like the Gateway's
+RESTRICTED = {
+    "Arenstorf": (
+        0.012277471, [0.994, 0.0, 0.0], [0.0, -2.00158510637908252240537862224, 0.0],
+        17.0652165601579625588917206249,
+    ),
+    "near-rectilinear halo": (
+        0.0121505856, [1.0213448959, 0.0, -0.1816295024], [0.0, -0.1017681053, 0.0], 6.0,
+    ),
+    "Sitnikov": (0.5, [0.0, 0.0, 1.2], [0.0, 0.0, 0.3], 60.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RESTRICTED)
+def test_orbits_of_the_restricted_problem_are_where_ias15_has_them(name: str) -> None:
+    *start, duration = RESTRICTED[name]
+    problem = in_space(*start)
+    run = galvi.integrate(problem, method(8, DYNAMICAL), 0.1, duration=duration)
+    assert run.success, run.status
+    off = np.max(np.abs(run.q[-1] - run.q[-1, 0] - by_ias15(problem, duration)))
+    assert off < 1e-9, off
+
+
+def test_arenstorfs_orbit_closes() -> None:
+    """In the rotating frame: errors grow about a hundred thousandfold on the way."""
+    mu, q, v, period = RESTRICTED["Arenstorf"]
+    run = galvi.integrate(in_space(mu, q, v), method(8, DYNAMICAL), 0.1, duration=period)
+    back = np.array([[np.cos(period), np.sin(period)], [-np.sin(period), np.cos(period)]])
+    assert np.max(np.abs(back @ run.q[-1, 2, :2] - q[:2])) < 1e-9
