@@ -1,6 +1,7 @@
 """Events that galvi brings: `galvi.events.closest_approach(i, j)` and others.
 
-Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by number.
+Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by their
+entry of q or by the names that a tree gives its hinges and slides.
 Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
 """
 
@@ -57,7 +58,7 @@ def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
 
 
 def angle(joint: Any, value: float) -> Event:
-    """A joint, by number or name, passes an angle, up to whole turns; value: the angle itself."""
+    """A joint, by name or entry of q, passes an angle, up to whole turns; value: the angle."""
     return Event(
         Angle(joint, input_checks.real("value", value)), 0, name=f"joint {joint} at {value:g}"
     )

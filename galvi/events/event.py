@@ -12,8 +12,10 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
+from galvi.kernels.trees import tree
 from galvi.problem import Problem
 from galvi.run.energies import conserves_energy, start_energies
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 
 Value = Callable[[Any, Any, Any], Any]  # (q, v, t) of one state -> a number
@@ -94,8 +96,14 @@ def _body(problem: Problem, body: Any) -> int:
 
 
 def _number(kind: str, one: Any, names: list[Any]) -> int:
-    """The number of a body or joint, given by number or by name."""
+    """The number of a body or coordinate, given by number or by name; "" is no name."""
     named = {name: k for k, name in enumerate(names) if name != ""}
+    if isinstance(one, str) and one != "" and names.count(one) > 1:
+        numbers_of_name = [k for k, name in enumerate(names) if name == one]
+        raise ValueError(
+            f"{kind} must have a name of its own; received {shown(one)}, the name of numbers "
+            f"{numbers_of_name}. Give one of these numbers, or other names."
+        )
     numbers = {k: k for k in range(len(names))} | named
     if isinstance(one, int | str) and not isinstance(one, bool) and one in numbers:
         return numbers[one]
@@ -221,14 +229,38 @@ class Angle:
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         if problem.q0.ndim != 1:
             raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
-        size, links = problem.q0.size, getattr(problem.system, "links", ())
-        names = [joint.name for link in links for joint in link.joints]
-        k = _number("a joint", self.joint, names if len(names) == size else list(range(size)))
+        k = self._coordinate(problem)
         return (
             lambda q, v, t: np.sin(q[k] - self.value),
             lambda q, v, t: q[k],
             lambda q, v, t: np.cos(q[k] - self.value),
         )
+
+    def _coordinate(self, problem: Problem) -> int:
+        """The entry of q: by its number, or in a tree by the name of its hinge or slide."""
+        system = problem.system
+        if not isinstance(system, Multibody):
+            return _number("a joint", self.joint, list(range(problem.q0.size)))
+        names: list[Any] = []  # of the entries of q
+        turned: dict[int, str] = {}  # entries of rotation matrices, of joints of that type
+        for joint in system.tree.joints:
+            turns = joint.number > tree.SLIDE
+            if turns and self.joint == joint.name != "":
+                raise ValueError(
+                    f"a joint must have one angle or length; received {shown(self.joint)}, a "
+                    f"{joint.type} joint. Give a galvi.Event with a function of (q, v, t)."
+                )
+            size = tree.ENTRIES[joint.number]
+            if turns:
+                turned |= {k: joint.type for k in range(len(names), len(names) + size)[-9:]}
+            names += [""] * size if turns else [joint.name]
+        k = _number("a joint", self.joint, names)
+        if k in turned:
+            raise ValueError(
+                f"a joint must be a hinge or a slide, by its name or its entry of q; received "
+                f"{shown(self.joint)}, an entry of the rotation matrix of a {turned[k]} joint."
+            )
+        return k
 
 
 def changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -128,6 +129,55 @@ def test_a_joint_is_given_by_number_or_by_name() -> None:
     for name in ("elbow", ""):
         with pytest.raises(ValueError, match=f"must be a number below 3; received '{name}'"):
             galvi.find_events(arm, galvi.events.angle(name, 0.2))
+
+
+@pytest.fixture(scope="module")
+def hip_and_knee() -> Any:
+    """A run of a thigh on a ball joint and a shin on a hinge, whose angle is entry 9 of q."""
+    hip = galvi.Link(galvi.Joint("ball", name="hip"), 1.0, (0, 0, -0.5), 0.01)
+    knee = galvi.Joint("hinge", axis=(0, 1, 0), name="knee")
+    shin = galvi.Link(knee, 1.0, (0, 0, -0.5), 0.01, parent=0, place=(0, 0, -1))
+    legs = galvi.Multibody([hip, shin])
+    start = legs.group.join(np.eye(3), np.zeros(1))
+    return galvi.integrate(galvi.Problem(legs, start, [1.0, 0.0, 0.0, 2.0]), EIGHT, 0.02, 50)
+
+
+def test_a_joint_beside_a_ball_joint_is_given_by_its_name(hip_and_knee: Any) -> None:
+    named, numbered = (
+        galvi.find_events(hip_and_knee, galvi.events.angle(joint, 0.0)) for joint in ("knee", 9)
+    )
+    assert len(named) == 3 and np.array_equal(named.t, numbered.t)
+    free = galvi.Multibody([galvi.Link(galvi.Joint("free", name="base"), 1.0, inertia=1.0)])
+    height = galvi.integrate(
+        galvi.Problem(free, free.group.join([0, 0, 1.0], np.eye(3)), np.zeros(6)), EIGHT, 0.1, 10
+    )
+    assert galvi.find_events(height, galvi.events.angle(2, 0.5)).t == pytest.approx(
+        [math.sqrt(1.0 / 9.81)], abs=1e-13
+    )
+
+
+@pytest.mark.parametrize("joint, words", [
+    ("hip", "one angle or length; received 'hip', a ball joint"),
+    ("ankle", r"must be one of \['knee'\], or its number; received 'ankle'"),
+    (1, "received 1, an entry of the rotation matrix of a ball joint"),
+])  # fmt: skip
+def test_what_has_no_angle_is_refused(joint: Any, words: str, hip_and_knee: Any) -> None:
+    with pytest.raises(ValueError, match=words):
+        galvi.find_events(hip_and_knee, galvi.events.angle(joint, 0.0))
+
+
+def test_two_joints_or_bodies_of_one_name_are_refused_where_it_is_used() -> None:
+    bend = galvi.Joint("hinge", (0, 1, 0), name="bend")
+    links = (galvi.Link(bend, 1.0, (0, 0, -1)), galvi.Link(bend, 1.0, (0, 0, -2), 0.0, 0))
+    problem = galvi.Problem(galvi.Multibody(links), [1.0, 0.5], [0.0, 0.0])
+    run = galvi.integrate(problem, EIGHT, 0.05, 2)
+    galvi.find_events(run, galvi.events.angle(1, 0.2))
+    with pytest.raises(ValueError, match=r"received 'bend', the name of numbers \[0, 1\]"):
+        galvi.find_events(run, galvi.events.angle("bend", 0.2))
+    pair = replace(orbit(), parameters={"bodies": ("star", "star")})
+    run = galvi.integrate(pair, EIGHT, 0.1, 2)
+    with pytest.raises(ValueError, match="a body must have a name of its own; received 'star'"):
+        galvi.find_events(run, galvi.events.apsis("star", 0))
 
 
 REFUSED = [
