@@ -25,6 +25,7 @@ class Candidate:
     status       empty, or the reason why the error is unknown
     newton       share of the steps that only Newton's method solved: smaller ones may cost less
     parted       time after which the two runs were of no use to each other; infinite if never
+    stopped      time at which the run stopped; infinite if it did not
     """
 
     degree: int
@@ -38,6 +39,7 @@ class Candidate:
     status: str = ""
     newton: float = 0.0
     parted: float = math.inf
+    stopped: float = math.inf
 
     def cost(self, by: str) -> float:
         """Seconds when ``by`` is "time", else evaluations."""

@@ -38,6 +38,7 @@ HARD = 0.1  # share of steps by Newton's method from which on smaller steps may 
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 LONGER = 1.05  # ratio of times of use below which smaller steps did not help
 PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
+STOPS = "a run stops at the same time whatever its step"
 FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
 
 
@@ -83,6 +84,8 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
                 return high or steps, "" if high else "rounding decides"
             if flat and math.isfinite(found.parted) and not high:
                 return steps, PART
+            if flat and math.isfinite(found.stopped) and not high:
+                return steps, STOPS
         if high and (high <= CLOSE * low or high - low <= 1 or high == scan.fewest):
             break
         if not high and low >= scan.most:
@@ -108,10 +111,12 @@ def _next(found: Candidate, low: int, high: int, error: float) -> int:
 def _no_better(before: Candidate, after: Candidate) -> bool:
     """Whether the error fell by less than half the decades that the order predicts.
 
-    Where neither is of use, whether they are so from the same time on.
+    Where neither is of use, whether they are so, or stop, from the same time on.
     """
     if after.steps <= before.steps:
         return False
+    if math.isfinite(before.stopped) and math.isfinite(after.stopped):
+        return before.stopped / LONGER <= after.stopped <= LONGER * before.stopped
     if math.isfinite(before.parted) and math.isfinite(after.parted):
         return after.parted <= LONGER * before.parted
     if not (math.isfinite(before.error) and after.error > 0.0):
@@ -308,6 +313,8 @@ class Scan:
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
         error, growth, status, parted = math.inf, math.nan, _failure(run), math.inf
+        done = run.counts["steps"]
+        stopped = done * abs(run.step or 0.0) if done < part else math.inf
         if not status:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status, parted = self._error(run, check)
@@ -318,7 +325,7 @@ class Scan:
         found = Candidate(
             degree, steps, self.duration / steps, error, length, growth,
             whole * seconds, whole * evaluations, status,
-            run.counts.get("newton_steps", 0) / part, parted,
+            run.counts.get("newton_steps", 0) / part, parted, stopped,
         )  # fmt: skip
         self.tried.append(found)
         return found

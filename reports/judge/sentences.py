@@ -40,7 +40,7 @@ def own_run(found: Judgement) -> list[str]:
         return [f"Your run ({own['integrator']}) does not reach the end. {own['status']}"]
     energy = f"Its relative energy error is {readable(own['energy'])}."
     if math.isnan(own["energy"]):
-        energy = "It is damped, so its energy is not conserved."
+        energy = "Its forces do work, so its energy is not conserved."
     backwards = ", backwards" if found.duration < 0.0 else ""
     result = [
         f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "

@@ -216,3 +216,25 @@ def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) ->
     named = replace(planet(), units="length au, time yr, mass msun")
     assert bodies.unit(named, "time") == " yr" and bodies.unit(planet(), "time") == " units of time"
     assert not judge(named, duration=SPAN, error=0.5, quick=True).notes
+
+
+def tried(steps: int, **told: Any) -> Tried:
+    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **told)
+
+
+def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
+    """They may take less time; where none is left to it, the search ends."""
+    looking = search(1e-6)
+    hard = tried(100, reached=True, hard=True)
+    candidate, _ = looking._next([hard], [], 10.0)
+    assert candidate is not None and candidate.steps == 200
+    easy = tried(200, reached=True)
+    assert looking._next([tried(50), hard, easy], [], 10.0) == (None, "")
+
+
+def test_a_stop_that_no_step_cures_ends_a_search() -> None:
+    looking, rows = search(1e-6), [tried(100, stopped=0.5), tried(200, stopped=0.51)]
+    candidate, why = looking._next(rows, [], 10.0)
+    assert candidate is None and why == "it stops at t = 0.51 whatever its step"
+    candidate, _ = looking._next([*rows, tried(400, stopped=1.0)], [], 10.0)
+    assert candidate is not None

@@ -123,3 +123,24 @@ def test_a_run_that_fails_is_told_and_has_no_error() -> None:
     found = judge(stiff, duration=1.0, error=1e-6)
     assert math.isnan(found.own["error"]) and "unstable" in found.own["status"]
     assert not found.passed and np.isfinite(found.parts["largest_error"]).all()
+
+
+MOTOR = """<mujoco><option timestep=".002" integrator="implicitfast" {}/><worldbody><body>
+<joint name="h" axis="0 1 0" damping=".1"/><inertial pos="0 0 -.4" mass="1"
+diaginertia=".02 .03 .01"/></body></worldbody>{}<keyframe><key qpos="1"/></keyframe></mujoco>"""
+ACTING = {
+    "a motor": ("", '<actuator><motor joint="h"/></actuator>'),
+    "a medium": ('density="100" viscosity=".1"', ""),
+    "a tendon": ("", '<tendon><fixed stiffness="3"><joint joint="h" coef="1"/></fixed></tendon>'),
+}
+
+
+@pytest.mark.parametrize("name", ACTING)
+def test_all_of_mujocos_integrators_are_tried_on_a_model_with_forces(name: str) -> None:
+    """The user's own model is asked, not one that is made of the problem, which none can run."""
+    own, problem = from_mujoco.read(MOTOR.format(*ACTING[name]), key=0)[::-1]
+    model = Model(problem, own)
+    mine = own_setting(cast(Kind, trees), model, {})
+    found = [group[0].label for group in trees.candidates(model, 2.0, mine)]
+    theirs = {contender.name for contender in trees.INTEGRATORS.values() if not contender.missing}
+    assert theirs - {mine.name} <= {*found}

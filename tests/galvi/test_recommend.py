@@ -334,3 +334,19 @@ def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     monkeypatch.setattr(scan, "PACED", 4)
     guessed = recommend(far, 1e-5, 12.0, clock=galvi.Sundman())
     assert guessed.measured < 11.0 and "whole duration" not in guessed.status
+
+
+SERVO = """<mujoco><worldbody><body><joint name="hip" axis="0 1 0" damping=".1"/>
+<inertial pos="0 0 -.4" mass="1" diaginertia=".1 .1 .1"/></body></worldbody>
+<actuator><position name="drive" joint="hip" kp="10" kv="1" forcerange="-4 4"/></actuator>
+</mujoco>"""
+
+
+def test_a_stop_that_no_step_cures_ends_the_search():
+    """With 15,720,798 steps at the end, where only a failure of the step itself was looked for."""
+    fast = galvi.from_mujoco(SERVO, ctrl=[0.3]).with_initial_state([0.0], [6.0])
+    found = galvi.recommend(fast, 1e-6, 2.0)
+    assert not found.reached
+    assert "a run stops at the same time whatever its step" in found.status
+    assert "beyond its limits" in found.status
+    assert max(one.steps for one in found.scanned) < 1_000_000

@@ -61,6 +61,8 @@ class Tried:
     last_error  that at the end
     seconds     of one run
     wall        of it with what is beside the engine
+    hard        whether Newton's method did steps, so that more of them may take less time
+    stopped     time at which it stopped; infinite if it did not
     """
 
     integrator: str
@@ -73,6 +75,8 @@ class Tried:
     reached: bool = False
     status: str = ""
     wall: float = 0.0
+    hard: bool = False
+    stopped: float = math.inf
 
 
 COLUMNS = (
@@ -174,13 +178,14 @@ class Search:
         found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
                       seconds=seconds, wall=wall, status=run.status)  # fmt: skip
         if not run.success:
-            return found
+            return replace(found, stopped=_end(run))
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
         worst, doubtful = float(np.max(off)), not run.status.startswith(COMPLETED)
         return replace(
             found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
             reached=worst <= self.wanted and not doubtful,
             status=run.status if doubtful else self.word(worst),
+            hard=run.counts.get("newton_steps", 0) > 0,
         )  # fmt: skip
 
     def _next(
@@ -196,9 +201,12 @@ class Search:
             order = getattr(last.candidate.contender, "order", 0)
             hopeless = order > LOW and 2.0**order * last.error > self.wanted
             ends = not many or bracketed or hopeless or rest < 0.0
-            return (None if ends or coarser.count(self.samples) >= many else coarser), ""
+            ends = ends or coarser.count(self.samples) >= many or last.hard
+            return (self._finer(rows, rest) if ends else coarser), ""
         if len(rows) >= MOST_RUNS:
             return None, f"{MOST_RUNS} settings were tried"
+        if len(rows) > 1 and _alike(rows[-2].stopped, last.stopped):
+            return None, f"it stops at t = {last.stopped:.4g} whatever its step"
         if not many:
             if not waiting:
                 return None, "no finer one is offered"
@@ -211,6 +219,30 @@ class Search:
             more = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
             return None, f"its time was over{more}"
         return replace(last.candidate, steps=math.ceil(min(factor, within) * many)), ""
+
+    def _finer(self, rows: list[Tried], rest: float) -> Candidate | None:
+        """Twice as many steps as the most so far, where Newton's method did some of these."""
+        most = max(
+            (row for row in rows if row.candidate is not None),
+            key=lambda row: cast(Candidate, row.candidate).count(self.samples),
+        )
+        if not (most.hard and most.reached and rest > most.wall and len(rows) < MOST_RUNS):
+            return None
+        candidate = cast(Candidate, most.candidate)
+        return replace(candidate, steps=2 * candidate.count(self.samples))
+
+
+def _end(run: Trajectory) -> float:
+    """The time of the last state that a run which stopped has."""
+    known = np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)
+    return abs(float(run.t[known][-1] - run.t[0]))
+
+
+def _alike(one: float, other: float) -> bool:
+    """Whether two runs stopped at about the same time."""
+    return (
+        math.isfinite(one) and math.isfinite(other) and abs(one - other) <= 0.05 * max(one, other)
+    )
 
 
 def _rounded(number: float) -> str:

@@ -143,9 +143,10 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
     for degree in OURS:
         yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
     for contender in INTEGRATORS.values():
-        usable = not contender.missing and contender.supports(model.problem)
+        theirs = _on(model, contender)
+        usable = not theirs.missing and theirs.supports(model.problem)
         if usable and contender.name != own.name:
-            yield [Candidate(contender.name, _on(model, contender), {}, COARSEST)]
+            yield [Candidate(contender.name, theirs, {}, COARSEST)]
 
 
 def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
