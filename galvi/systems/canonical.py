@@ -24,7 +24,13 @@ from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import check_given, compiles, returned_array, values_at
+from galvi.systems.user_functions import (
+    check_arguments,
+    check_given,
+    compiles,
+    returned_array,
+    values_at,
+)
 
 Function = Callable[..., Any]
 
@@ -67,6 +73,7 @@ class Canonical:
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
                 f"Leave explicit_time out, or give a potential(q, t)."
             )
+        check_arguments(self, ("potential", "gradient", "hessian"), "q", "explicit_time")
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         return shape

@@ -17,7 +17,7 @@ from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import Body, inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import check_given, returned_array
+from galvi.systems.user_functions import check_arguments, check_given, returned_array
 
 Function = Callable[..., Any]
 
@@ -67,6 +67,7 @@ class FreeBody(Body):
             raise ValueError(
                 "a gradient and explicit_time are those of a potential; received none. Give one."
             )
+        check_arguments(self, ("potential", "gradient"), "q", "explicit_time")
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """The given dV/dq at one motion, (4, 4); 0 without one."""

@@ -21,7 +21,7 @@ from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import check_given, compiles, returned_array
+from galvi.systems.user_functions import check_arguments, check_given, compiles, returned_array
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -70,6 +70,7 @@ class Lagrangian:
             raise TypeError(
                 f"group must be a group such as galvi.SO3(); received {shown(self.group)}."
             )
+        check_arguments(self, ("function", "slopes"), "q, v", "explicit_time")
 
     @classmethod
     def from_sympy(

@@ -20,7 +20,13 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import reasons, share
-from galvi.systems.user_functions import check_given, compiles, returned_array, values_at
+from galvi.systems.user_functions import (
+    check_arguments,
+    check_given,
+    compiles,
+    returned_array,
+    values_at,
+)
 
 Function = Callable[..., Any]
 SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
@@ -134,6 +140,7 @@ class RigidBody(Body):
                 f"explicit_time means functions of (R, t); {self.potential!r} takes R alone. "
                 f"Leave explicit_time out, or give a potential(R, t)."
             )
+        check_arguments(self, ("potential", "gradient"), "R", "explicit_time")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the gradient is that of V along a rotation, at an attitude and near."""

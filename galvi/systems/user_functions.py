@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any, cast
 
@@ -54,6 +55,45 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
         function = getattr(system, name)
         if not callable(function) and (name == needed or function is not None):
             raise TypeError(f"{name} must be a function of {of}; received {shown(function)}.")
+
+
+def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) -> None:
+    """TypeError for a function that cannot be called with what it is given: the arguments, and the
+    time where the flag is set.
+
+    of     the arguments without the time, such as "q, v"
+    timed  name of the flag
+    """
+    count, is_timed = of.count(",") + 1, bool(getattr(system, timed))
+    for name in names:
+        function = getattr(system, name)
+        try:
+            signature = inspect.signature(function)
+        except (TypeError, ValueError):  # None, and functions of C
+            continue
+        if _binds(signature, count + is_timed):
+            continue
+        words = f"{name} must be a function of ({of}{', t' * is_timed})"
+        if not is_timed and _binds(signature, count + 1):
+            raise TypeError(
+                f"{words}; received one of {count + 1} arguments, {signature}. If it is one of "
+                f"({of}, t), give {timed}=True."
+            )
+        if is_timed and _binds(signature, count):
+            raise TypeError(
+                f"{words}, with {timed}=True; received one of {count}, {signature}. Leave {timed} "
+                f"out."
+            )
+        raise TypeError(f"{words}; received {shown(function)} of {signature}.")
+
+
+def _binds(signature: inspect.Signature, count: int) -> bool:
+    """Whether a function of that signature can be called with so many arguments."""
+    try:
+        signature.bind(*[None] * count)
+    except TypeError:
+        return False
+    return True
 
 
 def values_at(function: Callable[[Array, float], float], q: Array, t: Any, axes: int) -> Array:

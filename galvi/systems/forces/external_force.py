@@ -12,7 +12,7 @@ from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import compiles, returned_array
+from galvi.systems.user_functions import check_arguments, compiles, returned_array
 
 
 @runtime_checkable
@@ -45,8 +45,8 @@ class Forced(Protocol):
 
 
 def check_force(system: Forced) -> None:
-    """Raise TypeError for a force that is not callable, ValueError for timed_force without a force
-    and for a built-in force without timed_force."""
+    """Raise TypeError for a force that cannot be called with these arguments, ValueError for
+    timed_force without a force and for a built-in force without timed_force."""
     arguments = "(q, v, t)" if system.timed_force else "(q, v)"
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
@@ -56,6 +56,7 @@ def check_force(system: Forced) -> None:
         raise ValueError(
             f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
         )
+    check_arguments(system, ("force",), "q, v", "timed_force")
 
 
 def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:

@@ -13,6 +13,16 @@ KEPLER = galvi.problems.kepler(0.3)
 WRONG_GRADIENT = r"^gradient must be the derivative of the potential: along .* at q = .*"
 
 
+OF_TIME = (  # without their flag; what they should take
+    (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q, t: 0.0)),
+    (r"\(q\)", lambda: galvi.Canonical(1.0, numba.njit(lambda q, t: 0.0))),
+    (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q: 0.0, lambda q, t: 0.0 * q)),
+    (r"\(q\)", lambda: galvi.FreeBody(1.0, (1, 1, 1), potential=lambda q, t: 0.0)),
+    (r"\(R\)", lambda: galvi.RigidBody((1, 1, 1), lambda R, t: 0.0)),
+    (r"\(q, v\)", lambda: galvi.Lagrangian(lambda q, v, t: 0.5 * v @ v, galvi.Rn(1))),
+)
+
+
 def stepped(gradient):
     """A step with this gradient of a spring."""
     system = galvi.Canonical(1.0, galvi.LinearSpring(), gradient)
@@ -53,6 +63,7 @@ MAKERS = {
     "canonical": partial(galvi.Canonical, 1.0, SPRING),
     "lagrangian": partial(galvi.Lagrangian, lagrangian, galvi.Rn(2)),
     "body": partial(galvi.RigidBody, (1, 2, 2)),
+    "tree": partial(galvi.Multibody, galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (1, 0, 0))),
 }
 POINT_MASSES = (
     (ValueError, r"eccentricity must be in \[0, 1\)", lambda: galvi.problems.kepler(1.0)),
@@ -131,9 +142,21 @@ FUNCTIONS = (
             (TypeError, r"force must be a function of \(q, v\); received 3.0", 3.0, False),
             (TypeError, r"force must be a function of \(q, v, t\)", "x", True),
             (ValueError, r"timed_force means a force\(q, v, t\); received no force", None, True),
+            (TypeError, r"of \(q, v\); received .* \(q, v, t\)\. .* give timed_force=True",
+             lambda q, v, t: 0.0 * v, False),
+            (TypeError, r"of \(q, v, t\), with .* received one of 2, \(q, v\)\. Leave timed_force",
+             lambda q, v: 0.0 * v, True),
         )
         for make in MAKERS.values()
     ),
+    *(
+        (TypeError, rf"must be a function of {taken}; received .* give explicit_time=True", call)
+        for taken, call in OF_TIME
+    ),
+    (TypeError, r"with explicit_time=True; received one of 1, \(q\)\. Leave explicit_time out",
+     lambda: galvi.Canonical(1.0, lambda q: 0.0, explicit_time=True)),
+    (TypeError, r"gradient must be a function of \(q\); received <function .*> of \(\)",
+     lambda: galvi.Canonical(1.0, lambda q: 0.0, lambda: 0.0)),
     (ValueError, "one body", balance(galvi.problems.free_body_se3(), FOUR, 0.1, 1)),
     (ValueError, "needs the Galerkin curves",
      balance(KEPLER, FOUR, 0.1, 4, save_every=2)),
