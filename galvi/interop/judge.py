@@ -10,20 +10,51 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from galvi.input_checks import shown
 from galvi.interop import from_mujoco as mujoco_reader
 from galvi.interop import rebound as rebound_reader
 from galvi.problem import Problem
+from galvi.systems.multibody import Multibody
 
 if TYPE_CHECKING:
     import pandas
 
 MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
 SILENT, PROGRESS = 10.0, "judge: "  # seconds before lines of progress are shown; how they begin
+
+
+@dataclass(frozen=True)
+class JudgeRequest:
+    """What is asked of a judgement, as of `judge`, which the command reads from its options.
+
+    is_problem  whether the file is a pickled `galvi.Problem`
+    """
+
+    duration: float | None = None
+    error: float | None = None
+    own: Mapping[str, Any] = field(default_factory=dict)
+    snapshot: int = -1
+    ignore: Sequence[str] = ()
+    key: int | str | None = None
+    qpos: Sequence[float] | None = None
+    qvel: Sequence[float] | None = None
+    quick: bool = False
+    is_problem: bool = False
+
+    def to_json(self) -> str:
+        """As text, which keeps types; numbers of NumPy are plain ones then."""
+        return json.dumps(asdict(self), default=lambda value: np.asarray(value).tolist())
+
+    @classmethod
+    def from_json(cls, text: str) -> JudgeRequest:
+        """From that text."""
+        return cls(**json.loads(text))
 
 
 @dataclass(frozen=True)
@@ -130,12 +161,14 @@ def judge(
             f"source must be a rebound.Simulation, a mujoco.MjModel, a galvi.Problem, the text of "
             f"a model or the path of a file; received {shown(source)}."
         )
-    arguments = ["--snapshot", str(snapshot)]
+    request = JudgeRequest(
+        None if duration is None else float(duration), None if error is None else float(error),
+        dict(own or {}), snapshot, ignore, key, qpos, qvel, quick, isinstance(source, Problem),
+    )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model"
         if isinstance(source, Problem):
-            file.write_bytes(pickle.dumps(source))
-            arguments += ["--pickled"]
+            file.write_bytes(_pickled(source))
         elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
             is_file and Path(source).suffix in MODELS
         ):  # fmt: skip
@@ -147,27 +180,38 @@ def judge(
 
                 file = file.with_suffix(".mjb")
                 mujoco.mj_saveModel(mujoco_reader.model_of(source), str(file), None)
-            arguments += ["--ignore", ",".join(ignore)] if ignore else []
-            arguments += [] if key is None else ["--key", str(key)]
-            for name, given in (("--qpos", qpos), ("--qvel", qvel)):
-                arguments += [] if given is None else [name, _numbers(given)]
         else:
             _, simulation = rebound_reader.read(source, snapshot)
             if is_file:
                 file = Path(source)
             else:
                 simulation.save_to_file(str(file))
-        for name, value in (("--duration", duration), ("--error", error)):
-            arguments += [] if value is None else [name, repr(float(value))]
-        if own:
-            arguments += ["--own", ",".join(f"{key}={value}" for key, value in own.items())]
-        arguments += ["--quick"] if quick else []
-        refusal = _run([str(file), *arguments, "--out", folder])
+        asked = Path(folder) / "request.json"
+        asked.write_text(request.to_json(), encoding="utf-8")
+        refusal = _run([str(file), "--request", str(asked), "--out", folder])
         result = Path(folder) / "judge.json"
         if not result.is_file():
             raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
         return Judged(json.loads(result.read_text()), page)
+
+
+def _pickled(problem: Problem) -> bytes:
+    """A problem for another process; ValueError for one that cannot be judged there."""
+    system = problem.system
+    if isinstance(system, Multibody) and system.given_force[0] is not None:
+        raise ValueError(
+            "a problem of a tree is judged by the model of MuJoCo that is made of it, which has no "
+            "forces but gravity, springs and damping of joints; received one with others. Give "
+            "judge the model that it was read from."
+        )
+    try:
+        return pickle.dumps(problem)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise ValueError(
+            f"a problem is judged in another process, to which its functions must be passed: "
+            f"{error}. Define them by name in a module."
+        ) from None
 
 
 def _run(arguments: Sequence[str]) -> str:
@@ -185,7 +229,3 @@ def _run(arguments: Sequence[str]) -> str:
             elif time.monotonic() - begun > SILENT:
                 print(line, end="", file=sys.stderr, flush=True)
     return "\n".join(said) or f"the command ended with {process.returncode}."
-
-
-def _numbers(values: Any) -> str:
-    return ",".join(repr(float(value)) for value in values)

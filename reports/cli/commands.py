@@ -330,15 +330,19 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = typer.Option(
             False, "--quick", help="Shorter looks at other sources and integrators."
         ),
-        pickled: bool = typer.Option(False, "--pickled", hidden=True),
+        request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.judge
         out: Path = typer.Option(OUT / "judge", "--out", metavar="DIR", help="Output folder."),
     ) -> int:
-        from reports.cli.judge import judge_command
+        from galvi.interop.judge import JudgeRequest
+        from reports.cli.judge import judge_command, request_of
 
         check_folder(out)
-        start = {"snapshot": snapshot, "key": key, "ignore": ignore, "qpos": qpos, "qvel": qvel,
-                 "pickled": pickled}  # fmt: skip
-        return judge_command(file, duration, error, own, quick, start, out, command)
+        asked = (
+            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, quick)
+            if request is None
+            else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
+        )
+        return judge_command(file, asked, out, command)
 
     @app.command("warm", help="Compile the kernels of galvi.problems: about two minutes, once.")
     def warm_kernels() -> int:

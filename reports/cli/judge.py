@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import pickle
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import typer
 
 from benchmarks.applications.judging.candidate import Model
 from benchmarks.applications.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
+from galvi import Problem
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.judge import MODELS, PROGRESS
+from galvi.interop.judge import MODELS, PROGRESS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
 from reports.judge.page import write
 from reports.judge.sentences import own_run, sentences
 from reports.tables.number_format import capital
 
+FLAGS = {"true": True, "false": False}
 LEFT = "other sources of the truth, neighbouring starts, other integrators"
 
 
-def judge_command(
-    file: Path, duration: float | None, error: float | None, own: str, quick: bool,
-    start: Mapping[str, Any], out: Path,
-    command: str,
-) -> int:  # fmt: skip
+def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) -> int:
     """0, or 1 when an error was asked for that the user's own run does not reach."""
     try:
-        model = read_model(file, **start)
-        found = judge(model, duration, error, read_own(own), _progress, quick, _first)
+        model = read_model(file, request)
+        found = judge(
+            model, request.duration, request.error, request.own, _progress, request.quick, _first
+        )
     except BeyondTrees as refused:
         *lines, _ = str(refused).splitlines()
         remedy = f'Leave them out with --ignore "{",".join(refused.names)}".'
@@ -43,40 +42,60 @@ def judge_command(
     for sentence in (*found.notes, *sentences(found)):
         print(sentence)
     print(f"See {page}.")
-    return int(error is not None and not found.passed)
+    return int(request.error is not None and not found.passed)
 
 
-def read_model(
-    file: Path, snapshot: int, key: str | None, ignore: str, qpos: str, qvel: str, pickled: bool
-) -> Model:
+def request_of(
+    duration: float | None, error: float | None, own: str, snapshot: int, ignore: str,
+    key: str | None, qpos: str, qvel: str, quick: bool,
+) -> JudgeRequest:  # fmt: skip
+    """The request that options ask for; a usage error for text that is none."""
+    try:
+        return JudgeRequest(
+            duration, error, read_own(own), snapshot,
+            tuple(filter(None, (word.strip() for word in ignore.split(",")))),
+            None if key is None else _number(key),
+            read_numbers("--qpos", qpos), read_numbers("--qvel", qvel), quick,
+        )  # fmt: skip
+    except ValueError as refused:
+        raise typer.BadParameter(str(refused)) from None
+
+
+def read_model(file: Path, request: JudgeRequest) -> Model:
     """The model of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
-    ValueError for an option of the other kind.
-
-    pickled  the file is a `galvi.Problem` that galvi.judge has written
-    """
-    if pickled:
-        problem = pickle.loads(file.read_bytes())
+    ValueError for an option of the other kind."""
+    if request.is_problem:
+        problem = _unpickled(file)
         return kind_of(problem).model(problem)
+    asked = request.key, request.qpos, request.qvel
     if file.suffix in MODELS:
-        if snapshot != -1:
+        if request.snapshot != -1:
             raise ValueError(f"--snapshot is of REBOUND's files; received {file}.")
-        left_out = tuple(filter(None, (word.strip() for word in ignore.split(","))))
-        chosen = None if key is None else _number(key)
-        starts = (read_numbers("--qpos", qpos), read_numbers("--qvel", qvel))
-        problem, mine = from_mujoco.read(file, left_out, chosen, *starts)
+        problem, mine = from_mujoco.read(file, request.ignore, *asked)
         gone = "; ".join(f"{name}, {how}" for name, how in mine.differences.items())
         return Model(problem, mine, (f"Left out, as asked for: {gone}.",) if gone else ())
-    if key is not None or ignore or qpos or qvel:
+    if request.ignore or any(one is not None for one in asked):
         raise ValueError(
             f"--key, --ignore, --qpos and --qvel are of models of MuJoCo's; received {file}."
         )
-    problem, simulation = rebound.read(file, snapshot)
+    problem, simulation = rebound.read(file, request.snapshot)
     said = (problem.parameters.get(name) for name in ("read_as", "functions", "written_by"))
     return Model(problem, simulation, tuple(f"{capital(one)}." for one in said if one))
 
 
+def _unpickled(file: Path) -> Problem:
+    try:
+        return cast(Problem, pickle.loads(file.read_bytes()))
+    except (AttributeError, ImportError) as error:
+        raise ValueError(
+            f"a problem is judged in another process, which does not find its functions: {error}. "
+            f"Define them in a module, not in the script that is run."
+        ) from None
+
+
 def read_own(text: str) -> dict[str, Any]:
-    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers where they are.
+    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers, true and false
+    where they are.
 
     Raises ValueError for a part that is not name=value.
     """
@@ -85,7 +104,7 @@ def read_own(text: str) -> dict[str, Any]:
         name, equals, value = part.partition("=")
         if not (name and equals and value):
             raise ValueError(f"--own expects name=value, separated by commas; received {part!r}.")
-        result[name.strip()] = _number(value.strip())
+        result[name.strip()] = FLAGS.get(value.strip().lower(), _number(value.strip()))
     return result
 
 
