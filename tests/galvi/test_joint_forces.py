@@ -235,6 +235,33 @@ def test_what_is_not_understood_is_refused_by_name(said):
     assert galvi.from_mujoco(text, ("contacts", *refused.value.names)).v0.size == 12
 
 
+HANGING = """<mujoco><worldbody><site name="top"/><body><joint name="z" type="slide" axis="0 0 -1"/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><site name="m"/></body></worldbody>
+<tendon><spatial stiffness="100" damping="{damping}" springlength="{rest}"><site site="top"/>
+<site site="m"/></spatial></tendon></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    "rest, damping", [("0 1", 0.0), ("0 1", 3.0), ("0 0", 0.0), (".5 .5", 0.0)]
+)
+def test_a_tendon_whose_ends_meet_has_no_moment(rest, damping):
+    problem, own = reader.read(HANGING.format(rest=rest, damping=damping))
+    for v in (0.0, 1.0):
+        assert problem.system.acceleration([0.0], [v]) == pytest.approx([9.81], abs=1e-14)
+        data = own.data()
+        data.qpos[:], data.qvel[:] = 0.0, v
+        mujoco.mj_forward(own.model, data)
+        assert data.qacc == pytest.approx([9.81], abs=1e-14)
+
+
+def test_a_spring_of_no_length_is_linear_from_where_its_ends_meet():
+    problem = galvi.from_mujoco(HANGING.format(rest="0 0", damping=0.0))
+    run = galvi.integrate(problem, METHOD, 0.05, 20)
+    exact = 9.81 / 100.0 * (1.0 - np.cos(10.0 * run.t))
+    assert run.status == "Completed."
+    assert run.q[:, 0] == pytest.approx(exact, abs=1e-10)  # 7e-13
+
+
 # ---------------------------------------------------------------- a user's force
 
 

@@ -38,7 +38,7 @@ from galvi.kernels.trees.sparse import (
     turned,
     turned_back,
 )
-from galvi.kernels.trees.tree import FIELD, STRIDE, F, L, R, V, W
+from galvi.kernels.trees.tree import FIELD, STRIDE, TINY, F, L, R, V, W
 
 # whether there are wrenches; numbers of rows; wind in the world
 WRENCHES, PULLS, BOUNDS, WEIGHTS, PUSHES, WET, WIND, HEAD = 0, 1, 2, 3, 4, 5, 6, 9
@@ -94,6 +94,13 @@ def point(c, k, work, world):
 
 
 @generic
+def distance(along):
+    """The length of a triple; 1e-100 where it is 0, so that what is drawn along it has no direction
+    there, and no force."""
+    return sqrt(plus(dot(along, along), TINY))
+
+
+@generic
 def push(work, world, c, k, force):
     """A force in the world acts at a point."""
     a, b = STRIDE * int(c[k]), 12 * int(c[k])
@@ -123,7 +130,7 @@ def pull(c, k, q, v, work, world, tau, motors):
             from_, moving = point(c, m - POINT, work, world)
             to, away = point(c, m, work, world)
             along = less(to, from_)
-            far = sqrt(dot(along, along))
+            far = distance(along)
             l = plus(l, times(c[m + 4], far))
             rate = plus(rate, times(c[m + 4], dot(along, less(away, moving)) / far))
     force = pull_of(c, k, l, rate)
@@ -137,7 +144,7 @@ def pull(c, k, q, v, work, world, tau, motors):
         m = way + POINT * i
         if is_there(c[m + 4]):
             along = less(point(c, m, work, world)[0], point(c, m - POINT, work, world)[0])
-            drawn = scaled(times(c[m + 4], force) / sqrt(dot(along, along)), along)
+            drawn = scaled(times(c[m + 4], force) / distance(along), along)
             push(work, world, c, m, drawn)
             push(work, world, c, m - POINT, scaled(-1.0, drawn))
     return way + POINT * points

@@ -58,7 +58,7 @@ REST_PLACE = REST + 9
 # of a frame in work
 W, V, UW, UV, FIELD, C, R, L, F, M, H, J = 0, 3, 6, 9, 12, 15, 24, 27, 30, 33, 34, 37
 STRIDE = 43
-TINY = 1e-200  # added to a square, so that an angle over its sine is 1 at 0
+TINY = 1e-200  # added to a square, so that x / |x| is 0 at 0, and an angle over its sine 1
 
 
 @generic
