@@ -90,7 +90,7 @@ def _completed(
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
     if encounters.adapting_steps(problem, step, work.passage):
-        remedy = encounters.adapted(problem.system)
+        remedy = encounters.ADAPT
     if found.remedy:
         remedy = found.remedy
     elif _given(problem):

@@ -76,3 +76,41 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
     distance = slow ** (1.0 / 3.0)
     speed = np.sqrt(2.0 * 2.5 / distance)
     assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)
+
+
+def test_bodies_that_pass_are_not_said_to_collide():
+    """Into the pass, and from it; where a smaller step would help, it is what is said."""
+
+    def status(rest, anomaly, h, forces=()):
+        r = rest + 2.0 * (1.0 - rest) * np.sin(0.5 * anomaly) ** 2
+        b = np.sqrt(rest * (2.0 - rest))
+        place = np.array([rest - 2.0 * np.sin(0.5 * anomaly) ** 2, b * np.sin(anomaly)])
+        speed = np.array([-np.sin(anomaly), b * np.cos(anomaly)]) / r
+        q, v = np.array([[0.0, 0.0], place]), np.array([[0.0, 0.0], speed])
+        problem = galvi.Problem(galvi.NBody([1.0, 1e-3], forces=forces), q, v)
+        run = galvi.integrate(problem, EIGHT, h, int(4.0 / h))
+        assert not run.success or run.status.startswith("Completed, but"), run.status
+        return run.status
+
+    force = galvi.Force(lambda q: 0.0 * q)
+    passes = [(0.0, 0.3), (0.0, 1e-2), (np.pi, 0.3), (np.pi, 0.05), (0.0, 0.3, force)]
+    for anomaly, h, *acting in passes:
+        reason = status(1e-7, anomaly, h, acting)
+        assert "collide" not in reason and "at a distance of about 1.0e-07" in reason, reason
+        assert "Use clock=galvi.DynamicalTime(), whose steps follow" in reason, reason
+        assert "smaller step" not in reason and "KeplerFrame" not in reason, reason
+    assert "Use a smaller step or a higher degree." in status(1e-2, 0.0, 0.1)
+
+
+def test_massless_bodies_do_not_collide_and_those_that_pass_once_need_a_clock():
+    q = np.array([[0.0, 0.0], [1.0, 0.0], [3.0, 2.0]])
+    v = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 0.0]])
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), q, v), two, 10.0, 5)
+    assert "bodies 0 and 1" in run.status, run.status
+    passing = galvi.Problem(
+        galvi.NBody([1.0, 0.1]), [[0.0, 0.0], [-10.0, 1e-3]], [[0.0, 0.0], [1.0, 0.0]]
+    )
+    six = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    run = galvi.integrate(passing, six, 0.3, 60)
+    assert "DynamicalTime()" in run.status, run.status

@@ -1,7 +1,6 @@
 """Which body each planet moves about, and its Kepler orbit.
 
-Orbits are on arrays, real or complex: analytic, for derivatives by complex steps. Near a parabola
-the places are those of galvi.fast.lanes.frames.near_parabola.
+Orbits are on arrays, real or complex: analytic, for derivatives by complex steps.
 """
 
 from __future__ import annotations
@@ -16,8 +15,6 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.fast.lanes.frames import universal
-from galvi.fast.lanes.frames.kepler_drift import NEAR
-from galvi.fast.lanes.frames.near_parabola import follow_each
 from galvi.problem import Problem
 
 CORRECTIONS = 60
@@ -33,18 +30,19 @@ class Orbits(NamedTuple):
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of steps that failed, which hold NaN
-def orbits(
-    mu: Array, q: Array, v: Array, t: Array, low: tuple[Array, Array] | None = None
-) -> Orbits:
-    """The orbits after times t (k, 1) from q and v (k, D, n), and from their low parts if given."""
+def orbits(mu: Array, q: Array, v: Array, t: Array) -> Orbits:
+    """The orbits after times t (k, 1) from q and v (k, D, n)."""
     r0 = np.sqrt(np.sum(q * q, axis=1))
     eta, beta = np.sum(q * v, axis=1), 2.0 * mu / r0 - np.sum(v * v, axis=1)
     zeta = mu - beta * r0
     X, solved = t * beta / mu, False
+    reach = universal.AHEAD / np.sqrt(np.real(beta))
+    low, high = np.real(X) - reach, np.real(X) + reach
     for _ in range(CORRECTIONS):
         G = universal.universal(beta, X, TERMS)
         step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
-        X = X + step
+        moved, low, high = universal.bracketed(np.real(X), np.real(step), low, high, np.where)
+        X = moved + 1j * np.imag(X + step) if np.iscomplexobj(X) else moved
         if solved:
             break
         solved = bool(np.all(np.abs(step) <= 1e-15 * np.abs(X)))  # imaginary parts need one more
@@ -52,23 +50,6 @@ def orbits(
     r = r0 + eta * G1 + zeta * G2
     Q = q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]
     V = v * (1.0 - mu * G2 / r)[:, None] - q * (mu * G1 / (r * r0))[:, None]
-    near = np.minimum(np.real(r0), np.real(r)) * np.abs(beta) < (
-        NEAR * mu if mu.size > 1 else np.inf
-    )
-    k, i = np.nonzero(near)
-    lows = low or (np.zeros(q.shape), np.zeros(q.shape))
-    states = np.zeros((k.size, 8, q.shape[1]))
-    for row, part in zip(range(4, 8), (q, lows[0], v, lows[1]), strict=True):
-        states[:, row] = np.real(part[k, :, i])
-    follow_each(mu[i], np.real(t[k, 0]), states)
-    places = states[:, 4]
-    if np.iscomplexobj(Q):
-        since = np.imag(t[k])
-        turned = states[:, 6] * since
-        if np.any(np.imag(q)) or np.any(np.imag(v)):  # the start changes too
-            turned += np.imag(Q[k, :, i]) - np.real(V[k, :, i]) * since
-        places = places + 1j * turned
-    Q[k, :, i] = places
     return Orbits(Q, V, (G2, universal.lag(mu, X, G, t), mu * G3 - t, r / mu, 1.0 / r0))
 
 

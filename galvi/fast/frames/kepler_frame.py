@@ -27,8 +27,8 @@ from galvi.fast.lanes.frames import kepler_functions
 from galvi.fast.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.fast.lanes.frames.hierarchy import rows_of_hierarchy
 from galvi.fast.lanes.frames.kepler import rows_of_planets
-from galvi.fast.lanes.frames.kepler_motion import HALVINGS
-from galvi.fast.lanes.frames.near_parabola import FARTHEST
+from galvi.fast.lanes.frames.kepler_drift import FARTHEST
+from galvi.fast.lanes.frames.kepler_motion import HALVINGS, NEAREST
 from galvi.fast.lanes.vectors import LANES
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
@@ -38,7 +38,10 @@ from galvi.systems.forces.celestial import Force
 from galvi.systems.nbody import NBody
 
 FLAT = 0.45  # half of what planets need, whose orbits may change
-ROUNDEST = 0.9  # largest eccentricity of the orbit on which nodes are placed
+# Eccentricity at the start, and its rounding: up to it a revolution errs by 4e-13 of the axis, and
+# up to that of `NEAREST` by 9e-13 (measured by tests/galvi/test_eccentric_orbits_in_frames.py).
+MOST_ECCENTRIC = 0.9 + 1e-9
+CLOCK = "clock=galvi.DynamicalTime()"
 TINY = 1e-100  # imaginary increments
 MOST = 4.0**HALVINGS  # |beta X^2| in half a step, for which the series of a pass are accurate
 
@@ -60,10 +63,9 @@ class KeplerFrame:
             part moves about all parts before it. It has all bodies with a mass; massless ones that
             it leaves out move about the first part. None: the heaviest body and its planets
 
-    Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit, and a
-    step at most 1.27 revolutions of the fastest one, or 0.7 where that is nearly a parabola and
-    anything else acts. Two bodies under gravity alone are exact to rounding, that of the sum of
-    their masses too, for any eccentricity below 1.
+    Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit of
+    eccentricity up to 0.9, and a step at most 1.27 revolutions of the fastest one, or 0.75 where
+    that is so eccentric and anything else acts. Two bodies under gravity alone are done exactly.
     """
 
     passes: int | None = None
@@ -129,6 +131,12 @@ class KeplerFrame:
                 f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
                 f"not, at the start. Use another chart."
             )
+        eccentric = _above(problem, found, MOST_ECCENTRIC)
+        if eccentric:
+            return (
+                f"a KeplerFrame needs orbits of eccentricity up to {MOST_ECCENTRIC:.3g}, beyond "
+                f"which it loses digits; received {eccentric}, at the start. Use {CLOCK}."
+            )
         return ""
 
     def leaves(self, problem: Problem, step: float) -> str:
@@ -141,6 +149,12 @@ class KeplerFrame:
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
+        eccentric = _above(problem, found, 1.0 - NEAREST)
+        if eccentric:
+            return (
+                f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "
+                f"{CLOCK} from there on."
+            )
         turns = abs(step) * np.sqrt(found.whole / found.axes**3) / (2.0 * math.pi)
         k, far = found.fastest, _farthest(found, step)
         if turns[k] < FARTHEST / (2.0 * math.pi):
@@ -149,7 +163,7 @@ class KeplerFrame:
                 return ""
         return (
             f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
-            f"Kepler frame covers, which are 1.27, or 0.7 near a parabola. Use a smaller step."
+            f"Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller step."
         )
 
     def _found(self, problem: Problem) -> Hierarchy:
@@ -197,8 +211,6 @@ class KeplerFrame:
             np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
             for exact in (found.places, found.speeds)
         )
-        circular = np.sqrt(found.whole / places)  # of a body that starts at rest
-        speeds = np.where(speeds > 0.0, speeds, circular)
         sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
         stretch = 0.0 if self.even else _stretch(clock[0], c)
         return Motion(pointers, functions, numbers, kind.rows(D) * n, n, sizes, clock, stretch)
@@ -207,8 +219,7 @@ class KeplerFrame:
         """See `Frame`."""
         found, D = self._found(problem), problem.q0.shape[1]
         q, v, centre = _parts(w[:, :2], found, D)
-        low = _parts(w[:, 2:].real, found, D)[:2] if w.shape[1] > 2 else None
-        Q = orbits(found.whole, q, v, t[:, None], low).places
+        Q = orbits(found.whole, q, v, t[:, None]).places
         return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
@@ -262,6 +273,13 @@ def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
 def _bound(found: Hierarchy) -> Array:
     """Which orbits are ellipses, (n,)."""
     return np.asarray(np.isfinite(found.axes) & (found.axes > 0.0))
+
+
+def _above(problem: Problem, found: Hierarchy, most: float) -> str:
+    """The largest eccentricity, and of what, if it is above ``most``; else ""."""
+    k = int(np.argmax(found.eccentricities))
+    e = found.eccentricities[k]
+    return f"{e:.12g} of {_named(problem, found, k)}" if e > most else ""
 
 
 def _named(problem: Problem, found: Hierarchy, pair: int) -> str:
@@ -368,4 +386,4 @@ def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
     """The clock of the fastest orbit."""
     k = found.fastest
     turns = step * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
-    return turns, min(float(found.eccentricities[k]), ROUNDEST), mean_anomaly(found, k)
+    return turns, float(found.eccentricities[k]), mean_anomaly(found, k)

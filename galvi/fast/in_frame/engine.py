@@ -1,9 +1,9 @@
 """Runs in a moving frame: the third engine, for methods whose chart is a frame.
 
 What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
-some steps. Such a step is done in the inertial frame, by Gauss collocation of the whole force, in
-the fewest parts that end at the same place as a quarter as many. It depends on the state at the
-step's start alone.
+some steps, and doubles lose an orbit at its pericentre where it has become very eccentric. Such a
+step is done in the inertial frame, by Gauss collocation of the whole force, in the fewest parts
+that end at the same place as a quarter as many. It depends on the state at the step's start alone.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _in_parts(
 
 ELSEWHERE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
-    "frame leaves was too strong there."
+    "frame leaves was too strong there, or an orbit too eccentric for it."
 )
 
 

@@ -24,8 +24,7 @@ from galvi.trajectory import Trajectory
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
-OTHER = "clock=galvi.DynamicalTime(), whose steps follow the motion"
-ADAPT = f"Use chart=galvi.KeplerFrame(), or {OTHER}"
+ADAPT = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
 
@@ -73,17 +72,11 @@ def encounter(
         )
     remedy = "Use a smaller step or a higher degree"
     if not solvable > abs(step) / MANY:
-        energy = 0.5 * rate[pair] - mu[pair] / apart[pair]
-        remedy = adapted(system) if energy < 0.0 and not framed else f"Use {OTHER}"
+        remedy = ADAPT
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
         f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."
     )
-
-
-def adapted(system: Any) -> str:
-    """What to use where no step is small enough for a passage; a frame takes no `Force`."""
-    return ADAPT if system.acting.conserve else f"Use {OTHER}"
 
 
 def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:

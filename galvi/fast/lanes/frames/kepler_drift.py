@@ -3,10 +3,6 @@
 Numbers as in `galvi.fast.lanes.frames.kepler_motion`. In rows 4 to 7 of the state: D times n
 entries, Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and
 theirs. Rows have at least LANES entries more.
-
-Planets that start or end near the pericentre of an eccentric orbit, those whose motion was not
-solved, and two bodies alone, of which nothing else errs, are done one by one, by
-`galvi.fast.lanes.frames.near_parabola`.
 """
 
 from __future__ import annotations
@@ -19,8 +15,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.fast.lanes.frames import universal
-from galvi.fast.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST, STEP, dot
-from galvi.fast.lanes.frames.near_parabola import follow_near_parabola
+from galvi.fast.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST, NAN, STEP, dot
 from galvi.fast.lanes.functions import square_root, two_product, two_sum
 from galvi.fast.lanes.values import Lane, Truth
 from galvi.fast.lanes.vectors import LANES, NOTHING, Lanes, spread
@@ -28,32 +23,24 @@ from galvi.kernels.compile.jit import jit_inline
 
 TERMS = 10  # of a series
 SMALL = 2e-6  # share of X up to which a correction of it is the last one
-FARTHEST = 64.0  # largest |beta X^2| for which the series are accurate
-NEAR = 0.5  # distance over the semi-major axis, below which doubles lose too much
+FARTHEST = 8.0  # largest change of the mean anomaly in a step, in radians
 
 
 @jit_inline
 def kepler_drift(axes, numbers, share, state):
     """The planets of rows 4 to 7 of the state, in as many dimensions as ``axes`` has entries.
 
-    The steps of Q and v are added with their rounding errors.
+    The steps of Q and v are added with their rounding errors. NaN where Kepler's equation was not
+    solved, or a step is too long.
     """
     n = planets_of(numbers)
     for first in range(0, n, LANES):
-        left = planets_in_lanes(axes, numbers, share, state, first) if n > 1 else 1
-        while left > 0:
-            planet = 0
-            while left >> planet & 1 == 0:
-                planet += 1
-            left ^= 1 << planet
-            planet += first
-            mu = numbers[HEAD + n * MASS + planet]
-            follow_near_parabola(mu, share * numbers[STEP], state, planet, n, len(axes))
+        planets_in_lanes(axes, numbers, share, state, first)
 
 
 @intrinsic
 def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
-    """Moves a vector of planets; those that it leaves are the bits of the result."""
+    """Moves a vector of planets."""
     D = axes.count
 
     def generate(context, builder, signature, values):
@@ -63,7 +50,6 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
         width = builder.extract_value(rows.shape, 1)
         row = width.type
         n = builder.fptosi(builder.load(builder.gep(known.data, [row(COUNT)])), row)
-        h = builder.load(builder.gep(known.data, [row(STEP)]))
         first = values[4]
         left = builder.sub(n, first)
         lanes = Lanes(context, builder, width, row(0))
@@ -82,15 +68,16 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
             return builder.add(begin, builder.mul(n, row(x)))
 
         mask = _below(builder, left)
-        t = Lane(builder, lanes.spread(builder.fmul(values[2], h)))
+        h = Lane(builder, lanes.spread(lanes.number(known.data, row(STEP))))
+        part = Lane(builder, lanes.spread(values[2]))
         masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
         mu = load(known.data, builder.add(first, masses))
         parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
-        moved, done = _moved(builder, lanes, mask, mu, t, *parts)
+        moved, solved = _moved(builder, lanes, mask, mu, h, part, *parts)
         every = builder.icmp_unsigned(">=", left, row(LANES))
-        for r, before, vector in zip(range(4, 8), parts, moved, strict=True):
-            for x, (old, new) in enumerate(zip(before, vector, strict=True)):
-                lane = new.where(done, old)
+        for r, vector in zip(range(4, 8), moved, strict=True):
+            for x, new in enumerate(vector):
+                lane = new.where(solved, NAN)
                 with builder.if_else(every) as (together, one_by_one):
                     with together:
                         store = builder.store(lane.value, address(rows.data, entry(r, x)))
@@ -99,9 +86,9 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
                         number = builder.extract_element(lane.value, inner.index)
                         place = builder.add(entry(r, x), inner.index)
                         builder.store(number, builder.gep(rows.data, [place]))
-        return builder.zext((mask & ~done).bits, row)
+        return context.get_dummy_value()
 
-    return types.intp(axes, numbers, share, state, types.intp), generate
+    return types.void(axes, numbers, share, state, types.intp), generate
 
 
 def _below(builder, count):
@@ -110,18 +97,16 @@ def _below(builder, count):
     return Truth(builder, builder.icmp_signed("<", numbers, spread(builder, count, LANES)))
 
 
-def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
-    """q, its low part, v and its low part after the time t, and where they are good."""
+def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
+    """q, its low part, v and its low part after a part of the step h, and where they are right."""
     r0 = dot(q, q).call("sqrt")
     inverse_0, eta = 1.0 / r0, dot(q, v)
     beta = 2.0 * mu / r0 - dot(v, v)
     zeta = mu - beta * r0
-    limit = NEAR * mu
-    usual = abs(beta) * r0 >= limit
-    mask = mask & usual
-    X, G, solved = _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t)
+    pace, t = h * beta / mu, h * part
+    X, G, solved = _solved(builder, lanes, mask, pace * part, beta, r0, eta, zeta, t)
+    solved = solved & (pace * pace * abs(beta) <= FARTHEST * FARTHEST)
     r = r0 + (eta * G[0] + zeta * G[1])
-    usual = usual & (abs(beta) * r >= limit)
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
@@ -132,15 +117,15 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
     places, place_change = _added(q, q_low, ways)
     speeds, speed_change = _added(v, v_low, turns)
     # What rounding changed in v.v / 2 - mu / r is taken from the speed: it would add up.
-    gained = 0.5 * speed_change + mu * place_change * (inverse_0 * inverse) / (r0 + r)
-    fast = [high for high, _ in speeds]
+    near, fast = ([high for high, _ in vector] for vector in (places, speeds))
+    r = dot(near, near).call("sqrt")
+    gained = 0.5 * speed_change + mu * place_change * inverse_0 / (r * (r0 + r))
     back = gained / dot(fast, fast)
     speeds = [(high, low - back * high) for high, low in speeds]
     ends = [
-        [high for high, _ in places], [low for _, low in places],
-        fast, [low for _, low in speeds],
+        near, [low for _, low in places], fast, [low for _, low in speeds],
     ]  # fmt: skip
-    return ends, usual & solved
+    return ends, solved
 
 
 def _added(start, start_low, changes):
@@ -163,9 +148,12 @@ def _added(start, start_low, changes):
     return ends, square.fused + square_low
 
 
-def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
-    """X and G1 to G5 after the time t, and where it was found and is not too large."""
-    place, changed = lanes.variable((t * beta / mu).value), lanes.variable(NOTHING)
+def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
+    """X and G1 to G5 after the time t, from X of the mean motion, and where it was solved."""
+    reach = universal.AHEAD / beta.call("sqrt")
+    ends = (lanes.variable(x.value) for x in (mean, mean - reach, mean + reach))
+    place, low, high = ends
+    changed = lanes.variable(NOTHING)
     found = [lanes.variable(NOTHING) for _ in range(5)]
     with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
         X = Lane(builder, builder.load(place))
@@ -180,9 +168,12 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         far = universal.far_correction(
             beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, square_root
         )
-        builder.store((X + far).value, place)
+        limits = (Lane(builder, builder.load(end)) for end in (low, high))
+        bracket = universal.bracketed(X, far, *limits, lambda c, x, y: x.where(c, y))
+        for variable, value in zip((place, low, high), bracket, strict=True):
+            builder.store(value.value, variable)
     X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
-    solved = (abs(step) <= SMALL * abs(X)) & (abs(beta) * X * X <= FARTHEST)
+    solved = abs(step) <= SMALL * abs(X)
     G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
     return X + step, G, solved
 

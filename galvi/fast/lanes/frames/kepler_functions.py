@@ -103,7 +103,9 @@ def nested_rates_in_plane(numbers, nodes, W, work, guess, k, number):
 @jit_noalloc
 def rates_of_two(numbers, nodes, W, work, guess, k, number):
     """RATES of two bodies, of whose attraction the frame leaves nothing."""
-    k[:, :] = 0.0
+    for i in range(k.shape[0]):
+        for j in range(k.shape[1]):
+            k[i, j] = 0.0 * W[i, j]  # NaN of a state that is NaN
 
 
 @jit_noalloc

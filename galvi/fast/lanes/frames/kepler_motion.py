@@ -34,6 +34,7 @@ STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are befo
 HALVINGS = 2  # of the argument of a series, for near planets
 OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
 BLOCKS = INVERSE + 1
+NEAREST = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
 KEPT = 6  # blocks of one row, after those of Q and Q'
 TERMS = 6  # of a series
 # Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
@@ -180,6 +181,7 @@ class Orbits:
             zeta = mu - beta * r0
             X, G = self.solved(lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h)
             r = r0 + (eta * G[0] + zeta * G[1])
+            X = X.each(_not_too_near, mu, beta, r0, r)
             inverse = self.reciprocal(r)
             f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
             rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
@@ -207,7 +209,10 @@ class Orbits:
         begin = mean.each(
             lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
         )
-        place, changed, *found = self.variables(lanes, [begin] + [begin * 0.0] * 6)
+        reach = universal.AHEAD * self.root(beta)
+        place, low, high, changed, *found = self.variables(
+            lanes, [begin, mean - reach, mean + reach] + [begin * 0.0] * 6
+        )
         limit = h * Lane(builder, lanes.spread(self.tolerance))
         since = abs(t)
 
@@ -228,7 +233,14 @@ class Orbits:
                 beta, r0, eta, zeta, X, G, t,
                 lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
             )  # fmt: skip
-            self.keep(X + far, place)
+            limits = X.lanes, far.lanes, self.kept(low).lanes, self.kept(high).lanes
+            brackets = (
+                universal.bracketed(*one, lambda c, x, y: x.where(c, y))
+                for one in zip(*limits, strict=True)
+            )
+            ends = zip((place, low, high), zip(*brackets, strict=True), strict=True)
+            for variable, value in ends:
+                self.keep(Several(value), variable)
         before, step = self.kept(place), self.kept(changed)
         X = before + step
         G = universal.moved(beta, [self.kept(one) for one in found], step)
@@ -255,6 +267,11 @@ class Orbits:
     def weight(self, lanes):
         """The stages' weights."""
         return Lane(self.builder, lanes.load(self.nodes, self.row(WEIGHT)))
+
+
+def _not_too_near(X, mu, beta, r0, r):
+    """X, or NaN where an orbit starts or ends too near the star for its size."""
+    return X.where(abs(beta) * r0.call("minnum", r) >= NEAREST * mu, NAN)
 
 
 def encke(orbits, e, ratio):

@@ -15,6 +15,7 @@ from fractions import Fraction
 
 from galvi.kernels.lie.arithmetic import polynomial
 
+AHEAD = 2.0  # most by which an eccentric anomaly can change more, or less, than the mean one
 FARTHEST = 1.0  # largest |beta X^2| 4^-halvings, for which six terms err by 1e-12
 
 
@@ -82,6 +83,20 @@ def far_correction(beta, r0, eta, zeta, X, G, t, quotient, root):
     r = r0 + (eta * G1 + zeta * G2)
     bend = eta - eta * beta * G2 + zeta * G1
     return quotient(-5.0 * gap, r + root(abs(16.0 * r * r - 20.0 * gap * bend)))
+
+
+def bracketed(X, step, low, high, where):
+    """X + step, or the middle of the interval where that is outside; and the interval after X.
+
+    Kepler's equation is monotone in X, so that the sign of a step says on which side X is; steps
+    alone can go in cycles. An end of the interval is NaN where none is known.
+
+    where  (condition, x, y) x where the condition is true, else y
+    """
+    ahead = step > 0.0
+    low, high, moved = where(ahead, X, low), where(ahead, high, X), X + step
+    outside = (moved < low) | (moved > high)
+    return where(outside, 0.5 * (low + high), moved), low, high
 
 
 def lag(mu, X, G, t):
