@@ -103,9 +103,14 @@ def _why_not(model: Any, k: int) -> str:
     scalar = kind in ("JOINT", "JOINTINPARENT") and model.jnt_type[target] in (SLIDE, HINGE)
     if scalar or (kind == "JOINT" and not _follows(model, k, (1,))):
         return ""
+    if kind in ("JOINT", "JOINTINPARENT"):  # balls and free joints
+        follows = _follows(model, k, (1,))
+        return (
+            f"{'that are servos of' if follows else 'in the parent frame on'} ball or free joints"
+        )
     names = {int(mujoco.mjtTrn.mjTRN_SLIDERCRANK): "on cranks", int(mujoco.mjtTrn.mjTRN_BODY):
              "that stick to what they touch"}  # fmt: skip
-    return names.get(int(model.actuator_trntype[k]), "on turning axes or between sites")
+    return names.get(int(model.actuator_trntype[k]), "between sites")
 
 
 def _with_limits(model: Any) -> str:

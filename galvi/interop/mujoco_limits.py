@@ -190,8 +190,12 @@ def _friction(model: Any) -> Found:
 def _gravcomp(model: Any) -> Found:
     if mujoco_forces.disabled(model, "GRAVITY"):
         return None
-    limited = np.any((model.jnt_actgravcomp != 0) & (model.jnt_actfrclimited != 0))
-    return "weights held by joints with limits of force" if limited else None
+    limited = np.flatnonzero((model.jnt_actgravcomp != 0) & (model.jnt_actfrclimited != 0))
+    if not (limited.size and np.any(model.body_gravcomp != 0.0)):
+        return None
+    names = [model.joint(int(k)).name or f"joint {k}" for k in limited]
+    found = _in_words({"weights held by joints with limits of force": names})
+    return f"{found}, which are read without their actuatorgravcomp or their actuatorfrcrange"
 
 
 def _springs(model: Any) -> Found:

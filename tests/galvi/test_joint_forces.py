@@ -218,7 +218,11 @@ REFUSED = {
     "with a state of their own (slow)": act('general name="slow" joint="a" dyntype="filter"'),
     "some with a state of their own": act('muscle joint="a" lengthrange="0 1"'),
     "on cranks": act('motor cranksite="s1" slidersite="s2" cranklength=".5"'),
-    "on turning axes or between sites": act('position joint="d" kp="1"'),
+    "some that are servos of ball or free joints (spin)": act(
+        'position name="spin" joint="d" kp="1"'
+    ),
+    "some in the parent frame on ball or free joints": act('motor jointinparent="d" gear="1 2 3"'),
+    "between sites": act('position site="s1" refsite="s2" kp="1" gear="1"'),
     "that wrap around geoms (t)": WRAPPED,
     "on tendons that wrap around geoms (actuator 0)": WRAPPED + act('motor tendon="t"'),
     "with an armature (t)": tendon("fixed", FIXED, 'armature="1"'),

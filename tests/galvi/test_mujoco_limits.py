@@ -31,7 +31,8 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
         "  actuators: some with a state of their own (lazy)",
         "  tendons: some with an armature (0)", "  equality: 1 equality constraint",
         "  fluid: a medium with ellipsoids in it", "  friction loss: 1 degree of freedom",
-        "  gravity compensation: weights held by joints with limits of force",
+        "  gravity compensation: some weights held by joints with limits of force (one), which are "
+        "read without their actuatorgravcomp or their actuatorfrcrange",
         "  nonlinear springs: 1 of a ball or free joint, or that yields",
         "  nonlinear damping: 3 of a ball or free joint, or of an actuator",
     ]  # fmt: skip
