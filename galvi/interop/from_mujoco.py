@@ -231,6 +231,7 @@ def _link(model: Any, body: int, data: Any) -> Link:
         place=place,
         attitude=rotation(turn),
         name=model.body(body).name,
+        check=False,  # MuJoCo's compiler has, unless the model was changed since then
     )
 
 

@@ -297,9 +297,14 @@ def possible_inertia(inertia: Any) -> Array:
             f"inertia must be positive definite; received principal moments {moments.tolist()}. "
             f"{remedy}"
         )
+    check_moments(moments, remedy)
+    return read_only(0.5 * (J + J.T))
+
+
+def check_moments(moments: Any, remedy: str) -> None:
+    """ValueError for principal moments (3,), in ascending order, that no body can have."""
     if moments[2] > (moments[0] + moments[1]) * (1.0 + FLAT):
         raise ValueError(
             f"no body has the inertia {moments.tolist()}: its largest moment exceeds the sum of "
             f"the others. {remedy}"
         )
-    return read_only(0.5 * (J + J.T))

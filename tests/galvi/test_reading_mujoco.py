@@ -470,3 +470,19 @@ def test_pairs_of_geoms_are_counted_as_one_by_one(data):
     model = compiled(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>
         <geom size=".1"/>{inner}{ends}</worldbody><contact>{apart}</contact></mujoco>""")
     assert _pairs(model) == pairs_one_by_one(model)
+
+
+def test_an_inertia_that_a_compiled_model_was_given_is_read(tmp_path):
+    text = '<mujoco><worldbody><body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="{}"/>'
+    text += "</body></worldbody></mujoco>"
+    with pytest.raises(ValueError, match="inertia must satisfy"):
+        galvi.from_mujoco(text.format("1 1 5"))
+    model = mujoco.MjModel.from_xml_string(text.format("1 1 1"))
+    model.body_inertia[1] = 1.0, 1.0, 5.0
+    problem = galvi.from_mujoco(model)
+    heavier = problem.system.with_numbers(masses=[2.0])
+    assert np.array_equal(np.diag(heavier.links[0].inertia), [1.0, 1.0, 5.0])
+    run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 2)
+    galvi.save(run, tmp_path / "run.npz")
+    again = galvi.load(tmp_path / "run.npz")
+    assert np.array_equal(again.problem.system.links[0].inertia, problem.system.links[0].inertia)

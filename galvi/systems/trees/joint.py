@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from galvi.groups.group import SE3, SO3, Group, Rn, check_rotation
 from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.trees import tree
+from galvi.systems.rigid_body import check_moments
 
 UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
 KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees.tree
@@ -168,15 +169,16 @@ class Link:
     mass      not negative; kg
     centre    (3,) of mass, in the link's frame
     inertia   about the centre of mass, in the link's frame: (3,) moments, (3, 3), or 0; a thin rod
-              has none about itself
+              has none about itself. Each principal moment is at most the sum of the others
     parent    number of another link, before this one; None for the world
     place     (3,) of the link's frame in the parent's when all joints are at their zero
     attitude  (3, 3) from the link's frame to the parent's then
     name      for messages
+    check     whether an inertia that no body has is refused
 
     place and attitude of a link with a free joint are its coordinates, and not used. Raises
     ValueError for a negative mass, an inertia that is not symmetric and positive semidefinite, or
-    a free joint among others.
+    that no body has, or a free joint among others, TypeError for a check that is no bool.
     """
 
     joints: Any = ()
@@ -187,6 +189,7 @@ class Link:
     place: Any = (0.0, 0.0, 0.0)
     attitude: Any = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     name: str = ""
+    check: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
         joints = input_checks.several(self.joints)
@@ -198,13 +201,14 @@ class Link:
                 f"{[joint.type for joint in joints]}."
             )
         object.__setattr__(self, "joints", joints)
+        input_checks.flag("check", self.check)
         mass = input_checks.real("mass", self.mass)
         if mass < 0.0:
             raise ValueError(f"mass must not be negative; received {mass}.")
         object.__setattr__(self, "mass", mass)
         for name in ("centre", "place"):
             object.__setattr__(self, name, input_checks.array(name, getattr(self, name), (3,)))
-        object.__setattr__(self, "inertia", _inertia(self.inertia))
+        object.__setattr__(self, "inertia", _inertia(self.inertia, self.check))
         object.__setattr__(self, "attitude", input_checks.array("attitude", self.attitude, (3, 3)))
         check_rotation("attitude", self.attitude, 3)
         if self.parent is not None:
@@ -213,7 +217,7 @@ class Link:
             )
 
 
-def _inertia(value: Any) -> Array:
+def _inertia(value: Any, check: bool) -> Array:
     """(3, 3) from 0, moments or a matrix."""
     J = input_checks.array("inertia", value)
     if J.shape not in ((), (3,), (3, 3)):
@@ -225,4 +229,6 @@ def _inertia(value: Any) -> Array:
         raise ValueError(
             f"inertia must be symmetric and positive semidefinite; received {J.tolist()}."
         )
+    if check:
+        check_moments(moments, "Give three moments, each at most that sum, or check=False.")
     return read_only(0.5 * J + 0.5 * J.T)
