@@ -236,11 +236,26 @@ TINY = 1e-100  # imaginary increments of complex steps
 class MovingPath(Protocol):
     """The frame of a run."""
 
+    @property
+    def problem(self) -> Problem:
+        """That of the run."""
+
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
 
     def flow(self, w: Any, t: Any) -> Any:
         """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
+
+    def times(self, number: Any, c: Array) -> tuple[Array, Array]:
+        """Times (k, P) since the centres of steps ``number`` (k, 1), at nodes c (P,), and dt/dc."""
+
+    def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
+        """q (k, P, d) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
+        times ``since`` (k, P) after their centres."""
+
+    def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
+        """q and v (k, d), and codes (k,) that are 0 where they are right, after times ``lengths``
+        (k,) since the starts of steps with these bases and numbers; None: not known here."""
 
     def curves(self, number: int, base: Array) -> Curves:
         """Those of a step that was done in the inertial frame, from time 0 on."""

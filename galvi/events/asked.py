@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.events.entries import Entry, computed, entries
+from galvi.events.entries import Entry, computed, entries, later_entries
 from galvi.events.event import Event, Value
 from galvi.problem import Problem
 
@@ -51,6 +54,22 @@ class Function:
         self._check(found, t)
         return found
 
+    def at_later(
+        self, place: Callable[[int], Array], velocity: Callable[[int], Array], t: Array
+    ) -> Array:
+        """As ``at``, with functions from the number of an entry to its values, of which those that
+        are used are called."""
+        (d, n), shapes = map(math.prod, self.shapes), self.shapes
+        if self.refusal:
+            q, v = (np.stack([one(k) for k in range(size)])
+                    for one, size in ((place, d), (velocity, n)))  # fmt: skip
+            return self.at(q, v, t)
+        q, v = (later_entries(partial(_twice, one), size).reshape(shape) for one, size, shape
+                in ((place, d, shapes[0]), (velocity, n, shapes[1])))  # fmt: skip
+        found = computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
+        self._check(found, t)
+        return found
+
     def of(self, q: Array, v: Array, t: Array) -> Array:
         """Values (n,) at n states (n, ...)."""
         return self.at(q.reshape(len(t), -1).T, v.reshape(len(t), -1).T, t)
@@ -83,6 +102,12 @@ class Function:
                 f"the event {self.name} must be a finite number along the run; received "
                 f"{values.ravel()[wrong[0]]} at t = {t.ravel()[wrong[0]]:.10g}."
             )
+
+
+def _twice(find: Callable[[int], Array], k: int) -> tuple[Array, Array]:
+    """Of a value both bounds."""
+    values = find(k)
+    return values, values
 
 
 class Asked:

@@ -5,25 +5,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache, cached_property, lru_cache, partial
-from typing import Any, NamedTuple
+from functools import cache, cached_property, partial
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
-from galvi.curves.curves import Curves, IdentityChart, RedoneCurves
+from galvi.curves.curves import RedoneCurves
 from galvi.events.asked import Function
-from galvi.events.entries import Entry, LaterEntry
+from galvi.events.entries import Entry, later_entries
 from galvi.events.roots import points_of
-from galvi.kernels.curve_bounds import compiled_curve_bounds
+from galvi.events.step_polynomials import StepPolynomials, step_polynomials
 from galvi.method import Galerkin
 from galvi.run.clocked.run import run_in_clock
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run
 from galvi.run.states import finite_states, saved_velocities
-from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 from galvi.trajectory import Trajectory
 
 NEAR = 1e-6  # of a step, by which times are those of its ends
@@ -124,10 +123,27 @@ class Block:
         self.piece, self.first, self.method = piece, first, method
         times = piece.times[first : first + CHUNK + 1]
         self.begin, self.end = times[:-1], times[1:]
-        self.direct = isinstance(piece.curves, Curves) and isinstance(
-            piece.curves.chart, IdentityChart
-        )
-        self.bounded = self.direct and isinstance(method.space, Polynomials | ComponentPolynomials)
+
+    @cached_property
+    def polynomials(self) -> StepPolynomials | None:
+        """Those of the steps, where they have any."""
+        return step_polynomials(self.piece.curves, self.first, self.begin, self.end)
+
+    @cached_property
+    def rough(self) -> Any:
+        """Whether a step has none (n,)."""
+        none = np.ones(len(self.begin), dtype=bool)
+        return none if self.polynomials is None else self.polynomials.rough
+
+    def times(self, steps: Any, x: Array) -> tuple[Array, Array]:
+        """The times at places x (k,) in [-1, 1] of some steps (k,), and their slopes there."""
+        half = 0.5 * (self.end - self.begin)[steps]
+        t, slope = self.begin[steps] + (1.0 + x) * half, half
+        smooth = np.flatnonzero(~self.rough[steps])
+        if self.polynomials is not None and not self.polynomials.even:
+            some = self.polynomials.times(steps[smooth], 0.5 * (1.0 + x[smooth]))
+            t[smooth], slope[smooth] = some[0], 0.5 * some[1]
+        return t, slope
 
     def series(self, asked: Function, start: float) -> tuple[Array, Any, Array, int]:
         """Coefficients (k, points) of interpolants on the steps that may have a root, the numbers
@@ -136,7 +152,8 @@ class Block:
         start  the value, or the sign, at the end of the steps before; 0 where there are none
         """
         sure = np.zeros(len(self.begin))
-        if self.bounded and not asked.refusal:
+        bounded = self.polynomials is not None and self.polynomials.bounded
+        if bounded and not asked.refusal:
             sure = self._sure(asked)
             sure[1:][sure[1:] * sure[:-1] < 0.0] = 0.0
             sure[0] = 0.0 if sure[0] * start < 0.0 else sure[0]
@@ -187,25 +204,16 @@ class Block:
     @cached_property
     def _box(self) -> tuple[Any, Any, Entry]:
         """Entries that are bounds of each step: coordinates, velocities and the time."""
-        curves: Any = self.piece.curves
-        rows = slice(self.first, self.first + len(self.begin))
-        parts, bases = curves.coefficients[rows], curves.bases[rows].reshape(len(self.begin), -1)
-        (n, d, _), (places, rates) = parts.shape, _spans(curves.space, 4 * self.method.stages)
-        rates = np.stack([rates[0] / curves.step, rates[1] / abs(curves.step)])
+        steps = cast(StepPolynomials, self.polynomials)
+        d, points = steps.coefficients.shape[1], 4 * self.method.stages
+        around = cache(lambda fast: steps.bounds(fast, points))
 
-        @cache
-        def around(fast: bool) -> tuple[Array, Array]:
-            low, high = np.empty((d, n)), np.empty((d, n))
-            base, spans = (np.zeros((1, d)), rates) if fast else (bases, places)
-            compiled_curve_bounds()(base, parts, *spans, low, high)
-            return low, high
+        def row(fast: bool, k: int) -> tuple[Array, Array]:
+            low, high = around(fast)
+            return low[k], high[k]
 
-        both = np.empty((2, d), dtype=object)
-        both[:] = [
-            [LaterEntry(partial(around, fast), k) for k in range(d)] for fast in (False, True)
-        ]
-        time = Entry(np.minimum(self.begin, self.end), np.maximum(self.begin, self.end))
-        return both[0], both[1], time
+        q, v = (later_entries(partial(row, fast), d) for fast in (False, True))
+        return q, v, Entry(np.minimum(self.begin, self.end), np.maximum(self.begin, self.end))
 
     def _interpolants(self, asked: Function, steps: Any) -> Array:
         points = 4 * self.method.stages
@@ -226,40 +234,29 @@ class Block:
         if len(steps) > SAMPLED:
             return np.concatenate([self._sampled(asked, steps[k : k + SAMPLED], points)
                                    for k in range(0, len(steps), SAMPLED)])  # fmt: skip
-        x, matrix = points_of(points)
-        share = 0.5 * (1.0 + x)
-        begin, k = self.begin[steps], len(steps)
+        matrix = points_of(points)[1]
+        rough = self.rough[steps]
+        if rough.any() and not rough.all():
+            both = np.empty((len(steps), points))
+            for some in (rough, ~rough):
+                both[some] = self._sampled(asked, steps[some], points)
+            return both
+        if rough.any():
+            q, v, t = self._on_curves(steps, points)
+            return asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t) @ matrix.T
+        places, velocities, t = cast(StepPolynomials, self.polynomials).at_points(steps, points)
+        return asked.at_later(places, velocities, t) @ matrix.T
+
+    def _on_curves(self, steps: Any, points: int) -> tuple[Array, Array, Array]:
+        """q, v (k, d, points) and t (k, points), as the curves have them at Chebyshev points."""
+        share, k = 0.5 * (1.0 + points_of(points)[0]), len(steps)
+        begin = self.begin[steps]
         t = begin[:, None] + share * (self.end[steps] - begin)[:, None]
-        if self.direct:
-            curves: Any = self.piece.curves
-            places, rates = _basis(curves.space, points)
-            parts = curves.coefficients[self.first + steps]
-            bases = curves.bases[self.first + steps].reshape(k, -1, 1)
-            q, v = bases + parts @ places, parts @ rates / curves.step
-        else:
-            q, v = (
-                value(t.ravel()).reshape(k, points, -1).transpose(0, 2, 1)
-                for value in (self.piece.curves.position, self.piece.curves.velocity)
-            )
-        return asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t) @ matrix.T
-
-
-@lru_cache(maxsize=16)
-def _basis(space: Any, n: int) -> tuple[Array, Array]:
-    """The basis functions of a step's curve, less their values at its start, and their
-    derivatives, (m, n) at the Chebyshev points."""
-    share = np.append(0.5 * (1.0 + points_of(n)[0]), 0.0)
-    basis, slope = space.basis(share)[:, 1:], space.derivative(share)[:-1, 1:]
-    return (basis[:-1] - basis[-1]).T.copy(), slope.T.copy()
-
-
-@lru_cache(maxsize=16)
-def _spans(space: Any, n: int) -> tuple[Array, Array]:
-    """Of each of them two numbers (2, m): how far it is, at most, from the one by the other. These
-    are its first Chebyshev coefficient and the sum of the other ones' sizes."""
-    both = (values @ points_of(n)[1].T for values in _basis(space, n))
-    places, rates = (np.stack([x[:, 0], np.abs(x[:, 1:]).sum(axis=1)]) for x in both)
-    return places, rates
+        q, v = (
+            value(t.ravel()).reshape(k, points, -1).transpose(0, 2, 1)
+            for value in (self.piece.curves.position, self.piece.curves.velocity)
+        )
+        return q, v, t
 
 
 def is_resolved(coefficients: Array) -> Any:

@@ -138,16 +138,23 @@ class Entry:
 
 
 class LaterEntry(Entry):
-    """Row k of bounds that are found when a function uses it."""
+    """Number k of values, or bounds, that are found when a function uses it."""
 
-    def __init__(self, find: Callable[[], tuple[Array, Array]], k: int) -> None:
+    def __init__(self, find: Callable[[int], tuple[Array, Array]], k: int) -> None:
         self._find, self._k = find, k
 
     def __getattr__(self, name: str) -> Any:
         if name not in ("low", "high"):
             raise AttributeError(name)
-        self.low, self.high = (bounds[self._k] for bounds in self._find())
+        self.low, self.high = self._find(self._k)
         return vars(self)[name]
+
+
+def later_entries(find: Callable[[int], tuple[Array, Array]], n: int) -> Any:
+    """(n,) such entries."""
+    found = np.empty(n, dtype=object)
+    found[:] = [LaterEntry(find, k) for k in range(n)]
+    return found
 
 
 def _exactly(values: Any) -> Entry:

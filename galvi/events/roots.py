@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebder, chebpts1, chebval, chebvander
+from numpy.polynomial.chebyshev import chebder, chebpts1, chebvander
 
 from galvi.arrays import Array
 
@@ -31,23 +31,20 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
     halves, rows = _halves(series.shape[1]), np.arange(len(series))
     left, half = np.full(len(series), -1.0), 1.0
-    found = [(rows[:0], left[:0], rows[:0], left[:0])]
+    alone: list[tuple[Any, ...]] = []
     for k in range(HALVINGS + 1):
         if not rows.size:
             break
         middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
         maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
-        slopes = chebder(series, axis=1)
+        slopes = series @ _derivative(series.shape[1])
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
         single |= (np.abs(middle) + others <= FLAT) | (k == HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
         one = np.flatnonzero(maybe & single & crosses)
-        x, slope = _places(series[one], slopes[one], starts[one])
-        x[ends[one] == 0.0] = 1.0
-        rises = np.sign(ends[one] - starts[one]).astype(np.int64)
-        found.append(
-            (rows[one], left[one] + half * (1.0 + x), rises, slope * scale[rows[one]] / half)
-        )
+        halves_of = np.full(len(one), half)
+        alone.append((rows[one], left[one], halves_of, starts[one], ends[one], series[one],
+                      slopes[one]))  # fmt: skip
         more = np.flatnonzero(maybe & ~single)
         half *= 0.5
         rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
@@ -57,8 +54,20 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
         between = series[::2].sum(axis=1)
         between = np.where(between == 0.0, np.copysign(1.0, starts[::2]), np.sign(between))
         ends[::2], starts[1::2] = between, between
-    one, places, rises, slope = (np.concatenate(x) for x in zip(*found, strict=True))
-    return one, places, rises, slope
+    if not alone:
+        return rows, left, rows, left
+    rows, left, wide, starts, ends, series, slopes = map(np.concatenate, zip(*alone, strict=True))
+    x, slope = _places(series, slopes, starts)
+    x[ends == 0.0] = 1.0
+    rises = np.sign(ends - starts).astype(np.int64)
+    return rows, left + wide * (1.0 + x), rises, slope * scale[rows] / wide
+
+
+@lru_cache(maxsize=64)
+def _derivative(n: int) -> Array:
+    """The matrix (n, n - 1) from the coefficients of a series to those of its derivative."""
+    matrix: Array = chebder(np.eye(n), axis=1).astype(np.float64)
+    return matrix
 
 
 @lru_cache(maxsize=64)
@@ -81,11 +90,14 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
     by bracketed Newton iterations."""
     found, slope = np.zeros(len(series)), np.zeros(len(series))
     rows, low, high = np.arange(len(found)), found - 1.0, found + 1.0
+    degrees = np.arange(series.shape[1])
     for _ in range(PASSES):
         if not rows.size:
             break
         x = found[rows]
-        f, slope[rows] = (chebval(x, c[rows].T, tensor=False) for c in (series, slopes))
+        values = np.cos(np.arccos(x)[:, None] * degrees)
+        f, slope[rows] = (np.sum(c[rows] * values[:, : c.shape[1]], axis=1)
+                          for c in (series, slopes))  # fmt: skip
         before = f * starts[rows] > 0.0
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):

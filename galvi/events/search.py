@@ -18,6 +18,7 @@ from galvi.events.asked import Asked, Function
 from galvi.events.block import CHUNK, Block, Piece, pieces
 from galvi.events.event import Event, several_events
 from galvi.events.roots import roots
+from galvi.events.shortened_steps import Shortened, shortened_steps
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -158,10 +159,8 @@ class Search:
         if not order.size:
             return self.none()
         row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
-        begin, end = block.begin[row], block.end[row]
-        half = 0.5 * (end - begin)
-        given = begin + (1.0 + x) * half, begin, end, slope / half
-        parts = [_refined(asked.function, reaching, *(array[k : k + TOGETHER] for array in given))
+        parts = [_refined(asked.function, reaching, block, *(array[k : k + TOGETHER]
+                                                             for array in (row, x, slope)))
                  for k in range(0, len(row), TOGETHER)]  # fmt: skip
         t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
         whole = block.piece.times[1] - block.piece.times[0]
@@ -206,26 +205,69 @@ class Search:
 
 
 def _refined(
-    function: Function, reaching: Reaching, t: Array, begin: Array, end: Array, slope: Array
+    function: Function, reaching: Reaching, block: Block, steps: Any, x: Array, slope: Array
 ) -> tuple[Array, Array, Array]:
-    """Times (n,), q and v of roots by secants, from those of the curve and the slopes there, each
-    within its step."""
-    problem, n = reaching.run.problem, len(t)
-    first, last = sorted((float(reaching.run.t[0]), reaching.last))
+    """Times (n,), q and v of roots, from those of the curves at x (n,) in [-1, 1] of steps, and the
+    slopes by x there."""
+    found = shortened_steps(block, steps, x)
+    if found is None:
+        return _secants(function, _each_reached(reaching, block, steps, x), block, steps, x, slope)
+    states = _secants(function, found, block, steps, x, slope)
+    lost = np.flatnonzero(~np.isfinite(states[0]))
+    if lost.size:
+        some = steps[lost], x[lost]
+        given = block, *some, slope[lost]
+        each = _secants(function, _each_reached(reaching, block, *some), *given)
+        for array, part in zip(states, each, strict=True):
+            array[lost] = part
+    return states
+
+
+def _each_reached(reaching: Reaching, block: Block, steps: Any, x: Array) -> Shortened:
+    """As `shortened_steps`, at times within the run, from the last kept states."""
+    run = reaching.run
+    first, last = sorted((float(run.t[0]), reaching.last))
+    begin, end = block.begin[steps], block.end[steps]
     low = np.maximum(np.minimum(begin, end), first)
     high = np.minimum(np.maximum(begin, end), last)
-    stages = np.zeros((n, problem.v0.size, reaching.run.method.stages))
-    found, size = np.empty(n), np.full(n, np.inf)
+    stages = np.zeros((len(x), run.problem.v0.size, run.method.stages))
+
+    def after(t: Array, rows: Any) -> tuple[Array, Array, Array]:
+        guess = stages[rows]
+        q, _, v = reaching(t, guess)
+        stages[rows] = guess
+        return q, v, t
+
+    t = np.minimum(np.maximum(block.times(steps, x)[0], low), high)
+    return Shortened(after, low, high, t, np.ones_like(x))
+
+
+def _secants(
+    function: Function, shortened: Shortened, block: Block, steps: Any, x: Array, slope: Array
+) -> tuple[Array, Array, Array]:
+    """As `_refined`, each root within its step; NaN where a state could not be reached."""
+    problem, n = block.piece.run.problem, len(x)
+    after, low, high, u, pace = shortened
+    slope = slope * pace / block.times(steps, x)[1]
+    found, size = np.full(n, np.nan), np.full(n, np.inf)
     q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
-    t, active = np.minimum(np.maximum(t, low), high), np.arange(n)
-    before, values = t.copy(), t.copy()
+    fine = FINE * np.abs(block.end - block.begin)[steps]
+    u, active = u.copy(), np.arange(n)
+    before, values = u.copy(), u.copy()
     for k in range(SECANTS):
-        now, guess, steep = t[active], stages[active], slope[active]
-        places, _, rates = reaching(now, guess)
-        stages[active], value = guess, function.of(places, rates, now)
+        now, steep = u[active], slope[active]
+        places, rates, t = after(now, active)
+        good = np.isfinite(places.reshape(len(now), -1)).all(axis=1)
+        if not good.all():
+            found[active[~good]] = np.nan
+            active, now, steep = active[good], now[good], steep[good]
+            places, rates, t = places[good], rates[good], t[good]
+            if not active.size:
+                break
+        value = function.of(places, rates, t)
         better = np.abs(value) < size[active]
         at = active[better]
-        found[at], q[at], v[at] = now[better], places[better], rates[better]
+        found[at], q[at], v[at] = t[better], places[better], rates[better]
         size[at] = np.abs(value[better])
         with np.errstate(all="ignore"):
             if k:
@@ -233,8 +275,8 @@ def _refined(
                 steep = np.where(moved == 0.0, steep, (value - values[active]) / moved)
             before[active], values[active], slope[active] = now, value, steep
             new = np.minimum(np.maximum(now - value / steep, low[active]), high[active])
-        near = FINE * np.maximum(np.abs(new), np.abs(end - begin)[active])
-        t[active] = new
+        near = np.maximum(FINE * np.abs(t), fine[active]) / np.abs(pace[active])
+        u[active] = new
         active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > near)]
         if not active.size:
             break

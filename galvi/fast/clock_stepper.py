@@ -98,6 +98,18 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
                            state.tolerance, clock=clock)  # fmt: skip
         return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
 
+    def each(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:
+        found, t, codes = np.empty((2, len(states), d)), np.empty((len(states), 2)), []
+        none, used, rates = np.zeros((0, d, m)), tuple(aligned(*scratch)), np.empty((1, s))
+        for k, (begin, h) in enumerate(zip(states, lengths.tolist(), strict=True)):
+            begun = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
+            kept = found[0, k : k + 1], found[1, k : k + 1], t[k : k + 1], none, rates
+            codes.append(kernel(
+                form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan, TOLERANCE,
+                NOISE, *begun, begin.clock.copy(), used, np.zeros(2, dtype=np.int64), kept,
+            ))  # fmt: skip
+        return found[0], found[1], t.sum(axis=1), np.array(codes)
+
     def at(q: Array, v: Array, t: float) -> Checkpoint:
         state = np.zeros((4, d))
         state[0], state[2] = q.ravel(), v.ravel()
@@ -111,7 +123,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     begin[0], begin[2] = problem.q0, problem.v0
     start = energy_of(masses, begin)
     rate = method.clock.rate(problem)
-    return Motion(advance, at, rate, IdentityChart(shape), "clock")
+    return Motion(advance, at, rate, IdentityChart(shape), "clock", each=each)
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:

@@ -12,11 +12,13 @@ from numpy.polynomial.legendre import legvander
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
+from galvi.curves.curves import Curves, FrameCurves
 from galvi.fast.frames.frame import Frame, Motion, revolution
+from galvi.fast.frames.kepler_frame import KeplerFrame
 from galvi.fast.lanes.frames import collocation
 from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.fast.lanes.vectors import LANES
+from galvi.fast.lanes.within_steps import compiled_places_in_steps, compiled_states_in_steps
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
 from galvi.kernels.forces.passages import NEAR
 from galvi.kernels.nystrom.advance import NOTHING
@@ -37,6 +39,8 @@ NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
 FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
 SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
+CONVERGED = (2.0, -1.0, SMALLEST, 0.0)  # checks of a step whose passes converge
+SETTLED = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
 
 
@@ -109,15 +113,8 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     """The `Call` and the tables it uses."""
     motion = motion_of(run.problem, run.method, run.step)
     tables = tables_of(motion, run.method, checks)
-    rows, width = motion.sizes.size, tables[1].size
-    few = tables[-1][2]
-    arrays = aligned(
-        *(shape for m in (width, few.size)
-          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
-        (motion.work, LANES), work.state.shape,
-    )  # fmt: skip
-    scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
-    for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
+    scratch = _scratch(motion, tables, work.state.shape)
+    for nodes, c in ((scratch[0][2], tables[2]), (scratch[1][2], tables[-1][2])):
         nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
     kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
@@ -148,6 +145,18 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
         return code
 
     return call, tables
+
+
+def _scratch(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
+    """Rows of the stages, of those of the first pass, and what the functions need; the latter's
+    state has that shape."""
+    rows, width, few = motion.sizes.size, tables[1].size, tables[-1][2].size
+    arrays = aligned(
+        *(shape for m in (width, few)
+          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
+        (motion.work, LANES), shape,
+    )  # fmt: skip
+    return tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
 
 
 @lru_cache(maxsize=32)
@@ -223,7 +232,7 @@ def checks_of(
     the problem's start alone, so that they are the same in each part of a continued run.
     """
     left = FINEST if tolerance == ROUND_OFF else tolerance
-    converged = _probed(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
+    converged = _probed(problem, method, step, CONVERGED)
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
     given, most = frame_of(method).passes, max(one.passes for one in converged)
@@ -319,9 +328,13 @@ class Path:
         (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.stack([begin, begin + turns]), e)
         time = t_0 + tau * (t_1 - t_0)
         u = u_0 + tau * (u_1 - u_0)
-        for _ in range(50):
-            u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
-            u = np.clip(u, np.minimum(u_0, u_1), np.maximum(u_0, u_1))
+        low, high, moves = np.minimum(u_0, u_1), np.maximum(u_0, u_1), np.ones(u.shape, dtype=bool)
+        for _ in range(50):  # each place by itself, whatever others are asked for
+            new = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
+            new = np.where(moves, np.clip(new, low, high), u)
+            moves, u = moves & (np.abs(new - u) > SETTLED * np.abs(new)), new
+            if not moves.any():
+                break
         place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
         y = place
         if self.stretch >= 1e-8:
@@ -330,8 +343,9 @@ class Path:
         slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
         return 0.5 * (1.0 + y), slope
 
-    def times(self, number: int, c: Array) -> tuple[Array, Array]:
-        """Times since a step's centre and weights of the nodes c, as in the kernel."""
+    def times(self, number: Any, c: Array) -> tuple[Array, Array]:
+        """Times since a step's centre and weights of the nodes c, as in the kernel; of several
+        steps (k, 1) they are (k, P) unless they are the same."""
         turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return (c - 0.5) * self.step, np.full(c.size, self.step)
@@ -345,6 +359,43 @@ class Path:
 
     def flow(self, w: Array, t: Array) -> Array:
         return frame_of(self.method).flow(self.problem, w, t)
+
+    def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
+        """See `MovingPath`."""
+        psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
+        psi = (psi[:-1] - psi[-1]).reshape(*c.shape, -1)
+        bases, parts = curves.bases[index], curves.coefficients[index]
+        (k, _, m), d, n = bases.shape, self.problem.q0.size, parts.shape[1] // 2
+        ways = np.matmul(psi, parts.transpose(0, 2, 1))
+        if not isinstance(self.method.chart, KeplerFrame):
+            w = np.repeat(bases[:, None], c.shape[1], axis=1)
+            w[:, :, :2, :n] += ways.reshape(k, c.shape[1], 2, n)
+            return self.flow(w.reshape(-1, *bases.shape[1:]), since.ravel()).reshape(k, -1, d)
+        motion, q = motion_of(self.problem, self.method, self.step), np.empty((k, c.shape[1], d))
+        (state,) = aligned((8, m))
+        compiled_places_in_steps()(
+            motion.functions, motion.numbers.copy(), bases, ways, since / self.step, state, q
+        )
+        return q
+
+    def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
+        """See `MovingPath`."""
+        if not isinstance(self.method.chart, KeplerFrame):
+            return None
+        motion = motion_of(self.problem, self.method, self.step)
+        tables = tables_of(motion, self.method, np.array(CONVERGED))
+        (k, _, m), d = bases.shape, self.problem.q0.size
+        scratch = _scratch(motion, tables, (8, m))
+        (state,) = aligned((8, m))
+        phases = self.clock[TURNS] * numbers + self.clock[PHASE]
+        states, codes, counts = np.empty((2, k, d)), np.zeros(k, np.int64), np.zeros(8, np.int64)
+        with np.errstate(all="ignore"):
+            compiled_states_in_steps()(
+                motion.functions, motion.numbers.copy(), tables, motion.stretch,
+                (bases, lengths, phases - np.floor(phases)), (*scratch, state),
+                (states, codes, counts),
+            )  # fmt: skip
+        return states[0], states[1], codes
 
     def curves(self, number: int, base: Array) -> Curves:
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]

@@ -80,6 +80,8 @@ class Motion:
     chart    of the Galerkin curves
     engine   for `galvi.Trajectory.engine`
     remark   for the status of a run; "" for none
+    each     (states, lengths (k,)) -> one step of its own length from each of k states: q, v
+             (k, d), times and codes (k,); None: by ``advance``, one after another
     """
 
     advance: Advance
@@ -88,6 +90,7 @@ class Motion:
     chart: LocalChart
     engine: str
     remark: str = ""
+    each: Callable[[list[Checkpoint], Array], tuple[Array, Array, Array, Any]] | None = None
 
 
 # (problem, method, energy) -> the motion in lanes, or None; see galvi.fast.

@@ -1,0 +1,117 @@
+"""States after a part of one step of a run, for many steps at once: by a shortened step each, from
+the state before the whole one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import ClockCurves
+from galvi.curves.curves import FrameCurves
+from galvi.events.block import Block
+from galvi.kernels.nystrom.solve import SOLVED
+from galvi.problem import Problem
+from galvi.run.clocked.plan import Motion
+from galvi.run.clocked.run import motion_of
+from galvi.run.states import saved_velocities
+from galvi.systems.lagrangian import velocity_at
+
+
+class Shortened(NamedTuple):
+    """Of n steps, some of them more than once.
+
+    after  (u, rows) -> q, v and t after parts u (k,) of the steps ``rows`` (k,) among the n; NaN
+           where a shortened step could not be done
+    low, high   (n,) limits of u: a time, or in a clock a length in tau
+    begin, pace (n,) u and dt/du at the places that were asked for
+    """
+
+    after: Callable[[Array, Any], tuple[Array, Array, Array]]
+    low: Array
+    high: Array
+    begin: Array
+    pace: Array
+
+
+def shortened_steps(block: Block, steps: Any, x: Array) -> Shortened | None:
+    """Those of some steps (n,) of a block, at places x (n,) in [-1, 1]; None where each state is to
+    be reached by itself."""
+    curves = block.piece.curves
+    if isinstance(curves, FrameCurves):
+        return _in_frame(block, curves, steps, x)
+    if isinstance(curves, ClockCurves) and block.piece.known:
+        return _in_clock(block, curves, steps, x)
+    return None
+
+
+def _in_frame(block: Block, curves: FrameCurves, steps: Any, x: Array) -> Shortened | None:
+    problem, index = block.piece.run.problem, block.first + steps
+    if curves.path.states(curves.bases[:0], index[:0], np.zeros(0)) is None:
+        return None
+    bases, numbers = np.ascontiguousarray(curves.bases[index]), curves.first + index
+    begin, away = block.begin[steps], np.isnan(curves.coefficients[index, -1, -1])
+    t, pace = block.times(steps, x)
+
+    def after(t: Array, rows: Any) -> tuple[Array, Array, Array]:
+        q, v, codes = cast(Any, curves.path.states(bases[rows], numbers[rows], t - begin[rows]))
+        lost = (codes != SOLVED) | away[rows]
+        q[lost] = np.nan
+        start = np.flatnonzero(t == begin[rows])
+        if start.size:  # a step of no length
+            q[start] = np.nan
+        return q.reshape(-1, *problem.q0.shape), v.reshape(-1, *problem.v0.shape), t
+
+    end = block.end[steps]
+    return Shortened(after, np.minimum(begin, end), np.maximum(begin, end), t, np.ones_like(pace))
+
+
+def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shortened:
+    run, index = block.piece.run, block.first + steps
+    end = cast(Checkpoint, run.checkpoint)
+    motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
+    whole = np.where(index == len(curves.rates) - 1, curves.last, curves.step)
+    q0, v0, t0 = run.q[index], saved_velocities(run, index), run.t[index]
+    states: dict[int, Checkpoint] = {}
+
+    def after(u: Array, rows: Any) -> tuple[Array, Array, Array]:
+        for row in rows.tolist():
+            if row not in states:
+                states[row] = motion.at(q0[row], v0[row], float(t0[row]))
+        begun = [states[row] for row in rows.tolist()]
+        q, v, t, codes = (motion.each or partial(_one_by_one, motion, run.problem))(begun, u)
+        q, v = q.reshape(-1, *q0.shape[1:]), v.reshape(-1, *v0.shape[1:])
+        q[codes != SOLVED] = np.nan
+        still = u == 0.0
+        q[still], v[still], t[still] = q0[rows[still]], v0[rows[still]], t0[rows[still]]
+        return q, v, t
+
+    _, slope = block.times(steps, x)
+    limits = np.minimum(whole, 0.0), np.maximum(whole, 0.0)
+    return Shortened(after, *limits, 0.5 * (1.0 + x) * whole, slope * 2.0 / whole)
+
+
+def _one_by_one(
+    motion: Motion, problem: Problem, states: list[Checkpoint], lengths: Array
+) -> tuple[Array, Array, Array, Any]:
+    """As ``each`` of a `Motion`."""
+    n, codes = len(states), np.full(len(states), SOLVED)
+    q, v, t = np.empty((n, problem.q0.size)), np.empty((n, problem.v0.size)), np.empty(n)
+    for k, length in enumerate(lengths.tolist()):
+        if length == 0.0:
+            continue
+        there = motion.advance(states[k], length, 1, None, False)
+        codes[k] = there.code
+        if there.code == SOLVED:
+            taken = there.taken
+            q[k], t[k] = taken.q[0], taken.t[0].sum()
+            if taken.v is not None:
+                v[k] = taken.v[0]
+                continue
+            place, p = q[k].reshape(1, *problem.q0.shape), taken.p.reshape(1, *problem.v0.shape)
+            v[k] = velocity_at(problem.system, place, p, t[k], problem.v0).ravel()
+    return q, v, t, codes
