@@ -73,8 +73,9 @@ class Trajectory:
                   ruined: changed by more than the larger of the kinetic energy at the start and the
                   range of the potential energy while the error was below 1 % of that
     status        a sentence saying why the run ended. It warns of a success whose energy changed
-                  by 1 % to 100 % of that measure, and of two point masses that passed each other
-                  too fast for a step, which the energy of all bodies need not show
+                  by 1 % to 100 % of that measure, of a velocity that is damped in a small part of
+                  a step, of gimbal lock, and of two point masses that passed each other too fast
+                  for a step, which the energy of all bodies need not show
     failed_step   number, counted from 1, of the first step not completed, or if all are, of the
                   first one seen to be ruined; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and

@@ -1,4 +1,4 @@
-"""Judges a run by its energy, which every system without driving and damping conserves.
+"""Judges a run by its energy, which every system conserves whose forces have a potential.
 
 The measure of an error is the larger of the kinetic energy at the start and the range of the
 potential energy over the steps up to the last good one, whose error is below 1 % of that measure.
@@ -36,8 +36,8 @@ from galvi.run.energies import (
     start_energies,
     velocities_at_the_end,
 )
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
 from galvi.run.plan import NEVER, Engine, Run, RunArrays
-from galvi.run.singular_mass import BALL_JOINT, SINGULAR, is_singular
 from galvi.systems.lagrangian import Lagrangian
 
 VELOCITIES = 2  # the row of the state that has them
@@ -55,8 +55,7 @@ class Judgement(NamedTuple):
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
               measure, largest error
     unjudged  why the energy of some steps is not known, as a clause; "" where that of all is
-    off       in words by how much it is off; "": as `galvi.run.status` says it
-    also      what else is to be said, as a clause, and the remedy; "": that of `galvi.run.status`
+    said      what else is wrong, in clauses, and the remedy; "": that of `galvi.run.status`
     """
 
     error: float = 0.0
@@ -65,8 +64,7 @@ class Judgement(NamedTuple):
     unknown: bool = False
     energies: Array = NOTHING
     unjudged: str = ""
-    off: str = ""
-    also: str = ""
+    said: tuple[str, ...] = ()
     remedy: str = ""
 
 
@@ -84,7 +82,9 @@ def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
         except Exception as error:
             return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
         known = (energy, kinetic, start.energies if start.energies.size else fresh)
-        return _judged(engine, run, work, watched_rows(engine, run, work), known)
+        found = _judged(engine, run, work, watched_rows(engine, run, work), known)
+        locked = is_locked(problem, *saved_states(engine, run, work), run.step)
+        return found._replace(said=(LOCKED,), remedy=BALL_JOINT) if locked else found
 
 
 def _judged(
@@ -117,8 +117,6 @@ def _judged(
     except Exception as error:
         return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
     found = judged(True, floor, kick)
-    if found.error > SMALL and is_singular(problem, seen.q):
-        found = found._replace(also=SINGULAR, remedy=BALL_JOINT)
     if found.ruined is None or found.ruined <= start.first:
         return found
     kept_steps, kept = _kept_before(engine, run, work, found.ruined, steps, seen)
@@ -168,6 +166,12 @@ def judgement(
     share = 0.0 if worst == 0.0 else worst / measure if measure > 0.0 else np.inf
     kept = read_only(np.array([lowest, highest, record, worst]))
     return Judgement(share, measure, first, math.isnan(largest), kept)
+
+
+def saved_states(engine: Engine, run: Run, work: RunArrays) -> tuple[Array, Array]:
+    """The saved configurations (n, ...) and momenta."""
+    shape = (-1, *run.problem.q0.shape)
+    return work.saved_q.reshape(shape), engine.momenta(run.problem, work.saved_v)
 
 
 def watched_rows(engine: Engine, run: Run, work: RunArrays) -> Array:

@@ -24,10 +24,10 @@ from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run import plan as runs
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked_ahead
 from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.nystrom_engine import kernel_tableau
 from galvi.run.point_masses.encounters import encounter
-from galvi.run.singular_mass import BALL_JOINT, SINGULAR, is_singular_ahead
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
@@ -206,8 +206,8 @@ def _failure(run: runs.Run, code: int, work: runs.RunArrays) -> str:
             return f"{beyond}. The motion is right up to there; choose other controls."
     if isinstance(problem.system, Multibody):
         q, v = work.state[0, : problem.q0.size].reshape(problem.q0.shape), work.stages[:, -1]
-        if is_singular_ahead(problem, q, v, step):
-            return f"{SINGULAR}. {BALL_JOINT}."
+        if is_locked_ahead(problem, q, v, step):
+            return f"{LOCKED}. {BALL_JOINT}."
     turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."

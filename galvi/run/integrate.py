@@ -72,9 +72,9 @@ def integrate(
 
     Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
     the run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
-    its states, but is no success; one whose energy, velocities under fast damping, some passage of
-    two point masses, or motion of a body without mass is doubtful is a success whose status says
-    so; so does that of one whose energy a user's function cannot tell, as it raises. Raises
+    its states, but is no success. A success has a status that says so where the energy, a velocity
+    under fast damping, a passage of two point masses or the motion of a body without mass is in
+    doubt, or where the energy is not known since a user's function raises. Raises
     ValueError or TypeError for bad input before the first step; exceptions of user functions in a
     step pass through. Ctrl-C after the last step, or one that failed, raises KeyboardInterrupt,
     whose attribute ``run`` is the trajectory.

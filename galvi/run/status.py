@@ -11,7 +11,9 @@ from galvi.arrays import Array
 from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
+from galvi.run.energies import conserves_energy
 from galvi.run.energy_check import Judgement
+from galvi.run.gimbal_lock import LOCKED
 from galvi.run.plan import CALLED, LEFT_OVER, Engine, Run, RunArrays
 from galvi.run.point_masses import encounters
 from galvi.systems.lagrangian import Lagrangian
@@ -56,7 +58,7 @@ def ending(
             reason = engine.failure(run, code, work)
             status = f"Stopped {where}: {reason}"
         if ruined is not None:
-            status += f" It was ruined from step {ruined} on: {_off(found)}."
+            status += f" It was ruined from step {ruined} on: {'; '.join(_wrong(found))}."
         if found.unjudged:
             status += f" Its energy {_unjudged(found)}."
     return Ending(failed is None, status, failed, found.energies)
@@ -69,11 +71,10 @@ def _completed(
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     problem, step, steps = run.problem, run.step, run.total or run.steps
     passage = encounters.unresolved_passage(problem, step, work.passage)
-    reasons = [_off(found)] if found.error > SMALL else []
-    reasons += [found.also] if found.also else []
+    reasons = _wrong(found)
     if found.unknown:
         undefined = "the energy is not a number"
-        if isinstance(problem.system, Lagrangian):
+        if isinstance(problem.system, Lagrangian) and conserves_energy(problem.system):
             undefined += ": L is undefined there, or no velocity has the momentum"
         reasons.append(undefined)
     if passage:
@@ -99,7 +100,7 @@ def _completed(
         remedy += f". The energy {_unjudged(found)}"
     if ruined is not None:
         return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
-    cause = "" if found.also else ": the step is too large for this motion"
+    cause = "" if LOCKED in found.said else ": the step is too large for this motion"
     return f"Completed, but {'; '.join(reasons)}{cause}. {remedy}."
 
 
@@ -107,9 +108,12 @@ def _unjudged(found: Judgement) -> str:
     return f"could not be judged {found.unjudged}"
 
 
+def _wrong(found: Judgement) -> list[str]:
+    """What is wrong with a run, in clauses."""
+    return [*([_off(found)] if found.error > SMALL else []), *found.said]
+
+
 def _off(found: Judgement) -> str:
-    if found.off:
-        return found.off
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
     return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"

@@ -1,14 +1,16 @@
 """Judges a run with forces by its energy less their work.
 
 In some steps, the first ones among them, the work is integrated along the step's curve with more
-nodes than the rule has. With the rule's own, Gauss's method keeps a quadratic energy less the work
-of any force, for any step, as it keeps quadratic invariants: that would say nothing. And between
-the watched states the energy may not change by more than forces can have done: AMPLE times the
-time by the largest power seen so far in that direction, which for a damper is none upwards.
+nodes than the rule has: a difference from the change of the energy shows a curve that the step does
+not resolve. It is blind where the energy is quadratic and the damping linear, since both rules are
+exact there and Gauss's method keeps such an energy less the work of any force, for any step. So the
+damping is looked at too: where it is so fast that a step changes a velocity by R(-h r), as
+``growth`` says, instead of by exp(-h r). And where dampers are all there is, the energy of the
+watched states must not rise, nor fall by more than they can take.
 
 A difference is measured by the largest of the kinetic energies, the range of the potential energy
-and the work of a step, so far. A run is ruined by a step that changes the energy by more than the
-steps before, without that work.
+and the work of a step, so far. A run is ruined by a step that changes the energy by more than that
+of all steps before it, and the work in that direction.
 """
 
 from __future__ import annotations
@@ -34,45 +36,30 @@ from galvi.run.energies import (
     working_force,
 )
 from galvi.run.energy_check import (
+    REST,
     Judgement,
     near_velocities,
     raised_at,
+    saved_states,
     states_of,
     steps_of,
     watched_rows,
 )
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
 from galvi.run.plan import NEVER, Engine, Run, RunArrays
-from galvi.run.singular_mass import BALL_JOINT, SINGULAR, is_singular
 from galvi.systems.lagrangian import Lagrangian, velocity_at
 from galvi.systems.multibody import Multibody
 from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
-AMPLE = 4.0
-LOOKED_AT, BEGIN, STATES = 10, 2, 64  # steps, the first of them, watched states
-LITTLE = 1e-3
-MORE = 3  # nodes more than a method's rule has
-FAST, SHORT = 4, 2.0**-6  # steps in which fast damping is sought, and a step that resolves it
+STEPS, FIRST_STEPS, STATES = 6, 2, 64  # that are looked at
+RATES_AT = 2  # of these steps, in which rates of damping are found
+DAMPED_AT, AMPLE = 8, 10.0  # states at which damping is looked at, see `_of_states`
+MORE_NODES = 3  # than a method's rule has
+SHORT = 2.0**-6  # a step that resolves a rate, times that rate
+AT_REST = 1e-9  # share of its velocity with all kinetic energy at which a component is at rest
+BEFORE = "the steps before these had ruined it"
 Redo = Callable[[Run], Trajectory]
-
-
-class Change(NamedTuple):
-    """What a step, or all steps up to a state, did.
-
-    step       number of the (last) step
-    kinetic    (2,) at its ends, for a state twice its own
-    potential  (2,)
-    work       of a step's forces; else 0
-    error      of the energy less the work
-    ruining    the part of it that no error of the work explains
-    """
-
-    step: int
-    kinetic: Array
-    potential: Array
-    work: float
-    error: float
-    ruining: float
 
 
 def has_work(system: Any) -> bool:
@@ -94,13 +81,13 @@ def judge_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Judgeme
         try:
             states = _watched(engine, run, work)
             steps = _steps(engine, run, work, states, redo)
-            powers = _powers_along(run, steps)
-            changes = [*_of_steps(run, steps, powers), *_of_states(run, work, states, powers)]
+            fast = unresolved_rate(engine, run, steps, states, redo)
+            changes = [*_of_steps(run, steps), *_of_states(run, work, states)]
             found, worst = _judged(run, sorted(changes, key=lambda change: change.step))
-            fast = undamped(engine, run, steps, states, redo)
+            locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
         except Exception as error:  # of a user's function
             return Judgement(energies=energies_so_far, unjudged=raised_at(error, work.done))
-        return _explained(run, found, worst, fast, states)
+        return _explained(run, found, worst, fast, locked)
 
 
 class Steps(NamedTuple):
@@ -127,40 +114,50 @@ def _steps(engine: Engine, run: Run, work: RunArrays, states: States, redo: Redo
     if start.keeps_curves and start.save_every == 1:
         begin = run.begin
         curves = engine.curves(problem, run.method, run.step, begin, work.bases, work.coefficients)
-        few = _some(work.done)
-        numbers, index = start.first + few, np.repeat(few, tau.size)
-        q, v = (
-            curves.places(index, np.tile(tau, few.size)),
-            curves.velocities(index, np.tile(tau, few.size)),
-        )
+        chosen = _some(work.done)
+        numbers, index = start.first + chosen, np.repeat(chosen, tau.size)
+        shares = np.tile(tau, chosen.size)
+        q, v = curves.places(index, shares), curves.velocities(index, shares)
         rows = np.hstack([work.saved_q, work.saved_v])
-        sides = [states_of(engine, problem, rows[few + k]) for k in range(2)]
+        at_begin, at_end = (states_of(engine, problem, rows[chosen + k]) for k in range(2))
     else:
         known = np.append(start.first, steps_of(start, work)[:-1])
-        few = _some(known.size)
-        again = [_again(engine, run, states, known, k, redo) for k in few.tolist()]
-        done = [k for k, one in enumerate(again) if one.success and one.curves is not None]
-        numbers, runs = known[few[done]], [again[k] for k in done]
+        chosen = _some(known.size)
+        again = [_again(engine, run, states, known, k, redo) for k in chosen.tolist()]
+        solved = [k for k, one in enumerate(again) if one.success and one.curves is not None]
+        numbers, runs = known[chosen[solved]], [again[k] for k in solved]
+        if not runs:
+            return _none(problem, tau.size)
         index = np.zeros(tau.size, dtype=np.intp)
         q, v = (
             np.concatenate([getattr(one.curves, part)(index, tau) for one in runs])
             for part in ("places", "velocities")
         )
-        sides = [
-            States(*(np.stack([part[k] for part in parts]) for parts in (
-                [one.q for one in runs], [one.p for one in runs],
-                [one.p.reshape(2, -1) for one in runs], [one.t for one in runs],
-            )))
+        at_begin, at_end = (
+            States(
+                np.stack([one.q[k] for one in runs]), np.stack([one.p[k] for one in runs]),
+                np.stack([one.p[k].ravel() for one in runs]), np.array([one.t[k] for one in runs]),
+            )
             for k in range(2)
-        ]  # fmt: skip
+        )  # fmt: skip
     n, times = len(numbers), problem.t0 + numbers * run.step
     v = v.reshape(n, tau.size, -1)
-    near = [v[:, 0], v[:, -1]]
     begins, ends = (
-        side._replace(v=_velocities(problem, side, one, times))
-        for side, one in zip(sides, near, strict=True)
+        side._replace(v=_velocities(problem, side, near, times))
+        for side, near in ((at_begin, v[:, 0]), (at_end, v[:, -1]))
     )
     return Steps(numbers + 1, times, begins, ends, q.reshape(n, tau.size, *problem.q0.shape), v)
+
+
+def _none(problem: Problem, nodes: int) -> Steps:
+    d, shape = problem.v0.size, problem.q0.shape
+    none = States(
+        np.zeros((0, *shape)), np.zeros((0, *problem.p0.shape)), np.zeros((0, d)), np.zeros(0)
+    )
+    return Steps(
+        np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nodes, *shape)),
+        np.zeros((0, nodes, d)),
+    )  # fmt: skip
 
 
 def _again(engine: Engine, run: Run, states: States, known: Any, k: int, redo: Redo) -> Trajectory:
@@ -168,25 +165,6 @@ def _again(engine: Engine, run: Run, states: States, known: Any, k: int, redo: R
     q, v = states.q[k], states.v[k].reshape(run.problem.v0.shape)
     t = run.problem.t0 + int(known[k]) * run.step
     return _one_step(engine, run, run.problem.moved(q, v, t), run.step, True, redo)
-
-
-def _velocities(problem: Problem, states: States, near: Array, t: Array) -> Array:
-    """The velocities (n, d) of momenta, each near one."""
-    system = problem.system
-    if not isinstance(system, Lagrangian):
-        return system.velocity(states.p).reshape(near.shape)
-    if isinstance(system, Multibody):
-        pairs = zip(states.q, states.p, strict=True)
-        return np.stack([np.linalg.solve(system.tree.mass(q), p) for q, p in pairs])
-    rows = zip(states.q, states.p, t, near, strict=True)
-    return np.stack([system.velocity(p, q, s, v) for q, p, s, v in rows])
-
-
-@lru_cache(maxsize=32)
-def _nodes(stages: int) -> tuple[Array, Array]:
-    """Nodes in (-1, 1) and weights of a finer rule than a method's."""
-    nodes, weights = leggauss(stages + MORE)
-    return read_only(nodes), read_only(weights)
 
 
 def _one_step(
@@ -197,10 +175,30 @@ def _one_step(
     return redo(Run(here, run.method, step, 1, start))
 
 
+def _velocities(problem: Problem, states: States, near: Array, t: Array) -> Array:
+    """The velocities (n, d) of momenta, each near one."""
+    system = problem.system
+    if not isinstance(system, Lagrangian):
+        return system.velocity(states.p).reshape(near.shape)
+    if isinstance(system, Multibody):
+        pairs = zip(states.q, states.p, strict=True)
+        found = [np.linalg.solve(system.tree.mass(q), p) for q, p in pairs]
+        return np.array(found).reshape(near.shape)
+    rows = zip(states.q, states.p, t, near, strict=True)
+    return np.array([system.velocity(p, q, s, v) for q, p, s, v in rows]).reshape(near.shape)
+
+
+@lru_cache(maxsize=32)
+def _nodes(stages: int) -> tuple[Array, Array]:
+    """Nodes in (-1, 1) and weights of a finer rule than a method's."""
+    nodes, weights = leggauss(stages + MORE_NODES)
+    return read_only(nodes), read_only(weights)
+
+
 def _some(n: int) -> Any:
     """Numbers below n, the first ones among them."""
-    spread = np.linspace(0, n - 1, LOOKED_AT - BEGIN).astype(np.int64)
-    return np.unique(np.append(np.arange(min(n, BEGIN)), spread))
+    spread = np.linspace(0, n - 1, STEPS - FIRST_STEPS).astype(np.int64)
+    return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
 
 def _watched(engine: Engine, run: Run, work: RunArrays) -> States:
@@ -209,59 +207,77 @@ def _watched(engine: Engine, run: Run, work: RunArrays) -> States:
     state, rows = run.start.state, watched_rows(engine, run, work)
     first = np.concatenate([state[0, :r], state[engine.velocity_row, :d]])
     seen = states_of(engine, problem, np.vstack([first, rows[:, : r + d]]))
-    if isinstance(problem.system, Lagrangian):
-        near = near_velocities(problem, run.method, rows)
-        v = problem.system.velocity(seen.p[0], seen.q[0], problem.t0, near[0])
-        seen = seen._replace(v=np.vstack([v, near]))
-    return seen
+    if not isinstance(problem.system, Lagrangian):
+        return seen
+    near = near_velocities(problem, run.method, rows)
+    v = problem.v0[None] if run.start.first == 0 else near[:1]
+    if run.start.first > 0:
+        v = _velocities(problem, States(*(part[:1] for part in seen)), near[:1], seen.t[:1])
+    return seen._replace(v=np.vstack([v, near]))
 
 
-def _powers_along(run: Run, steps: Steps) -> Array:
-    """The powers (n, m) of the forces along the steps' curves."""
-    tau = 0.5 * (_nodes(run.method.stages)[0] + 1.0)
-    times = steps.t[:, None] + tau * run.step
+class Change(NamedTuple):
+    """By how much the energy changed without work.
+
+    step       number of the last step of it
+    kinetic    the largest kinetic energy at its ends
+    potential  (2,) least and largest
+    work       of the forces; 0 where it is not known
+    error      of the energy less the work
+    ruining    the part of it beyond the work in its direction, 0 where that is the larger
+    """
+
+    step: int
+    kinetic: float
+    potential: Array
+    work: float
+    error: float
+    ruining: float
+
+
+def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
+    """Of single steps, by the work along their curves."""
+    nodes, weights = _nodes(run.method.stages)
+    times = steps.t[:, None] + 0.5 * (nodes + 1.0) * run.step
     flat = steps.q.reshape(-1, *run.problem.q0.shape), steps.v.reshape(times.size, -1)
-    return _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
-
-
-def _of_steps(run: Run, steps: Steps, powers: Array) -> Iterator[Change]:
-    """What steps did, by the work along their curves."""
-    work = powers @ (0.5 * run.step * _nodes(run.method.stages)[1])
-    kinetic, potential = (
-        np.stack(sides, axis=1)
-        for sides in zip(
-            *(energies(run.problem, side, forces=True) for side in (steps.begins, steps.ends)),
-            strict=True,
-        )
+    powers = _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
+    work = powers @ (0.5 * run.step * weights)
+    (T_0, V_0), (T_1, V_1) = (
+        energies(run.problem, states, forces=True) for states in (steps.begins, steps.ends)
     )
+    gained = T_1 + V_1 - T_0 - V_0
     for k, number in enumerate(steps.numbers.tolist()):
-        gained = float(np.diff(kinetic[k])[0] + np.diff(potential[k])[0])
-        error = abs(gained - work[k])
-        yield Change(number, kinetic[k], potential[k], work[k], error, min(error, abs(gained)))
+        error, range_ = float(abs(gained[k] - work[k])), np.sort([V_0[k], V_1[k]])
+        kinetic = float(np.maximum(abs(T_0[k]), abs(T_1[k])))
+        helped = max(0.0, float(work[k] * np.sign(gained[k])))
+        beyond = float(np.minimum(error, abs(gained[k]) - helped))
+        ruining = 0.0 if beyond <= helped else beyond
+        yield Change(number, kinetic, range_, float(work[k]), error, ruining)
 
 
-def _of_states(run: Run, work: RunArrays, states: States, along: Array) -> Iterator[Change]:
-    """By how much the energies at watched states differ from that at the begin, without what the
-    forces can have done, by the powers there and ``along`` some steps."""
+def _of_states(run: Run, work: RunArrays, states: States) -> Iterator[Change]:
+    """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
+    more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
+    other forces only the work in some steps is known: they may act between these."""
     problem, start = run.problem, run.start
+    system = problem.system
+    if not (isinstance(system, Multibody) and system.is_damped_alone):
+        return
     numbers = np.append(start.first, steps_of(start, work))
-    few = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
-    states, numbers = States(*(part[few] for part in states)), numbers[few]
-    times = problem.t0 + numbers * run.step
-    sign = np.sign(run.step)
-    powers, along = sign * _powers(problem, states.q, states.v, times), sign * along
+    chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
+    states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]
     kinetic, potential = energies(problem, states, forces=True)
-    total, lasted = kinetic + potential, np.abs(times - times[0])
-    can_gain, can_lose = (
-        AMPLE * lasted * np.maximum.accumulate(np.maximum(here, np.max(there, initial=0.0)))
-        for here, there in ((powers, along), (-powers, -along))
-    )
-    changed = total - total[0]
-    errors = np.maximum(np.maximum(changed - can_gain, -changed - can_lose), 0.0)
+    rates = [
+        float(np.max(damping_rates(problem, states.q[k], states.v[k], 0.0)[0]))
+        for k in np.unique(np.linspace(0, len(numbers) - 1, DAMPED_AT).astype(np.int64))
+    ]
+    lasted = np.abs(numbers - numbers[0]) * abs(run.step)
+    takes = AMPLE * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
+    risen = np.sign(run.step) * (kinetic + potential - kinetic[0] - potential[0])
+    errors = np.maximum(np.maximum(risen, -risen - takes), 0.0)
     for k in range(1, len(numbers)):
-        error = float(errors[k])
-        twice = np.repeat(kinetic[k], 2), np.repeat(potential[k], 2)
-        yield Change(int(numbers[k]), *twice, 0.0, error, error)
+        error, here = float(errors[k]), np.repeat(potential[k], 2)
+        yield Change(int(numbers[k]), abs(float(kinetic[k])), here, 0.0, error, error)
 
 
 def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
@@ -278,16 +294,17 @@ def force_on(system: Any, q: Array, v: Array, t: float) -> Array:
     return np.asarray(found, dtype=np.float64).reshape(v.shape)
 
 
-def _judged(run: Run, changes: list[Change]) -> tuple[Judgement, int]:
-    """The judgement of all changes, in order, and the step of the largest one."""
-    so_far, start = run.start.energies, start_energies(run.problem, forces=True)
-    known = (so_far if so_far.size else start.fresh).copy()
-    measure, ruined, share, worst, at = float(known[MEASURE]), None, 0.0, 0.0, 0
-    floor, kick = -1.0, -1.0
+def _judged(run: Run, changes: list[Change]) -> tuple[Judgement, Change | None]:
+    """The judgement of all changes, in order, and that which is worst, or ruins the run."""
+    so_far = run.start.energies
+    known = so_far.copy() if so_far.size else start_energies(run.problem, forces=True).fresh.copy()
+    measure, share, floor, kick = float(known[MEASURE]), 0.0, -1.0, 0.0
+    ruined: int | None = 0 if known[WORST] == math.inf else None
+    worst: Change | None = None
     for change in changes:
         known[LOWEST] = min(known[LOWEST], *change.potential)
         known[HIGHEST] = max(known[HIGHEST], *change.potential)
-        sizes = *np.abs(change.kinetic), known[HIGHEST] - known[LOWEST], abs(change.work)
+        sizes = change.kinetic, known[HIGHEST] - known[LOWEST], abs(change.work)
         largest, error = float(max(measure, *sizes)), change.error
         if error > max(ROUND_OFF * float(np.sum(sizes)), SMALL * largest):
             if floor < 0.0:
@@ -296,54 +313,31 @@ def _judged(run: Run, changes: list[Change]) -> tuple[Judgement, int]:
         if not error > SMALL * largest:
             measure = max(measure, largest)
         elif ruined is None and not change.ruining <= max(measure, kick):
-            ruined = change.step
-        if largest > 0.0 and error / largest > share:
-            share, worst, at = error / largest, error, change.step
-    if known[WORST] > known[MEASURE] > 0.0:  # before this run
-        ruined = 0
-    known[MEASURE], known[WORST] = measure, max(worst, float(known[WORST]))
+            ruined, worst, share = change.step, change, error / max(measure, kick)
+        if ruined is None and largest > 0.0 and error / largest > share:
+            worst, share = change, error / largest
+    known[MEASURE], known[WORST] = measure, known[WORST] if ruined is None else math.inf
     unknown = any(np.isnan(change.error) for change in changes)
-    return Judgement(share, measure, ruined, unknown, read_only(known)), at
+    return Judgement(share, measure, ruined, unknown, read_only(known)), worst
 
 
 def _kick(run: Run) -> float:
-    """The kinetic energy that the forces at the start, and the potential, give in a step at rest:
-    a coarse step from there may err by as much."""
+    """The kinetic energy that the forces at a start at rest, and the potential, give in a step: a
+    coarse step from there may err by as much. 0 from a start that moves."""
     problem, system = run.problem, cast(Any, run.problem.system)
     q, v, t = problem.q0, problem.v0, problem.t0
-    force = force_on(system, q, v, t)
-    rate = np.linalg.solve(_mass(problem, q, v, t), np.ravel(force)).reshape(v.shape)
-    return 0.5 * run.step**2 * float(np.sum(force * rate)) + kick_energy(problem, run.step)
+    mass, flat = _mass(problem, q, v, t), np.ravel(v)
+    force = np.ravel(force_on(system, q, 0.0 * v, t))
+    kick = 0.5 * run.step**2 * float(force @ np.linalg.solve(mass, force))
+    kick += kick_energy(problem, run.step)
+    return kick if 0.5 * float(flat @ mass @ flat) <= REST * kick else 0.0
 
 
-def _explained(
-    run: Run, found: Judgement, worst: int, fast: Undamped | None, states: States
-) -> Judgement:
-    """A judgement in words, with what is fast or singular."""
-    before, clauses, remedy = run.start.first - run.before, [], ""
-    if found.error > SMALL:
-        clauses.append(
-            f"in step {worst - before} the energy and the work of the forces differ by "
-            f"{found.error:.2g} of the largest energy so far"
-        )
-    if fast is not None:
-        clauses.append(
-            f"damping is {abs(run.step) * fast.rate:,.0f} times as fast as a step, which leaves "
-            f"velocities off by about {fast.share:.1g} of the largest in step {fast.step - before}"
-        )
-        remedy = f"Use a step of {run.method.stages / fast.rate:.1g} or less"
-    also = SINGULAR if clauses and is_singular(run.problem, states.q) else ""
-    error = max(found.error, fast.share if fast is not None else 0.0)
-    remedy = BALL_JOINT if also else remedy
-    return found._replace(error=error, off="; ".join(clauses), also=also, remedy=remedy)
+class Unresolved(NamedTuple):
+    """A velocity that forces change faster than a step resolves.
 
-
-class Undamped(NamedTuple):
-    """Velocities that are faster damped than a step resolves.
-
-    rate   the largest rate of the damping
-    share  about the error of a velocity after a step, over its largest in the run, or LITTLE of
-           that with all kinetic energy
+    rate   at which it is damped, or grows where that is negative
+    share  about its error after a step, over its largest value in the run
     step   number of that step
     """
 
@@ -352,38 +346,42 @@ class Undamped(NamedTuple):
     step: int
 
 
-def undamped(engine: Engine, run: Run, steps: Steps, states: States, redo: Redo) -> Undamped | None:
-    """Velocities that a method leaves where damping takes them within a step; None where they are
-    not excited.
+def unresolved_rate(
+    engine: Engine, run: Run, steps: Steps, states: States, redo: Redo
+) -> Unresolved | None:
+    """The velocity that is most in error since its damping is too fast for the steps; None for
+    none.
 
-    Near a state v' = -M^-1 D (v - w), D = -df/dv. Modes of a rate r with h r above the number of
+    Near a state v' = -M^-1 D (v - w), D = -df/dv. Modes of a rate r with |h r| above the number of
     stages are not resolved: their part of v - w changes by R(-h r), see ``growth``, and not by
-    exp(-h r). It is that of -v' / r, from a step that resolves it.
+    exp(-h r). It is that of -v' / r, from a step that resolves it: 0 where v is w already, as
+    behind a fast damper that has done its work.
     """
-    problem, found, h = run.problem, None, abs(run.step)
+    problem, found = run.problem, None
     system: Any = problem.system
-    largest, fastest = (
-        np.max(np.abs(energies(problem, states)[0])),
-        np.max(np.abs(states.v), axis=0),
-    )
-    few: Any = np.unique(np.linspace(0, len(steps.t) - 1, FAST).astype(np.int64))
-    for k in few if len(steps.t) else ():
+    largest = float(np.max(np.abs(energies(problem, states)[0])))
+    fastest = np.max(np.abs(states.v), axis=0)
+    chosen = np.unique(np.linspace(0, len(steps.t) - 1, RATES_AT).astype(np.int64))
+    for k in chosen if len(steps.t) else ():
         t, q, v = steps.t[k], steps.begins.q[k], steps.begins.v[k].reshape(problem.v0.shape)
         rates, modes = damping_rates(problem, q, v, t)
-        fast = h * rates > run.method.stages
+        fast = np.abs(run.step * rates) > run.method.stages
         if not fast.any():
             continue
-        rate = float(rates.max())
+        rate = float(rates[np.argmax(np.abs(rates))])
         here, short = problem.moved(q, v, t), math.copysign(SHORT / rate, run.step)
         after = _one_step(engine, run, here, short, False, redo)
         there = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
         parts = np.linalg.solve(modes, np.ravel(v - there) / short)
-        left = [growth(run.method.table, h * r) - math.exp(-h * r) for r in rates[fast]]
-        off = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
+        left = [
+            growth(run.method.table, run.step * r) - math.exp(min(-run.step * r, 700.0))
+            for r in rates[fast]
+        ]
+        error = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
         alone = np.sqrt(2.0 * largest / np.diag(_mass(problem, q, v, t)))
-        share = float(np.max(np.abs(off) / np.maximum(fastest, LITTLE * alone)))
+        share = float(np.max(np.abs(error) / np.maximum(fastest, AT_REST * alone)))
         if share > SMALL and (found is None or share > found.share):
-            found = Undamped(rate, share, int(steps.numbers[k]))
+            found = Unresolved(rate, share, int(steps.numbers[k]))
     return found
 
 
@@ -391,6 +389,7 @@ def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array
     """The rates (d,) at which forces damp velocities at a state, and their modes, as columns: those
     of M^-1 D, D = -df/dv."""
     system = problem.system
+    v = v.reshape(problem.v0.shape)
     n, size = v.size, float(np.max(np.abs(v))) or 1.0
     damping = np.empty((n, n))
     for k in range(n):
@@ -421,3 +420,38 @@ def growth(table: Tableau, z: float) -> float:
     matrix = (slope - z * psi).T @ (b[:, None] * slope) + z * np.outer(end, b @ slope)
     y = np.linalg.solve(matrix, end)
     return float(1.0 - z * (b @ slope @ y))
+
+
+def _explained(
+    run: Run, found: Judgement, worst: Change | None, fast: Unresolved | None, locked: bool
+) -> Judgement:
+    """A judgement in words, with what is fast or locked."""
+    before, said, remedy = run.start.first - run.before, [], ""
+    if found.error > SMALL and worst is not None:
+        which = "before it" if found.ruined == worst.step else "up to there"
+        said.append(
+            f"in step {worst.step - before} the energy and the work of the forces differ by "
+            f"{found.error:.2g} times the largest energy {which}"
+        )
+    elif found.ruined is not None:
+        said.append(BEFORE)
+    if fast is not None:
+        times = abs(run.step * fast.rate)
+        share = f"{times:.2g}" if times < 100.0 else f"{times:,.0f}"
+        how = "damped" if fast.rate * run.step > 0.0 else "increased"
+        off = f"about {fast.share:.1g} of" if fast.share < 1.0 else "more than"
+        said.append(
+            f"forces have {how} a velocity in 1/{share} of a step, which leaves it wrong by {off} "
+            f"its largest value in step {fast.step - before}"
+        )
+        remedy = f"Use a step of {rounded_down(run.method.stages / abs(fast.rate)):g} or less"
+    if locked:
+        said.append(LOCKED)
+        remedy = BALL_JOINT
+    return found._replace(error=0.0, said=tuple(said), remedy=remedy)
+
+
+def rounded_down(x: float) -> float:
+    """A positive number with two digits, not above it."""
+    power = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.floor(x / power * (1.0 + 1e-12)) * power:.2g}")

@@ -93,6 +93,14 @@ class Multibody(Lagrangian):
         """The force but for those parts whose energy is known; None for none."""
         return self.force.without_potential if isinstance(self.force, JointForces) else self.force
 
+    @property
+    def is_damped_alone(self) -> bool:
+        """Whether dampers of joints and tendons are all the forces without a potential."""
+        force = self.working_force
+        if isinstance(force, JointForces):
+            return not (force.pushes or force.wet or any(pull.actuator for pull in force.pulls))
+        return isinstance(force, JointDamping)
+
     def potential_of_forces(self, q: Array) -> Array:
         """The energy (...) of the others, such as springs of tendons, at configurations q."""
         lead = q.shape[: q.ndim - len(self.group.shape)]

@@ -42,13 +42,13 @@ PARTS = {
 }  # fmt: skip
 
 
-def of_tree(parts: dict[str, str]) -> galvi.Problem:
+def of_tree(parts: dict[str, str], at_rest: bool) -> galvi.Problem:
     text = TREE.format(**{**dict.fromkeys(("medium", "weight", "joint", "more"), ""), **parts})
     controls = [0.3, -0.2][
         : text.count("<motor") + text.count("<position") + text.count("<velocity")
     ]
     problem = galvi.from_mujoco(text, ctrl=controls) if controls else galvi.from_mujoco(text)
-    return problem.with_initial_state([0.7, -0.4], [0.5, 1.0])
+    return problem.with_initial_state([0.7, -0.4], [0.0, 0.0] if at_rest else [0.5, 1.0])
 
 
 def forced() -> dict[str, galvi.Problem]:
@@ -73,7 +73,8 @@ def cases() -> Iterator[tuple[str, galvi.Problem, float, Any]]:
             if name in CLOCKS:
                 yield f"{name} in a clock", make(x), 1.0, CLOCKS[name]
     for name, parts in PARTS.items():
-        yield name, of_tree(parts), 0.15, None
+        for at_rest in (False, True):
+            yield name, of_tree(parts, at_rest), 0.15, None
     for name, problem in forced().items():
         yield name, problem, 0.5, None
 

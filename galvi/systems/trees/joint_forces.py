@@ -82,12 +82,12 @@ class JointForces:
     ) -> JointForces:
         """These forces on a tree, with the damping (d,) of its joints.
 
-        Raises ValueError for other masses where an older file has not the medium.
+        Raises ValueError for other masses where an older file does not have the medium.
         """
         if "masses" in tree_.varied and any(len(medium) == 8 for *_, medium in self.wet):
             raise ValueError(
-                "masses must stay as they are, since the file of this run has the drag of its "
-                "bodies for them alone. Read the model again."
+                "masses must stay as they are: the file of this run has the drag of its bodies for "
+                "these masses only. Read the model again for others."
             )
         return replace(
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited

@@ -1,0 +1,65 @@
+"""Three hinges of a body in gimbal lock, where they are nearly two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.chart import place
+from galvi.problem import Problem
+from galvi.systems.lagrangian import CHART
+from galvi.systems.multibody import Multibody
+
+LOCKED = "three hinges of one body pass gimbal lock, where steps err whatever their size"
+BALL_JOINT = "Use a ball joint in place of the hinges"
+MOST = 512  # states that are looked at
+WAY = np.linspace(0.0, 1.0, 17)  # shares of a step
+
+
+def is_locked(problem: Problem, places: Array, momenta: Array, step: float) -> bool:
+    """Whether three hinges of a body come nearer to gimbal lock at some of the states (n, ...) than
+    the second one turns in a step; MOST of them are looked at."""
+    system = problem.system
+    if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
+        return False
+    for k in np.unique(np.linspace(0, len(places) - 1, MOST).astype(np.int64)):
+        if np.isfinite(places[k]).all() and np.isfinite(momenta[k]).all():
+            mass = system.tree.mass(places[k])
+            v = np.linalg.lstsq(mass, momenta[k], rcond=None)[0]
+            if _near_lock(mass, v, step, threes):
+                return True
+    return False
+
+
+def is_locked_ahead(problem: Problem, q: Array, v: Array, step: float) -> bool:
+    """As `is_locked`, about on the way of a step from a state."""
+    system = problem.system
+    if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
+        return False
+    way = (place(CHART, system.group, q, share * step * v) for share in WAY)
+    return any(_near_lock(system.tree.mass(there), v, step, threes) for there in way)
+
+
+def _near_lock(mass: Array, v: Array, step: float, threes: list[int]) -> bool:
+    for k in threes:
+        block = mass[k : k + 3, k : k + 3]
+        size = np.sqrt(np.diag(block))
+        least = float(np.linalg.eigvalsh(block / np.outer(size, size))[0])
+        # with equal inertias 1 - cos of the angle by which the outer axes are not parallel
+        if np.sqrt(2.0 * max(least, 0.0)) < abs(step * v[k + 1]):
+            return True
+    return False
+
+
+def _threes(system: Multibody) -> Iterator[int]:
+    """The first velocities of three hinges that follow each other on one link."""
+    first = 0
+    for link in system.links:
+        types = [joint.type for joint in link.joints]
+        places = first + np.cumsum([0, *(joint.dimension for joint in link.joints)])
+        for k in range(len(types) - 2):
+            if types[k : k + 3] == ["hinge"] * 3:
+                yield int(places[k])
+        first = int(places[-1])
