@@ -7,9 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import galvi
+from galvi.interop.judge import JudgeRequest
 from reports.cli.commands import run
 from reports.cli.judge import read_own
 
@@ -201,3 +203,28 @@ def test_the_command_without_the_suite_says_what_to_install(tmp_path):
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 2
     assert "pip install 'galvi[suite]'" in done.stderr
+
+
+def test_a_request_keeps_its_types_on_the_way_to_the_command() -> None:
+    asked = JudgeRequest(
+        1.0, None, {"safe_mode": False, "dt": np.float64(0.1), "corrector": 17}, key="3",
+        qpos=np.array([0.5]),
+    )  # fmt: skip
+    found = JudgeRequest.from_json(asked.to_json())
+    assert found.own == {"safe_mode": False, "dt": 0.1, "corrector": 17} and found.key == "3"
+    assert type(found.own["safe_mode"]) is bool and found.qpos == [0.5]
+
+
+def test_true_and_false_are_flags_of_the_own_integrator() -> None:
+    assert read_own("safe_mode=false,keep=True") == {"safe_mode": False, "keep": True}
+
+
+def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence() -> None:
+    hinge = galvi.Joint("hinge", axis=(0, 1, 0))
+    link = galvi.Link(hinge, 1.0, (0, 0, -1), 0.01)
+    driven = galvi.Multibody([link], force=lambda q, v: -0.1 * v)
+    with pytest.raises(ValueError, match="Give judge the model that it was read from"):
+        galvi.judge(galvi.Problem(driven, [1.0], [0.0]), 1.0)
+    pair = galvi.NBody([1.0, 1e-3], forces=(galvi.Force(lambda q: 0.0 * q),))
+    with pytest.raises(ValueError, match="Define them by name in a module"):
+        galvi.judge(galvi.Problem(pair, [[0, 0], [1, 0]], [[0, 0], [0, 1]]), 1.0)
