@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from galvi.systems.potentials.potentials import Potential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import BuiltinLagrangian, System
 
+_REGULAR: WeakSet[Lagrangian] = WeakSet()  # systems that are not degenerate
 WithFunctions = Canonical | Lagrangian | RigidBody | FreeBody  # systems of a user's functions
 
 
@@ -41,8 +43,9 @@ class Problem:
     they belong, at the start and at a state near it, unless the system has ``check=False``
     (`galvi.systems.derivative_check`).
 
-    Raises ValueError when a shape does not match, a number is not finite or a derivative is not
-    that of its function, TypeError when system is not a system or parameters not a mapping.
+    Raises ValueError when a shape does not match, a number is not finite, a derivative is not that
+    of its function or d2L/dv2 is singular, TypeError when system is not a system or parameters not
+    a mapping.
     """
 
     system: System
@@ -84,6 +87,9 @@ class Problem:
             self.system.check_derivatives(self.q0, self.v0, self.t0)
         if isinstance(self.system, WithFunctions | NBody):
             self.system.trace(self.q0, self.v0, self.t0)
+        if isinstance(self.system, Lagrangian) and self.system not in _REGULAR:
+            self.system.check_degenerate(self.q0, self.v0, self.t0)
+            _REGULAR.add(self.system)
 
     def __reduce__(self) -> tuple[Any, ...]:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))

@@ -25,6 +25,7 @@ from galvi.systems.user_functions import check_arguments, check_given, compiles,
 
 Function = Callable[..., Any]
 CHART = Exponential()
+NEAR = 0.1  # of the lengths of coordinates and velocities, to a state near another
 TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
 COARSE = 2.0**-38  # relative error of a differenced momentum
 
@@ -127,6 +128,25 @@ class Lagrangian:
         if hasattr(self.function, "check_start"):  # from SymPy
             self.function.check_start(q, v, t)
         legendre_transform.check_regular(self.mass(q, v, t))
+
+    def check_degenerate(self, q: Array, v: Array, t: float) -> None:
+        """ValueError where d2L/dv2 is singular at a state and near it; what cannot be computed
+        there is left to `check_functions`."""
+        if isinstance(self.function, KnownMass):
+            return
+        by_q, by_v = difference_scales(self.group, q, v)
+        moved = self._moved(q, by_q * direction(v.size, 1))(NEAR)
+        masses = []
+        for x, w in ((q, v), (moved, v + NEAR * by_v * direction(v.size, 2))):
+            try:
+                with np.errstate(all="ignore"):
+                    mass = self.mass(x, w, t)
+            except Exception:  # of a user's function, which a run reports
+                return
+            if not np.all(np.isfinite(mass)) or not legendre_transform.is_singular(mass):
+                return
+            masses.append(mass)
+        legendre_transform.check_regular(masses[0])
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless given slopes are derivatives of L, at a state and near it."""

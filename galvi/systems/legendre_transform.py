@@ -21,6 +21,7 @@ TOGETHER = 12  # passes for all states
 SEVERAL = 8  # states, from which it pays to find them together
 MOVE = 1e-5  # share of a velocity by which momenta are differenced
 ROUNDING = 1e-12  # relative residual below which stagnation of all states is round-off
+SINGULAR = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 EVEN = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
 
@@ -154,21 +155,38 @@ def check_regular(M: Array) -> None:
             f"d2L/dv2 must be finite at the start; received {M.tolist()}. Start with velocities in "
             f"the interior of the Lagrangian's domain."
         )
-    weight = balance(M)
-    scaled = M / np.outer(weight, weight)
-    if np.linalg.cond(scaled) > 1e12:
+    if is_singular(M):
         raise ValueError(
             f"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues "
-            f"{np.linalg.eigvalsh(0.5 * (M + M.T)).tolist()}; no momentum changes with the "
-            f"velocities along {_missing(scaled, weight)}. Expected a regular Lagrangian; remove "
-            f"velocities that it does not depend on."
+            f"{np.linalg.eigvalsh(0.5 * (M + M.T)).tolist()}; L is linear in the velocity along "
+            f"{_missing(M)}, or does not depend on it. Expected a regular Lagrangian, whose "
+            f"momenta give its velocities: leave out those that L does not depend on; for an L "
+            f"that is linear in others, galvi has no method."
         )
 
 
-def _missing(scaled: Array, weight: Array) -> str:
-    """The null direction of d2L/dv2 as text, such as 'v[0] - v[1]'."""
+def is_singular(M: Array) -> bool:
+    """Whether d2L/dv2 (d, d), finite, cannot be inverted, whatever the units of velocities."""
+    weight = balance(M)
+    return not np.linalg.cond(M / np.outer(weight, weight)) <= SINGULAR
+
+
+def _missing(M: Array) -> str:
+    """The null directions of d2L/dv2 as text, such as 'v[0] - v[1]', or 'v[0] and v[1]'."""
+    weight = balance(M)
+    scaled = M / np.outer(weight, weight)
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-    along = vectors[:, np.argmin(np.abs(values))] / weight
+    sizes = np.abs(values)
+    null = np.flatnonzero(sizes * SINGULAR <= np.max(sizes))
+    if len(null) == len(M):
+        null_vectors = np.eye(len(M))
+    else:
+        null_vectors = vectors[:, null if len(null) else [np.argmin(sizes)]].T
+    return " and ".join(_in_words(along / weight) for along in null_vectors)
+
+
+def _in_words(along: Array) -> str:
+    """A direction of velocities as text, such as 'v[0] - v[1]'."""
     along = along / along[np.argmax(np.abs(along))]
     words: list[str] = []
     for i in np.flatnonzero(np.abs(along) > 1e-6):

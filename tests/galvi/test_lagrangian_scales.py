@@ -194,6 +194,5 @@ def test_a_pickled_system_comes_back_equal_and_read_only(system):
 @pytest.mark.skipif(not galvi.FAST, reason="a mass by differences is not exactly singular")
 def test_the_velocities_that_change_no_momentum_are_named():
     system = galvi.Lagrangian(lambda q, v: 0.5 * (v[0] + 100.0 * v[1]) ** 2 - q @ q, galvi.Rn(2))
-    problem = galvi.Problem(system, [1.0, 1.0], [0.3, 0.2])
-    with pytest.raises(ValueError, match=r"degenerate .* along v\[0\] - 0\.01 v\[1\]\."):
-        galvi.integrate(problem, METHOD, 0.1, 1)
+    with pytest.raises(ValueError, match=r"degenerate .* along v\[0\] - 0\.01 v\[1\], or"):
+        galvi.Problem(system, [1.0, 1.0], [0.3, 0.2])

@@ -61,7 +61,7 @@ SYMBOLIC = (
     (TypeError, "t must be a SymPy symbol", lambda: made(FREE, x, u, "t")),
     (ValueError, "force must hold one .*received 2 for 1", lambda: made(FREE, x, u, force=[1, 2])),
     (ValueError, "the force must hold .*received k", lambda: made(FREE, x, u, force=-k * u)),
-    (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\]\.",
+    (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\],",
      at(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
     (ValueError, "must return a finite number; received nan at the start",
      at(made(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
@@ -73,6 +73,19 @@ SYMBOLIC = (
 HINGE = galvi.Joint("hinge")
 LINK = galvi.Link(HINGE, 1.0, (0.0, 0.0, -1.0))
 ARM = [LINK, galvi.Link(galvi.Joint("hinge", damping=0.1), 0.5, (0.0, 0.0, -0.3), parent=0)]
+
+
+IN_PLANE = (  # of degenerate Lagrangians the directions without a momentum
+    (r"v\[0\] and v\[1\]", lambda q, v: q[1] * v[0] - 0.5 * (q[0] ** 2 + q[1] ** 2)),
+    (r"v\[0\] \+ v\[1\]", lambda q, v: (v[0] - v[1]) ** 2 - q[0] ** 2),
+    (r"v\[1\]", lambda q, v: v[0] ** 2 + q[0] * v[1]),
+    (r"v\[1\]", lambda q, v: v[0] ** 2 if q[0] < 9.0 else 0.0),  # differenced
+)
+
+
+def in_plane(L):
+    """A problem of a Lagrangian of two coordinates."""
+    return lambda: galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2)), [1.0, 0.0], [0.0, 0.0])
 
 
 def varied(**parameters):
@@ -111,6 +124,13 @@ TREES = (
     (ValueError, "the Lagrangian is degenerate at the start",
      lambda: galvi.integrate(galvi.Problem(galvi.Multibody(galvi.Link(HINGE, 1.0, (0, 0, -1))),
       [0.0], [1.0]), FOUR, 0.1, 1)),
+    *(
+        (ValueError, rf"degenerate at the start: .* along {words}, or does not", in_plane(L))
+        for words, L in IN_PLANE
+    ),
+    (ValueError, "the Lagrangian is degenerate at the start",  # there alone: by the run
+     at(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
+        [1.0, 0.0], [0.0, 0.0])),
     (ValueError, r"'masses' must have shape \(2, 2\)", varied(masses=np.ones((2, 3)))),
     (ValueError, "mass must not be negative; received -1", varied(masses=-np.ones((2, 2)))),
     (ValueError, "armature, damping, gravity, masses, stiffness; received 'mass'",
