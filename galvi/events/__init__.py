@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
-from galvi.events.event import Angle, Approach, Distance, Event, Plane, Transit
+from galvi.events.event import ANY, Angle, Approach, Distances, Event, Plane, Transit
 from galvi.input_checks import shown
 
 __all__ = [
@@ -26,10 +26,27 @@ def closest_approach(i: Any, j: Any) -> Event:
     return Event(Approach(i, j), 1, name=f"closest approach of {i} and {j}")
 
 
-def within(i: Any, j: Any, distance: float) -> Event:
-    """Two bodies come within a distance, or leave it; value: their distance."""
-    far = input_checks.positive("distance", distance)
-    return Event(Distance(i, j, far), 0, name=f"{i} and {j} at {far:g}")
+def within(
+    i: Any, j: Any, distance: float | None = None, *, hill_radii: float | None = None
+) -> Event:
+    """Two bodies come within a distance, or leave it; value: their distance.
+
+    i, j        bodies; "any" for each that there is: all pairs are looked at together, and events
+                are named by theirs
+    hill_radii  instead of the distance: so many of their Hill radii at that time, which are
+                ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M; that
+                is then in no pair
+    """
+    if (distance is None) == (hill_radii is None):
+        raise ValueError("give either distance or hill_radii.")
+    if distance is not None:
+        far, hill = input_checks.positive("distance", distance), False
+    else:
+        far, hill = input_checks.positive("hill_radii", hill_radii), True
+    asked = Distances(i, j, far, hill)
+    if ANY in (i, j):
+        return Event(asked, 0, name=asked.name_of(i, j))
+    return Event(asked.one_of(i, j), 0, name=asked.name_of(i, j))
 
 
 def apsis(i: Any, about: Any) -> Event:

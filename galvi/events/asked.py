@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any, cast
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.events.entries import Entry, computed, entries, later_entries
-from galvi.events.event import Event, Value
+from galvi.events.event import Event, ManyQuantities, Value
 from galvi.problem import Problem
 
 AGREES = 1e-9  # of a function's values, to which those of entries are its own
+AT_ONCE = 2**20  # numbers that bounds of pairs take
 TRIED = 3  # states at which that is seen
 
 
@@ -119,3 +121,37 @@ class Asked:
                           for one in event.functions(problem)]  # fmt: skip
         self.function, reported, self.condition = functions
         self.reported = reported or self.function
+
+    def name_of(self, part: int) -> str:
+        """Of what it found."""
+        return self.event.name
+
+
+class AskedPairs:
+    """An event of many pairs of bodies of one problem; that of a pair is made when it is needed."""
+
+    def __init__(self, event: Event, problem: Problem, number: int) -> None:
+        self.event, self.number, self.problem = event, number, problem
+        self.many = cast(ManyQuantities, event.function)
+        self.pairs, self.names = self.many.pairs(problem), problem.body_names()
+        self.of_pair = cache(self._of_pair)
+
+    def _of_pair(self, k: int) -> Asked:
+        function = self.many.one_of(*self.pairs[k].tolist())
+        one = replace(self.event, function=function, name=self.name_of(k))
+        return Asked(one, self.problem, self.number)
+
+    def name_of(self, part: int) -> str:
+        """Of a pair."""
+        i, j = self.pairs[part].tolist()
+        return self.many.name_of(self.names[i], self.names[j])
+
+    def bounds(self, low: Array, high: Array) -> Iterator[tuple[Any, Array, Array]]:
+        """Some of the pairs (k,) and bounds (k, steps) of their functions, from those (d, steps) of
+        coordinates."""
+        shape = (*self.problem.q0.shape, -1)
+        low, high = low.reshape(shape), high.reshape(shape)
+        at_once = max(1, AT_ONCE // low[0].size)
+        for first in range(0, len(self.pairs), at_once):
+            rows = np.arange(first, min(first + at_once, len(self.pairs)))
+            yield rows, *self.many.bounds(self.problem, self.pairs[rows], low, high)

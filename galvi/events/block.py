@@ -145,16 +145,20 @@ class Block:
             t[smooth], slope[smooth] = some[0], 0.5 * some[1]
         return t, slope
 
-    def series(self, asked: Function, start: float) -> tuple[Array, Any, Array, int]:
+    def series(
+        self, asked: Function, start: float, sure: Array | None = None
+    ) -> tuple[Array, Any, Array, int]:
         """Coefficients (k, points) of interpolants on the steps that may have a root, the numbers
         of these steps here (k,), values or signs (n + 1,) between steps, and how many are rough.
 
         start  the value, or the sign, at the end of the steps before; 0 where there are none
+        sure   the sign (n,) that the function keeps on each step, 0 where that is not known; None:
+               to be found
         """
-        sure = np.zeros(len(self.begin))
-        bounded = self.polynomials is not None and self.polynomials.bounded
-        if bounded and not asked.refusal:
-            sure = self._sure(asked)
+        if sure is None:
+            known = self.bounded and not asked.refusal
+            sure = sign_of(*asked.bounds(*self._box)) if known else np.zeros(len(self.begin))
+        if self.bounded:
             sure[1:][sure[1:] * sure[:-1] < 0.0] = 0.0
             sure[0] = 0.0 if sure[0] * start < 0.0 else sure[0]
         steps = np.flatnonzero(sure == 0.0)
@@ -193,20 +197,22 @@ class Block:
             for end, seen in ((joint[:-1], ends[:-1]), (joint[1:], ends[1:])):
                 sure[seen & (end * sure <= 0.0)] = 0.0
 
-    def _sure(self, asked: Function) -> Array:
-        """The sign (n,) that the function keeps on each step, ends included; 0 where that is not
-        known."""
-        low, high = asked.bounds(*self._box)
-        with np.errstate(invalid="ignore"):
-            above = (low > 0.0) & (low > ROUNDING * high)
-            return 1.0 * above - 1.0 * ((high < 0.0) & (high < ROUNDING * low))
+    @property
+    def bounded(self) -> bool:
+        """Whether coordinates have bounds on each step."""
+        return self.polynomials is not None and self.polynomials.bounded
+
+    @cached_property
+    def places(self) -> tuple[Array, Array]:
+        """Bounds (d, n) of the coordinates on each step."""
+        return cast(StepPolynomials, self.polynomials).bounds(False, 4 * self.method.stages)
 
     @cached_property
     def _box(self) -> tuple[Any, Any, Entry]:
         """Entries that are bounds of each step: coordinates, velocities and the time."""
         steps = cast(StepPolynomials, self.polynomials)
         d, points = steps.coefficients.shape[1], 4 * self.method.stages
-        around = cache(lambda fast: steps.bounds(fast, points))
+        around = cache(lambda fast: steps.bounds(fast, points) if fast else self.places)
 
         def row(fast: bool, k: int) -> tuple[Array, Array]:
             low, high = around(fast)
@@ -257,6 +263,13 @@ class Block:
             for value in (self.piece.curves.position, self.piece.curves.velocity)
         )
         return q, v, t
+
+
+def sign_of(low: Array, high: Array) -> Array:
+    """The sign that bounds of a function show on each step, ends included; 0 for none."""
+    with np.errstate(invalid="ignore"):
+        above = (low > 0.0) & (low > ROUNDING * high)
+        return 1.0 * above - 1.0 * ((high < 0.0) & (high < ROUNDING * low))
 
 
 def is_resolved(coefficients: Array) -> Any:

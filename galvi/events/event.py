@@ -32,6 +32,23 @@ class Quantity(Protocol):
         those of many states. ValueError for bodies or joints that are not there."""
 
 
+@runtime_checkable
+class ManyQuantities(Protocol):
+    """Several of them, each of two bodies, that are looked at together."""
+
+    def pairs(self, problem: Problem) -> Any:
+        """The numbers (n, 2) of the bodies of each; ValueError for bodies that are not there."""
+
+    def one_of(self, i: int, j: int) -> Quantity:
+        """That of two bodies."""
+
+    def name_of(self, i: Any, j: Any) -> str:
+        """The name of an event of two bodies with these names."""
+
+    def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
+        """Bounds (n, steps) of their functions, from those of the places (bodies, D, steps)."""
+
+
 @dataclass(frozen=True)
 class Event:
     """A zero of function(q, v, t), a number, along a motion.
@@ -43,14 +60,14 @@ class Event:
     name       for tables
     """
 
-    function: Callable[..., Any] | Quantity
+    function: Callable[..., Any] | Quantity | ManyQuantities
     direction: int = 0
     terminal: bool = False
     action: Change | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not (callable(self.function) or isinstance(self.function, Quantity)):
+        if not (callable(self.function) or isinstance(self.function, Quantity | ManyQuantities)):
             raise TypeError(
                 f"function must be a function of (q, v, t); received {shown(self.function)}."
             )
@@ -72,7 +89,7 @@ class Event:
         """As those of a `Quantity`."""
         if isinstance(self.function, Quantity):
             return self.function.of(problem)
-        return self.function, None, None
+        return cast(Value, self.function), None, None
 
 
 def several_events(events: Any) -> tuple[Event, ...]:
@@ -160,6 +177,98 @@ class Distance:
             return _dot(gap, gap) / square - 1.0
 
         return relative, apart, None
+
+
+@dataclass(frozen=True)
+class HillDistance:
+    """As `Distance`, in Hill radii of two bodies: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with
+    M the largest mass, from whose body r are the distances."""
+
+    one: Any
+    other: Any
+    radii: float
+
+    def of(self, problem: Problem) -> tuple[Value, Value, None]:
+        i, j = _two_bodies(problem, self.one, self.other)
+        (share,), star = _hill_shares(problem, np.array([[i, j]]))
+        if star in (i, j):
+            raise ValueError(
+                f"the heaviest body has no Hill radius; received {shown(self.one)} and "
+                f"{shown(self.other)}. Give a distance."
+            )
+        _, apart, _ = Approach(i, j).of(problem)
+        factor = self.radii * share
+
+        def relative(q: Any, v: Any, t: Any) -> Any:
+            gap, one, other = q[i] - q[j], q[i] - q[star], q[j] - q[star]
+            radius = factor * (np.sqrt(_dot(one, one)) + np.sqrt(_dot(other, other)))
+            return _dot(gap, gap) / radius**2 - 1.0
+
+        return relative, apart, None
+
+
+def _hill_shares(problem: Problem, pairs: Any) -> tuple[Array, int]:
+    """The Hill radii of pairs over the sum of both distances from the heaviest body, and that."""
+    masses = cast(NBody, problem.system).masses
+    star = int(np.argmax(masses))
+    return 0.5 * np.cbrt(masses[pairs].sum(axis=1) / (3.0 * masses[star])), star
+
+
+ANY = "any"
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances of all pairs of bodies, or of one body from all others; see `galvi.events.within`.
+
+    one, other  bodies, or ANY
+    far         the distance, or how many Hill radii that is
+    hill        whether it is in Hill radii
+    """
+
+    one: Any
+    other: Any
+    far: float
+    hill: bool
+
+    def pairs(self, problem: Problem) -> Any:
+        _body(problem, 0)
+        masses = cast(NBody, problem.system).masses
+        every = np.argwhere(np.triu(np.ones((masses.size, masses.size), dtype=bool), 1))
+        for body in (self.one, self.other):
+            if body != ANY:
+                every = every[(every == _body(problem, body)).any(axis=1)]
+        if self.hill:
+            every = every[(every != int(np.argmax(masses))).all(axis=1)]
+        if not len(every):
+            raise ValueError(f"there is no such pair of bodies in {shown(problem)}.")
+        return every
+
+    def one_of(self, i: int, j: int) -> Quantity:
+        return HillDistance(i, j, self.far) if self.hill else Distance(i, j, self.far)
+
+    def name_of(self, i: Any, j: Any) -> str:
+        return f"{i} and {j} at {self.far:g}{' Hill radii' * self.hill}"
+
+    def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
+        i, j = pairs.T
+        near, far = _squares(low[i] - high[j], high[i] - low[j])
+        least: Any = self.far**2
+        most = least
+        if self.hill:
+            shares, star = _hill_shares(problem, pairs)
+            about = _squares(low - high[star], high - low[star])
+            least, most = ((self.far * shares[:, None] * (r[i] + r[j])) ** 2
+                           for r in map(np.sqrt, about))  # fmt: skip
+        with np.errstate(all="ignore"):
+            return near / most - 1.0, far / least - 1.0
+
+
+def _squares(low: Array, high: Array) -> tuple[Array, Array]:
+    """Bounds (k, steps) of squares of vectors, from those (k, D, steps) of their components."""
+    least = np.maximum(np.maximum(low, -high), 0.0)
+    most = np.maximum(-low, high)
+    return np.einsum("kds,kds->ks", least, least), np.einsum("kds,kds->ks", most, most)
 
 
 @dataclass(frozen=True)

@@ -212,8 +212,8 @@ class _Acting:
             self.ended = COMPLETED
         elif part.interrupted:
             self.interrupted = True
-        elif not (made and np.all(np.isfinite(part.q[-1]))):
-            self.ended = part.status
+        elif (self.clocked and not bound) or not (made and np.all(np.isfinite(part.q[-1]))):
+            self.ended = part.status  # at a step that failed
         self.after = -math.copysign(math.inf, self.task.step)
         self.chunk = min(2 * self.chunk, self.at_once)
 
@@ -237,7 +237,8 @@ class _Acting:
         if event.terminal:
             p = momentum_at(self.own.system, q, v, t)
             self.rows.append(_row(self.done + self._share(part, whole, t), t, q, p, v))
-            name = event.name or f"number {found.index[k]}"
+            name = self.search.asked[found.index[k]].name_of(int(found.part[k]))
+            name = name or f"number {found.index[k]}"
             self.ended = f"Ended by the event {name}, at t = {t:.10g}."
             return
         for index in found.index[k:last]:
@@ -277,7 +278,7 @@ class _Acting:
         step = self.task.step if self.rest is None else self.rest
         if self.clocked:
             return run_in_clock(own, method, step, begin, n, self.task.time, first=self.before,
-                                interrupted=self.stopped)  # fmt: skip
+                                interrupted=self.stopped, before=self.done)  # fmt: skip
         steps = Run(own, method, step, n, begin, self.done, self.most)
         return run_steps(engine_for(own, method), steps, interrupted=self.stopped)
 

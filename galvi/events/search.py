@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.events.asked import Asked, Function
-from galvi.events.block import CHUNK, Block, Piece, pieces
-from galvi.events.event import Event, several_events
+from galvi.events.asked import Asked, AskedPairs, Function
+from galvi.events.block import CHUNK, Block, Piece, pieces, sign_of
+from galvi.events.event import Event, ManyQuantities, several_events
 from galvi.events.roots import roots
 from galvi.events.shortened_steps import Shortened, shortened_steps
 from galvi.input_checks import shown
@@ -78,11 +78,13 @@ class Found:
 
 
 class Rows(NamedTuple):
-    """n events in the order of their times: t, step, index (n,), q and v (n, ...), value (n,)."""
+    """n events in the order of their times: t, step, index and which of an event of many pairs it
+    is (n,), q and v (n, ...), value (n,)."""
 
     t: Array
     step: Any
     index: Any
+    part: Any
     q: Array
     v: Array
     value: Array
@@ -130,17 +132,24 @@ class Search:
 
     def __init__(self, problem: Problem, method: Galerkin, events: tuple[Event, ...]) -> None:
         self.problem, self.method, self.events = problem, method, events
-        self.asked = [Asked(event, problem, k) for k, event in enumerate(events)]
+        self.asked = [
+            (AskedPairs if isinstance(event.function, ManyQuantities) else Asked)(event, problem, k)
+            for k, event in enumerate(events)
+        ]
         self.rows: list[Rows] = []
         self.unresolved = self.count = 0
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
-        reaching, starts = Reaching(piece.run), [0.0] * len(self.asked)
+        reaching, starts = Reaching(piece.run), [np.zeros(_parts(asked)) for asked in self.asked]
         parts = [self.none()]
         for first in range(0, len(piece.times) - 1, CHUNK):
             block = Block(piece, first, self.method)
-            parts += [self._of(asked, block, reaching, starts) for asked in self.asked]
+            for asked, start in zip(self.asked, starts, strict=True):
+                if isinstance(asked, Asked):
+                    parts.append(self._of(asked, block, reaching, start))
+                else:
+                    parts += self._of_pairs(asked, block, reaching, start)
             if self.count + sum(len(rows.t) for rows in parts) > MOST:
                 break
         rows = joined(parts)
@@ -148,10 +157,33 @@ class Search:
         self.rows.append(rows.at(np.lexsort((rows.index, reaching.sign * rows.t))))
         return self.rows[-1]
 
-    def _of(self, asked: Asked, block: Block, reaching: Reaching, starts: list[float]) -> Rows:
-        """Those of one event in a block; ``starts`` has its values at the block's begin, if any."""
-        series, steps, joint, lost = block.series(asked.function, starts[asked.number])
-        starts[asked.number] = float(joint[-1])
+    def _of_pairs(
+        self, asked: AskedPairs, block: Block, reaching: Reaching, starts: Array
+    ) -> list[Rows]:
+        """As ``_of``, of those pairs whose bounds on all steps do not exclude them."""
+        found, n = [], len(block.begin)
+        signs: Any = [(np.arange(len(starts)), np.zeros((len(starts), n)))]
+        if block.bounded:
+            bounds = asked.bounds(*block.places)
+            signs = ((rows, sign_of(low, high)) for rows, low, high in bounds)
+        for rows, sure in signs:
+            same = (sure == sure[:, :1]).all(axis=1) & (sure[:, 0] * starts[rows] >= 0.0)
+            out = same & (sure[:, 0] != 0.0)
+            starts[rows[out]] = sure[out, 0]
+            for k in np.flatnonzero(~out).tolist():
+                part, one = int(rows[k]), slice(rows[k], rows[k] + 1)
+                events = self._of(asked.of_pair(part), block, reaching, starts[one], sure[k])
+                found.append(events._replace(part=np.full(len(events.t), part)))
+        return found
+
+    def _of(
+        self, asked: Asked, block: Block, reaching: Reaching, start: Array,
+        sure: Array | None = None,
+    ) -> Rows:  # fmt: skip
+        """Those of one event in a block; ``start`` (1,) has its value at the block's begin, or 0,
+        and then that at its end. ``sure`` as of `Block.series`."""
+        series, steps, joint, lost = block.series(asked.function, float(start[0]), sure)
+        start[0] = joint[-1]
         self.unresolved += lost
         row, x, rises, slope = roots(series, joint[steps], joint[steps + 1])
         order = np.lexsort((x, row))
@@ -171,18 +203,20 @@ class Search:
         if asked.condition is not None:
             good &= asked.condition.of(q, v, t) > 0.0
         number, index = block.piece.first + block.first + row + 1, np.full(len(t), asked.number)
-        return Rows(t, number, index, q, v, asked.reported.of(q, v, t)).at(good)
+        value = asked.reported.of(q, v, t)
+        return Rows(t, number, index, np.zeros_like(index), q, v, value).at(good)
 
     def none(self) -> Rows:
         """No events."""
         whole, shapes = np.zeros(0, dtype=np.int64), (self.problem.q0.shape, self.problem.v0.shape)
         q, v = (np.zeros((0, *shape)) for shape in shapes)
-        return Rows(np.zeros(0), whole, whole, q, v, np.zeros(0))
+        return Rows(np.zeros(0), whole, whole, whole, q, v, np.zeros(0))
 
     def found(self) -> Found:
         self.rows = [joined(self.rows or [self.none()])]
-        t, step, index, q, v, value = self.rows[0]
-        names = tuple(self.events[k].name for k in index.tolist())
+        t, step, index, part, q, v, value = self.rows[0]
+        which = zip(index.tolist(), part.tolist(), strict=True)
+        names = tuple(self.asked[k].name_of(pair) for k, pair in which)
         return Found(
             read_only(t), names, step, read_only(value), index, read_only(q), read_only(v),
             self.unresolved, self.status,
@@ -191,7 +225,8 @@ class Search:
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [f"{one.name} ({why})" for one in self.asked if (why := one.function.refusal)]
+        said = [f"{one.name} ({why})" for one in self.asked
+                if isinstance(one, Asked) and (why := one.function.refusal)]  # fmt: skip
         text = (
             f"Events sampled at {4 * self.method.stages} points of each step or more, since "
             f"their functions could not be traced: {', '.join(said)}."
@@ -202,6 +237,10 @@ class Search:
                 f"missing. Use a smaller step."
             )
         return text.strip()
+
+
+def _parts(asked: Asked | AskedPairs) -> int:
+    return 1 if isinstance(asked, Asked) else len(asked.pairs)
 
 
 def _refined(
