@@ -21,7 +21,7 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.integrate import NONE, WITH_EVENTS, checked, checked_in_clock
+from galvi.run.integrate import WITH_EVENTS, checked, checked_in_clock, has_events
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run, check_memory
@@ -80,13 +80,13 @@ def integrate_many(
             }  # fmt: skip
             if isinstance(method, Galerkin) and method.clock is not None:
                 made = checked_in_clock(problem, method, step, steps, **settings)
-                watched = events not in NONE
+                watched = has_events(events)
                 each.append(WITH_EVENTS[0](*made.args, events) if watched else made)
                 compiled = compiled and isinstance(problem.system, NBody)
                 continue
             engine, run = checked(problem, method, step, steps, **settings)
             runs.append(run)
-            if events in NONE:
+            if not has_events(events):
                 each.append(partial(run_steps, engine, run))
             else:
                 given_steps = problem, method, run.step, run.start, run.steps, None

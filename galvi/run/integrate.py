@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import replace
 from functools import partial
 from typing import Any, cast
@@ -34,7 +34,6 @@ _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which 
 _ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
 # (problem, method, step, start, steps, time, events, first) -> a run with events, of `progress` and
 # `interrupted`: registered by galvi/__init__, as it searches runs and stands above.
-NONE: Any = ((), [])  # of events
 WITH_EVENTS: list[Callable[..., Callable[..., Trajectory]]] = []
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
@@ -60,8 +59,8 @@ def integrate(
     steps       number of steps; or
     duration    length of time, positive and a whole number of steps. With a clock of any length,
                 reached by a last step that is shortened, and ``steps`` is the most there may be
-    events      `galvi.Event` values, one or several, which are found in ``run.events``, may end the
-                run or change its state
+    events      `galvi.Event` values, one, several or none, which are found in ``run.events``, may
+                end the run or change its state
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
@@ -84,7 +83,7 @@ def integrate(
             problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
             solver=solver, tolerance=tolerance,
         )  # fmt: skip
-        if events not in NONE:
+        if has_events(events):
             return WITH_EVENTS[0](*run_it.args, events)(progress=progress)
         return run_it(progress=progress)
     engine, run = checked(
@@ -92,10 +91,17 @@ def integrate(
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([run])
-    if events not in NONE:
+    if has_events(events):
         given = problem, method, run.step, run.start, run.steps, None, events
         return WITH_EVENTS[0](*given)(progress=progress)
     return run_steps(engine, run, progress=progress)
+
+
+def has_events(events: Any) -> bool:
+    """Whether there are any: not in an empty list or array, nor in None."""
+    if isinstance(events, Sized) and input_checks.has_items(events):
+        return len(events) > 0
+    return events is not None
 
 
 def check_types(problem: object, method: object, call: str) -> None:
@@ -258,7 +264,7 @@ def resume(
     if start.solver == "fixed_point":
         _check_iteration(engine, problem, method)
     check_memory([more])
-    if asked not in NONE:
+    if has_events(asked):
         return WITH_EVENTS[0](problem, method, run.step, start, total, None, asked, run)(
             progress=progress
         )
@@ -286,7 +292,7 @@ def _resumed_in_clock(
             raise ValueError(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
-    if asked not in NONE:
+    if has_events(asked):
         return WITH_EVENTS[0](problem, run.method, h, start, most, time, asked, run)(
             progress=progress
         )

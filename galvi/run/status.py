@@ -116,7 +116,10 @@ def _wrong(found: Judgement) -> list[str]:
 def _off(found: Judgement) -> str:
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
-    return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"
+    return (
+        f"the energy changed by {found.energies[WORST]:.2g}, and no step kept it to {SMALL:g} "
+        f"times {MEASURE}"
+    )
 
 
 def _off_without_mass(problem: Problem, found: encounters.MasslessError | None) -> list[str]:

@@ -109,6 +109,30 @@ def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
     assert np.array_equal(more.q[1:], whole.q[len(run) - 1 :])
 
 
+def test_a_run_that_stops_in_a_clock_says_so_once_with_an_event_as_without() -> None:
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+    rest = galvi.NBody([0.5, 0.5])
+    fall = galvi.Problem(rest, [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]])
+    event = galvi.Event(lambda q, v, t: q[1, 1] - 5.0, terminal=True)
+    plain, watched = (
+        galvi.integrate(fall, method, 1.5, 50, duration=5.0, events=events)
+        for events in ((), event)
+    )
+    assert watched.status == plain.status and "bodies 0 and 1 collide" in plain.status
+    steps = plain.counts["steps"]
+    assert plain.status.startswith(f"Stopped after {steps} steps") and steps > 2
+    assert watched.failed_step == plain.failed_step == steps + 1
+
+
+@pytest.mark.parametrize("events", [None, [], np.array([])], ids=("None", "list", "array"))
+@pytest.mark.parametrize("method", [EIGHT, IN_CLOCK], ids=("steps", "clock"))
+def test_no_events_are_none_of_any_kind(events: Any, method: Any) -> None:
+    run = galvi.integrate(ORBIT, method, 0.1, 2, duration=None, events=events)
+    assert run.events is None and run.success
+    assert galvi.resume(run, 2, events=events).events is None
+    assert galvi.integrate_many([ORBIT], method, 0.1, 2, events=events)[0].events is None
+
+
 CASES = {
     "group": (
         galvi.problems.free_rigid_body(), EIGHT, 0.1,

@@ -36,6 +36,18 @@ def spring(compiled, slope=1.0):
     return galvi.Canonical(1.0, made(potential), made(gradient), check=False)
 
 
+def test_an_energy_without_a_measure_is_told_without_a_falsehood():
+    """From an equilibrium at rest a wrong force drives a pendulum up, through a range of V."""
+
+    def potential(q):
+        return 1.0 - np.cos(q[0])
+
+    pushed = galvi.Canonical(1.0, potential, lambda q: 0.0 * q + 1e-3, check=False)
+    run = galvi.integrate(galvi.Problem(pushed, [0.0], [0.0]), gauss(4), 0.2, 20)
+    assert np.ptp([potential(q) for q in run.q]) > 1e-6
+    assert "the energy changed by 4e-05, and no step kept it to 0.01 times the larger" in run.status
+
+
 def top(compiled, slope=1.0):
     """A pendulum on SO(3), V = 2 R_33, with ``slope`` times its gradient."""
 

@@ -65,11 +65,12 @@ def motion_of(
 def run_in_clock(
     problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
     time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
-    interrupted: Callable[[], bool] | None = None,
+    interrupted: Callable[[], bool] | None = None, before: int = 0,
 ) -> Trajectory:  # fmt: skip
     """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
 
-    first  the run that is continued: its last state is the first of this one
+    first   the run that is continued: its last state is the first of this one
+    before  steps of a longer run that precede these, which its status counts
     """
     motion = motion_of(problem, method, start.solver, start.tolerance)
     state = start if start.state.size else replace(
@@ -83,7 +84,7 @@ def run_in_clock(
         code = step_in_batches(
             loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
         )
-        run = _trajectory(loop, code, steps, first)
+        run = _trajectory(loop, code, steps, first, before)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     if energies.asks_functions(cast(Hashable, problem.system)):
@@ -91,7 +92,9 @@ def run_in_clock(
     return run
 
 
-def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | None) -> Trajectory:
+def _trajectory(
+    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int
+) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
     problem, start, h = loop.problem, loop.start, loop.step
     end, share = loop.to_time() if loop.reached else (None, 0.0)
@@ -149,18 +152,22 @@ def _trajectory(loop: Loop, code: int, steps: int | None, first: Trajectory | No
         engine=loop.motion.engine,
         tau=read_only(tau),
     )
-    run._judge_later(lambda: _ending(loop, run, steps, end))
+    run._judge_later(lambda: _ending(loop, run, steps, end, before))
     return run
 
 
-def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -> Mapping[str, Any]:
+def _ending(
+    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int
+) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
     start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
-    where = f"after {loop.done} steps, at t = {float(run.t[-1]):.10g}"
+    where = f"after {before + loop.done} steps, at t = {float(run.t[-1]):.10g}"
     failed: int | None = loop.done + 1
     if loop.reason:
         status = f"Stopped {where}: {loop.reason.rstrip('.')}."
-        status += f" Note that {_units(loop.problem, loop.method)}." if loop.done == 0 else ""
+        status += (
+            f" Note that {_units(loop.problem, loop.method)}." if before + loop.done == 0 else ""
+        )
     elif run.interrupted:
         status = f"Interrupted {where}; what was computed is kept."
     elif loop.time is not None and not loop.reached:
@@ -174,9 +181,9 @@ def _ending(loop: Loop, run: Trajectory, steps: int | None, end: Taken | None) -
         status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
         if found.ruined is not None:
             failed = max(found.ruined - start.first, 1)
-            status = f"Ruined from step {failed} on: {wrong}. {remedy}"
+            status = f"Ruined from step {before + failed} on: {wrong}. {remedy}"
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
-        status += f" The time does not grow along step {int(back[0]) + 1}: {TOO_LONG}."
+        status += f" The time does not grow along step {before + int(back[0]) + 1}: {TOO_LONG}."
     said = [loop.motion.remark]
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
         said.append(costly_pair(loop.problem, joined(loop.seen).q))
