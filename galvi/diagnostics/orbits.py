@@ -56,9 +56,9 @@ class OrbitalElements:
         """Positions and velocities relative to the centre, (..., 3) each, for elements of shape
         (...); gm = G (m_centre + m_body) of that shape, or a number.
 
-        The inverse of `orbital_elements`. NaN for a parabola and for e = 1, whose elements do not
-        say where the body is. Raises ValueError for an eccentricity that is negative, or does not
-        belong to the sign of the axis, and for a gm that is not positive.
+        The inverse of `orbital_elements`; NaN where an element is. Raises ValueError for a parabola
+        and for e = 1, whose elements do not say where the body is, for an eccentricity that is
+        negative, or does not belong to the sign of the axis, and for a gm that is not positive.
         """
         a, e, i, node, turn, mean, mu = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (
@@ -71,6 +71,14 @@ class OrbitalElements:
             raise ValueError(
                 "an eccentricity must be at least 0, below 1 for a positive axis and above 1 for a "
                 f"negative one; received {e.tolist()} and axes {a.tolist()}."
+            )
+        if np.any(parabolic := (e == 1.0) | np.isinf(a)):
+            place = tuple(int(k) for k in np.argwhere(parabolic)[0])
+            raise ValueError(
+                f"a and e must be those of an ellipse or a hyperbola, as on a parabola they do not "
+                f"say where the body is; received a = {a[place]:g} and e = {e[place]:g}"
+                f"{f' at {list(place)}' if place else ''}. Leave it out, or give its place and "
+                f"velocity."
             )
         if not np.all(mu > 0.0):
             raise ValueError(f"gm must be positive; received {shown(gm)}.")
@@ -147,7 +155,6 @@ def _states(
     a: Array, e: Array, i: Array, node: Array, turn: Array, mean: Array, mu: Array
 ) -> tuple[Array, Array]:
     """As `OrbitalElements.states`; (cosine, sine) and (x, y) are in the plane of the orbit."""
-    e = np.where((e == 1.0) | np.isinf(a), np.nan, e)  # the elements do not say where it is
     bound = e < 1.0
     anomaly = _anomaly(e, np.where(bound, np.remainder(mean + np.pi, TURN) - np.pi, mean), bound)
     cosine = np.where(bound, np.cos(anomaly), np.cosh(anomaly))

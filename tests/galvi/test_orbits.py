@@ -115,6 +115,20 @@ def test_a_hyperbola_has_a_negative_axis_and_an_even_mean_anomaly():
     np.testing.assert_allclose(on_it.eccentricity, 1.0, rtol=1e-15)
 
 
+@pytest.mark.parametrize("a, e, where", [
+    (1.0, 1.0, ""), ([2.0, -1.0], [0.5, 1.0], r" at \[1\]"), (math.inf, 1.0, ""),
+    ([[2.0, math.inf]], [[0.5, 1.0 + 1e-15]], r" at \[0, 1\]"),
+])  # fmt: skip
+def test_elements_of_a_parabola_are_refused_for_they_do_not_say_where_it_is(a, e, where):
+    on_it = galvi.OrbitalElements(np.array(a), np.array(e), *np.zeros(4))
+    with pytest.raises(ValueError, match=rf"say where the body is; .* and e = 1{where}\. Leave"):
+        on_it.states(1.0)
+    lost = galvi.OrbitalElements(np.array([1.0, np.nan]), np.array([0.5, np.nan]), *np.zeros(4))
+    q, v = lost.states(1.0)
+    assert q[0] == pytest.approx([0.5, 0.0, 0.0]) and v[0] == pytest.approx([0.0, 3**0.5, 0.0])
+    assert np.all(np.isnan([q[1], v[1]]))
+
+
 def test_the_centre_is_the_heaviest_body_or_the_one_asked_for():
     solar = galvi.problems.solar_system()
     order = [3, 1, 0, 2, 4, 5, 6, 7, 8, 9]
