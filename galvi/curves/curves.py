@@ -250,7 +250,7 @@ class MovingPath(Protocol):
         """Times (k, P) since the centres of steps ``number`` (k, 1), at nodes c (P,), and dt/dc."""
 
     def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
-        """q (k, P, d) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
+        """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
         times ``since`` (k, P) after their centres."""
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:

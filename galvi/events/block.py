@@ -15,7 +15,7 @@ from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurv
 from galvi.curves.curves import RedoneCurves
 from galvi.events.asked import Function
 from galvi.events.entries import Entry, later_entries
-from galvi.events.roots import points_of
+from galvi.events.roots import points_of, times_matrix
 from galvi.events.step_polynomials import StepPolynomials, step_polynomials
 from galvi.method import Galerkin
 from galvi.run.clocked.run import run_in_clock
@@ -169,12 +169,14 @@ class Block:
         found = self._interpolants(asked, steps)
         if joint is None:
             ends = np.stack([sure, sure], axis=1)
-            ends[steps] = found @ _ends(found.shape[1])
+            ends[steps] = times_matrix(found, _ends(found.shape[1]))
             joint = np.append(start or ends[0, 0], ends[:, 1])
             outside = np.flatnonzero((sure[1:] != 0.0) & (sure[:-1] == 0.0)) + 1
             joint[outside] = sure[outside]
         else:
-            off = np.stack([joint[steps], joint[steps + 1]], axis=1) - found @ _ends(found.shape[1])
+            off = np.stack([joint[steps], joint[steps + 1]], axis=1) - times_matrix(
+                found, _ends(found.shape[1])
+            )
             found[:, :2] += off @ np.array([[0.5, -0.5], [0.5, 0.5]])
         return found, steps, joint, int(np.sum(~is_resolved(found)))
 
@@ -249,9 +251,9 @@ class Block:
             return both
         if rough.any():
             q, v, t = self._on_curves(steps, points)
-            return asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t) @ matrix.T
+            return times_matrix(asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t), matrix.T)
         places, velocities, t = cast(StepPolynomials, self.polynomials).at_points(steps, points)
-        return asked.at_later(places, velocities, t) @ matrix.T
+        return times_matrix(asked.at_later(places, velocities, t), matrix.T)
 
     def _on_curves(self, steps: Any, points: int) -> tuple[Array, Array, Array]:
         """q, v (k, d, points) and t (k, points), as the curves have them at Chebyshev points."""

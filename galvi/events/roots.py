@@ -37,7 +37,7 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
             break
         middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
         maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
-        slopes = series @ _derivative(series.shape[1])
+        slopes = times_matrix(series, _derivative(series.shape[1]))
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
         single |= (np.abs(middle) + others <= FLAT) | (k == HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
@@ -50,7 +50,8 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
         rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
         left[1::2] += 2.0 * half
         series, starts, ends = (np.repeat(one[more], 2, axis=0) for one in (series, starts, ends))
-        series[::2], series[1::2] = series[::2] @ halves[0], series[1::2] @ halves[1]
+        series[::2] = times_matrix(series[::2], halves[0])
+        series[1::2] = times_matrix(series[1::2], halves[1])
         between = series[::2].sum(axis=1)
         between = np.where(between == 0.0, np.copysign(1.0, starts[::2]), np.sign(between))
         ends[::2], starts[1::2] = between, between
@@ -61,6 +62,12 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     x[ends == 0.0] = 1.0
     rises = np.sign(ends - starts).astype(np.int64)
     return rows, left + wide * (1.0 + x), rises, slope * scale[rows] / wide
+
+
+def times_matrix(rows: Array, matrix: Array) -> Array:
+    """rows @ matrix, one row after another: threads, which wait busily, would take longer."""
+    product: Array = np.matmul(rows[:, None], matrix)[:, 0]
+    return product
 
 
 @lru_cache(maxsize=64)

@@ -19,7 +19,7 @@ from numpy.polynomial import chebyshev, legendre
 from galvi.arrays import Array
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import Curves, FrameCurves, IdentityChart
-from galvi.events.roots import points_of
+from galvi.events.roots import points_of, times_matrix
 from galvi.kernels.curve_bounds import compiled_curve_bounds
 from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 
@@ -99,7 +99,7 @@ class StepPolynomials(NamedTuple):
         else:
             to_values, to_slopes = _lapse_matrices(self.lapses.shape[1], points)
             lapses = self.lapses[rows]
-            pace, t = lapses @ to_slopes, begin + lapses @ to_values
+            pace, t = times_matrix(lapses, to_slopes), begin + times_matrix(lapses, to_values)
 
         def place(i: int) -> Array:
             values: Array = bases[:, i, None] + parts[:, i] @ places
@@ -166,13 +166,14 @@ def _clock_lapses(curves: ClockCurves, rows: slice) -> tuple[Array, Any]:
     steps = np.full(n, curves.step)
     steps[-1:] = curves.last
     steps = steps[rows]
-    rates = (curves.rates[rows] @ curves.method.table.analysis.T) * steps[:, None]
+    rates = times_matrix(curves.rates[rows], curves.method.table.analysis.T) * steps[:, None]
     l = rates.shape[1] + 1
     x, matrix = points_of(l)
-    values = legendre.legval(x, 0.5 * legendre.legint(rates, lbnd=-1.0, axis=1).T)
+    since = legendre.legval(x, 0.5 * legendre.legint(rates, lbnd=-1.0, axis=1).T)
+    values = since.astype(np.float64)
     slopes = legendre.legval(np.append(x, [-1.0, 1.0]), rates.T)
     backwards = ~(slopes * np.sign(steps)[:, None] > 0.0).all(axis=1)
-    return values @ matrix.T, backwards
+    return times_matrix(values, matrix.T), backwards
 
 
 def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) -> StepPolynomials:
@@ -194,9 +195,9 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
             smooth &= _smooth(times[:, None], np.abs(times)[:, None])
         left = left[~smooth]
     rough[left] = True
-    signs = (-1.0) ** np.arange(series.shape[2])
+    bases = np.matmul(series, (-1.0) ** np.arange(series.shape[2])[:, None])[..., 0]
     return StepPolynomials(
-        Chebyshev(series.shape[2]), series @ signs, series[:, :, 1:].copy(), begin, lapses, lengths,
+        Chebyshev(series.shape[2]), bases, series[:, :, 1:].copy(), begin, lapses, lengths,
         rough, True,
     )  # fmt: skip
 
@@ -225,13 +226,13 @@ def _interpolated(
     if among_nodes:
         c = np.broadcast_to(share, shape)
         since = np.broadcast_to(curves.path.times(number, share)[0], shape)
-        lapses = (since + 0.5 * step) @ matrix.T
+        lapses = times_matrix(since + 0.5 * step, matrix.T)
     else:
         since = np.broadcast_to((share - 0.5) * step, shape)
         c = np.broadcast_to(curves.path.node(number, share)[0], shape)
         lapses = np.full((len(index), 2), 0.5 * step)
     q = curves.path.places(curves, index, c, since)
-    return np.matmul(matrix, q).transpose(0, 2, 1), lapses
+    return np.matmul(q, matrix.T), lapses
 
 
 @lru_cache(maxsize=16)

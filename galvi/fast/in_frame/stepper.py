@@ -16,9 +16,14 @@ from galvi.curves.curves import Curves, FrameCurves
 from galvi.fast.frames.frame import Frame, Motion, revolution
 from galvi.fast.frames.kepler_frame import KeplerFrame
 from galvi.fast.lanes.frames import collocation
+from galvi.fast.lanes.frames.kepler_motion import HEAD, MASS
 from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.fast.lanes.vectors import LANES
-from galvi.fast.lanes.within_steps import compiled_places_in_steps, compiled_states_in_steps
+from galvi.fast.lanes.within_steps import (
+    WIDE,
+    compiled_places_in_steps,
+    compiled_states_in_steps,
+)
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
 from galvi.kernels.forces.passages import NEAR
 from galvi.kernels.nystrom.advance import NOTHING
@@ -307,6 +312,17 @@ def frame_start(problem: Problem, method: Galerkin) -> Start:
     return fixed(state, np.zeros((0, method.stages)), solver_state)
 
 
+@lru_cache(maxsize=32)
+def _from_pairs(problem: Problem, method: Galerkin) -> Array:
+    """The matrix (d, d) from places of pairs and of the barycentre to those of bodies."""
+    d = problem.q0.size
+    w = np.zeros((d + 1, 2, d))
+    w[:, 0] = 1.0 + np.eye(d + 1, d, -1)
+    q = frame_of(method).flow(problem, w, np.zeros(d + 1)).reshape(d + 1, d)
+    matrix: Array = (q[1:] - q[0]).T
+    return np.ascontiguousarray(matrix)
+
+
 @dataclass(frozen=True, eq=False)
 class Path:
     """The curves' frame, see `galvi.curves.curves.MovingPath`."""
@@ -365,18 +381,20 @@ class Path:
         psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
         psi = (psi[:-1] - psi[-1]).reshape(*c.shape, -1)
         bases, parts = curves.bases[index], curves.coefficients[index]
-        (k, _, m), d, n = bases.shape, self.problem.q0.size, parts.shape[1] // 2
-        ways = np.matmul(psi, parts.transpose(0, 2, 1))
+        (k, P), D, n = c.shape, self.problem.q0.shape[-1], parts.shape[1] // 2
         if not isinstance(self.method.chart, KeplerFrame):
-            w = np.repeat(bases[:, None], c.shape[1], axis=1)
-            w[:, :, :2, :n] += ways.reshape(k, c.shape[1], 2, n)
-            return self.flow(w.reshape(-1, *bases.shape[1:]), since.ravel()).reshape(k, -1, d)
-        motion, q = motion_of(self.problem, self.method, self.step), np.empty((k, c.shape[1], d))
-        (state,) = aligned((8, m))
-        compiled_places_in_steps()(
-            motion.functions, motion.numbers.copy(), bases, ways, since / self.step, state, q
-        )
-        return q
+            w = np.repeat(bases[:, None], P, axis=1)
+            w[:, :, :2, :n] += np.matmul(psi, parts.transpose(0, 2, 1)).reshape(k, P, 2, n)
+            q = self.flow(w.reshape(-1, *bases.shape[1:]), since.ravel())
+            return q.reshape(k, P, -1).transpose(0, 2, 1)
+        numbers, pairs = motion_of(self.problem, self.method, self.step).numbers, n // D
+        masses, places = numbers[HEAD + pairs * MASS :][:pairs].copy(), np.empty((k, n + D, P))
+        (rows,) = aligned((2 * D + 1, -(-P // WIDE) * WIDE))
+        compiled_places_in_steps(D)(
+            (0,) * D, masses, bases, parts, np.ascontiguousarray(psi.transpose(0, 2, 1)),
+            np.array(since, order="C"), rows, places,
+        )  # fmt: skip
+        return np.matmul(_from_pairs(self.problem, self.method), places)
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
         """See `MovingPath`."""

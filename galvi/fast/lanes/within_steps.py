@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from functools import cache
 
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
+from galvi.fast.lanes.frames import universal
 from galvi.fast.lanes.frames.collocation import STAGES, TABLES, leave, solve_step
+from galvi.fast.lanes.frames.kepler_motion import NAN, dot
 from galvi.fast.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -19,12 +24,18 @@ from galvi.fast.lanes.frames.rows import (
     add_rows,
     place_nodes,
 )
+from galvi.fast.lanes.functions import square_root
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import LANES, Lanes
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.solve import SOLVED
 
-DRIFT, LEAVE = 1, 2  # of the addresses
+DRIFT = 1  # of the addresses
 LENGTH = 0  # of the numbers: that of the step
+WIDE = 2 * LANES  # places that are sought at once: two vectors, for which divisions overlap
+TERMS, MOST = 10, 12  # of a series, and corrections of X
+SMALL = 1e-4  # share of X up to which a correction, which converges as a cube, is the last one
 EVEN = 1e-8  # stretch up to which nodes stay where they are
 BASES = types.Array(types.float64, 3, "C", readonly=True)
 PLACES = types.Array(types.float64, 3, "C")
@@ -38,31 +49,92 @@ def enter_base(base, state):
         state[5, i], state[7, i] = base[2, i], base[3, i]
 
 
-@jit_inline
-def places_in_steps(functions, numbers, bases, ways, shares, state, q):
-    """q (k, P, d) <- places on k steps at P places of each.
+@intrinsic
+def move_orbits(typingctx, axes, mass, chunk, rows):
+    """Places q in a vector of lanes of the first D rows, with velocities v in the D rows after them
+    and times t in the next, <- those after t on Kepler's orbits; NaN where these were not found.
 
-    bases   (k, 4, m) states at the steps' centres and their low parts
-    ways    (k, P, 2 n) from them to w
-    shares  (k, P) of a step, from its centre
+    axes  as many entries as there are dimensions D; mass is G times the sum of both
     """
-    n = ways.shape[2] // 2
+    D = axes.count
+
+    def generate(context, builder, signature, values):
+        matrix = context.make_array(signature.args[3])(context, builder, values[3])
+        width = builder.extract_value(matrix.shape, 1)
+        lanes, row = Lanes(context, builder, width, values[2], WIDE), width.type
+        *vectors, t = (Lane(builder, lanes.load(matrix.data, row(r))) for r in range(2 * D + 1))
+        q, v, mu = vectors[:D], vectors[D:], Lane(builder, lanes.spread(values[1]))
+        r0, eta = dot(q, q).call("sqrt"), dot(q, v)
+        beta = 2.0 * mu / r0 - dot(v, v)
+        zeta = mu - beta * r0
+        mean = t * beta / mu
+        X, change = lanes.variable(mean.value), lanes.variable(lanes.nothing)
+        found = [lanes.variable(lanes.nothing) for _ in range(5)]
+        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
+            x = Lane(builder, builder.load(X))
+            G = universal.universal(beta, x, TERMS)
+            step = universal.far_correction(
+                beta, r0, eta, zeta, x, G, t, lambda a, b: a / b, square_root
+            )
+            builder.store(step.value, change)
+            for one, value in zip(found, G, strict=True):
+                builder.store(value.value, one)
+            with builder.if_then((abs(step) <= SMALL * abs(x)).every):
+                loop.do_break()
+            builder.store((x + step).value, X)
+        x, step = (Lane(builder, builder.load(one)) for one in (X, change))
+        G = [Lane(builder, builder.load(one)) for one in found]
+        _, G2, G3, _, _ = universal.moved(beta, G, step)
+        solved = abs(step) <= SMALL * abs(x)
+        f, g = 1.0 - mu * G2 / r0, t - mu * G3
+        for k in range(D):
+            place = (f * q[k] + g * v[k]).where(solved, NAN)
+            lanes.store(place.value, matrix.data, row(k))
+        return context.get_dummy_value()
+
+    return types.void(axes, mass, chunk, rows), generate
+
+
+@jit_inline
+def places_in_steps(axes, masses, bases, parts, psi, since, rows, places):
+    """places (k, D n + D, P) <- those of n pairs, by coordinates, and of the barycentre on k steps.
+
+    masses  (n,) of pairs, times G
+    bases   (k, 4, m) states at the steps' centres and their low parts
+    parts   (k, 2 n D, l) coefficients of the curves of w
+    psi     (k, l, P) their basis functions at the places
+    since   (k, P) times since the steps' centres
+    rows    (2 D + 1, P or more, a multiple of WIDE): scratch
+    """
+    D, n, count = len(axes), masses.size, since.shape[1]
     for k in range(bases.shape[0]):
-        for j in range(ways.shape[1]):
-            enter_base(bases[k], state)
-            for i in range(n):
-                state[4, i] += ways[k, j, i]
-                state[6, i] += ways[k, j, n + i]
-            call_void(functions[DRIFT], numbers, shares[k, j], state)
-            call_void(functions[LEAVE], numbers, state)
-            for i in range(q.shape[2]):
-                q[k, j, i] = state[0, i]
+        for p in range(n):
+            for half in range(2):
+                for x in range(D):
+                    row, i = half * D + x, x * n + p
+                    for j in range(rows.shape[1]):
+                        rows[row, j] = bases[k, half, i]
+                    for l in range(parts.shape[2]):
+                        part = parts[k, half * D * n + i, l]
+                        for j in range(count):
+                            rows[row, j] += part * psi[k, l, j]
+            for j in range(rows.shape[1]):
+                rows[2 * D, j] = since[k, j] if j < count else 0.0
+            for chunk in range(rows.shape[1] // WIDE):
+                move_orbits(axes, masses[p], chunk, rows)
+            for x in range(D):
+                for j in range(count):
+                    places[k, x * n + p, j] = rows[x, j]
+        for i in range(D * n, D * n + D):
+            for j in range(count):
+                places[k, i, j] = bases[k, 0, i] + since[k, j] * bases[k, 1, i]
 
 
 @cache
-def compiled_places_in_steps():
-    """``places_in_steps`` compiled or cached."""
-    signature = types.void(types.int64[::1], VECTOR, BASES, BASES, MATRIX, MATRIX, PLACES)
+def compiled_places_in_steps(dimension):
+    """``places_in_steps`` compiled or cached for a dimension."""
+    axes = types.UniTuple(types.int64, dimension)
+    signature = types.void(axes, VECTOR, BASES, BASES, PLACES, MATRIX, MATRIX, PLACES)
     return compiled_for(places_in_steps, signature, jit_inline)
 
 
