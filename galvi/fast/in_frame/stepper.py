@@ -25,7 +25,7 @@ from galvi.fast.lanes.within_steps import (
     compiled_states_in_steps,
 )
 from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
-from galvi.kernels.forces.passages import NEAR
+from galvi.kernels.forces.passages import FOUND, NEAR
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
@@ -37,8 +37,7 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import tabulate
 
-MARGIN = 0.1  # by which orbits may change before they are looked at again: after APART steps, and
-APART, AGAIN = 8192, 2  # whenever a run is so many times as long
+MARGIN, AGAIN = 0.1, 1024  # by which orbits may change before they are looked at again, in steps
 AROUND = 128  # places on an orbit
 NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
@@ -124,18 +123,22 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
-    looked: list[tuple[int, Array]] = []  # the step before which they were last looked at
+    passage = np.append(work.passage, held_pairs(run.problem)) if work.passage.size else NO_PASSAGES
 
     def advance(todo: int) -> int:
-        if not looked or work.done >= AGAIN * looked[-1][0]:
+        code = SOLVED
+        while todo and code == SOLVED:
             q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
             meet = work.watch != NEVER and can_meet(run.problem, q, v, run.method, run.step)
-            looked.append((work.done + APART, work.passage if meet else NO_PASSAGES))
-        passage = looked[-1][1]
-        return int(kernel(
-            motion.functions, motion.numbers, tables, plan, todo, (*progress[:-1], passage),
-            scratch, kept,
-        ))  # fmt: skip
+            part = min(todo, AGAIN - (run.start.first + work.done) % AGAIN)
+            code = int(kernel(
+                motion.functions, motion.numbers, tables, plan, part,
+                (*progress[:-1], passage if meet else NO_PASSAGES), scratch, kept,
+            ))  # fmt: skip
+            todo -= part
+        if passage.size and passage[0] > work.passage[0]:
+            work.passage[:FOUND] = passage[:FOUND]
+        return code
 
     def call(todo: int) -> int:
         state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.done
@@ -191,6 +194,19 @@ def can_meet(
     return any(
         not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, reach) for i, j in pairs
     )
+
+
+def held_pairs(problem: Problem) -> Array:
+    """1 for pairs of bodies that a frame moves about each other, (bodies * bodies,): the heaviest
+    and each other, and those that are bound to each other at the start."""
+    system = problem.system
+    assert isinstance(system, NBody)
+    masses, star = system.G * system.masses, int(np.argmax(system.masses))
+    apart = np.linalg.norm(problem.q0[:, None] - problem.q0, axis=2)
+    speed = np.sum((problem.v0[:, None] - problem.v0) ** 2, axis=2)
+    held = 0.5 * speed * apart < masses[:, None] + masses
+    held[star] = held[:, star] = True
+    return held.astype(np.float64).ravel()
 
 
 def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, reach: float) -> bool:

@@ -214,38 +214,78 @@ def note_states(passage, q, v, t, n):
                     passage[3], passage[4] = math.sqrt(least), t[k]
 
 
+LOOKED = 17  # times in a step at which the distance of a pair is looked at, in a frame
+
+
 @jit_inline
 def note_centre(passage, q, v, h, n, done):
-    """Update ``passage`` by the pairs on hyperbolas that pass in step number ``done``, of size h,
-    whose centre has the state q, v (bodies * dimension,).
+    """Update ``passage`` by the pairs that pass in step number ``done`` of a frame, of size h, with
+    the state q, v (bodies * dimension,) at its centre.
 
-    For frames, which move bodies on orbits about each other exactly. The path is taken as straight
-    where it is looked at whether they come near at all, twice as near as ``NEAR`` asks.
+    passage  as elsewhere, then held (bodies, bodies): 1 for pairs that the frame moves about each
+             other, which it does exactly
+
+    The paths are those about the heaviest body, to the second order in time, and where they are
+    nearest the conic section of the two alone is evaluated. It means nothing where they move
+    farther in half a step than that body is.
     """
-    dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
-    reach = 2.0 * NEAR * h / n
-    for i in range(masses.size):
-        for j in range(i + 1, masses.size):
-            mu = masses[i] + masses[j]
-            if mu == 0.0:
+    dimension, numbers = int(passage[FOUND]), passage.size - FOUND - 1
+    bodies = int(0.5 * (math.sqrt(1.0 + 4.0 * numbers) - 1.0) + 0.5)  # bodies + bodies^2 numbers
+    masses, held = passage[FOUND + 1 : FOUND + 1 + bodies], passage[FOUND + 1 + bodies :]
+    reach, star = 2.0 * NEAR * abs(h) / n, 0
+    for body in range(bodies):
+        if masses[body] > masses[star]:
+            star = body
+    for i in range(bodies):
+        for j in range(i + 1, bodies):
+            mu, row, other, sun = (
+                masses[i] + masses[j],
+                i * dimension,
+                j * dimension,
+                star * dimension,
+            )
+            if mu == 0.0 or held[i * bodies + j] > 0.0:
                 continue
-            row, other = i * dimension, j * dimension
-            square, speed, along = 0.0, 0.0, 0.0
+            near, far, square, speed, along = 0.0, 0.0, 0.0, 0.0, 0.0
             for x in range(dimension):
-                gap, rate = q[other + x] - q[row + x], v[other + x] - v[row + x]
+                one, two = q[row + x] - q[sun + x], q[other + x] - q[sun + x]
+                gap, rate = two - one, v[other + x] - v[row + x]
+                near += one * one
+                far += two * two
                 square += gap * gap
                 speed += rate * rate
                 along += gap * rate
-            if not (square > 0.0 and speed * math.sqrt(square) > 2.0 * mu):
+            if not (square > 0.0 and 0.0 < 0.25 * speed * h * h < min(near, far)):
                 continue
+            pull, other_pull = masses[star] / near**1.5, masses[star] / far**1.5
+            bend, by_gap, by_rate = 0.0, 0.0, 0.0
+            for x in range(dimension):
+                one, two = q[row + x] - q[sun + x], q[other + x] - q[sun + x]
+                turn = pull * one - other_pull * two
+                bend += turn * turn
+                by_gap += turn * (two - one)
+                by_rate += turn * (v[other + x] - v[row + x])
             since = min(max(-along / speed, -0.5 * abs(h)), 0.5 * abs(h))
             least = max(square + since * (2.0 * along + since * speed), 0.0)
-            if least > reach * reach * speed:
+            if math.sqrt(least) > reach * math.sqrt(speed) + 0.125 * math.sqrt(bend) * h * h:
                 continue
-            error = passage_error(square, speed, along, mu, 0.5, h, n)
+            least, since = math.inf, 0.0
+            for k in range(LOOKED):
+                t = (k / (LOOKED - 1.0) - 0.5) * h
+                there = square + t * (
+                    2.0 * along + t * (speed + by_gap + t * (by_rate + 0.25 * t * bend))
+                )
+                if there < least:
+                    least, since = there, t
+            if not least > 0.0:
+                continue
+            there = speed + since * (2.0 * by_rate + since * bend)
+            along += since * (speed + by_gap + since * (1.5 * by_rate + 0.5 * since * bend))
+            error = passage_error(least, there, along, mu, 0.5 + since / h, h, n)
             if error > passage[0]:
                 passage[0], passage[1], passage[2] = error, i, j
-                passage[3], passage[4] = math.sqrt(least), done
+                passage[3] = math.sqrt(max(least - along * along / there, 0.0))
+                passage[4] = done
 
 
 @cache
