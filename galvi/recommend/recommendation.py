@@ -25,7 +25,7 @@ class Candidate:
     status       empty, or the reason why the error is unknown
     newton       share of the steps that only Newton's method solved: smaller ones may cost less
     parted       time after which the two runs were of no use to each other; infinite if never
-    stopped      time at which the run stopped; infinite if it did not
+    stopped      time at which a force reached its limit, where the run stopped; else infinite
     """
 
     degree: int

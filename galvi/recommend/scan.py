@@ -27,6 +27,7 @@ from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
+from galvi.systems.system import WithLimits
 from galvi.trajectory import COMPLETED, Trajectory
 
 TRIES = 14  # numbers of steps tried
@@ -38,7 +39,7 @@ HARD = 0.1  # share of steps by Newton's method from which on smaller steps may 
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 LONGER = 1.05  # ratio of times of use below which smaller steps did not help
 PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
-STOPS = "a run stops at the same time whatever its step"
+STOPS = "a force reaches its limit at the same time whatever the step"
 FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
 
 
@@ -313,8 +314,9 @@ class Scan:
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
         error, growth, status, parted = math.inf, math.nan, _failure(run), math.inf
-        done = run.counts["steps"]
-        stopped = done * abs(run.step or 0.0) if done < part else math.inf
+        stopped = math.inf
+        if run.counts["steps"] < part and reached_limit(run):
+            stopped = run.counts["steps"] * abs(run.step or 0.0)
         if not status:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status, parted = self._error(run, check)
@@ -369,6 +371,15 @@ class Scan:
             with np.errstate(all="ignore"):
                 pace = 1.0 / DynamicalTime().rate(run.problem)(flat)
                 self.uneven = max(self.uneven, float(np.max(pace) / np.mean(pace)))
+
+
+def reached_limit(run: Trajectory) -> bool:
+    """Whether a run that stopped did so where a force reached its limit, which no step cures."""
+    system, end = run.problem.system, run.checkpoint
+    if not isinstance(system, WithLimits) or end is None:
+        return False
+    q = end.state[0, : run.problem.q0.size].reshape(run.problem.q0.shape)
+    return bool(system.beyond_limits(q, end.stages[:, -1], run.step or 0.0))
 
 
 def _failure(run: Trajectory) -> str:

@@ -235,6 +235,6 @@ def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
 def test_a_stop_that_no_step_cures_ends_a_search() -> None:
     looking, rows = search(1e-6), [tried(100, stopped=0.5), tried(200, stopped=0.51)]
     candidate, why = looking._next(rows, [], 10.0)
-    assert candidate is None and why == "it stops at t = 0.51 whatever its step"
+    assert candidate is None and why == "a force reaches its limit at t = 0.51, whatever the step"
     candidate, _ = looking._next([*rows, tried(400, stopped=1.0)], [], 10.0)
     assert candidate is not None

@@ -347,6 +347,6 @@ def test_a_stop_that_no_step_cures_ends_the_search():
     fast = galvi.from_mujoco(SERVO, ctrl=[0.3]).with_initial_state([0.0], [6.0])
     found = galvi.recommend(fast, 1e-6, 2.0)
     assert not found.reached
-    assert "a run stops at the same time whatever its step" in found.status
+    assert "a force reaches its limit at the same time whatever the step" in found.status
     assert "beyond its limits" in found.status
     assert max(one.steps for one in found.scanned) < 1_000_000

@@ -195,7 +195,8 @@ def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
 
 def test_other_lagrangians_and_forces_are_not_taken(monkeypatch):
     chain = galvi.PlanarChain([1.0, 1.0], [1.0, 1.0])
-    with_slopes = galvi.Lagrangian(chain, galvi.Rn(2), lambda q, v: np.zeros(4), check=False)
+    own = (lambda q, v: np.concatenate((v, np.zeros(2))),)
+    with_slopes = galvi.Lagrangian(chain, galvi.Rn(2), *own, check=False)
     pushed = galvi.Lagrangian(chain, galvi.Rn(2), force=lambda q, v: -v)
     copy = galvi.Lagrangian(lambda q, v: chain(q, v), galvi.Rn(2))
     assert is_chain(galvi.Problem(galvi.Lagrangian(chain, galvi.Rn(2)), [1.0, 2.0], [0.0, 0.0]))

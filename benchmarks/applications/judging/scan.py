@@ -17,6 +17,7 @@ from benchmarks.applications.judging.clock import expected, quartiles, race, ste
 from benchmarks.applications.judging.truth import thinned
 from galvi import NBody, Trajectory
 from galvi.arrays import Array
+from galvi.recommend.scan import reached_limit
 from galvi.run.energies import conserves_energy
 from galvi.trajectory import COMPLETED
 
@@ -62,7 +63,7 @@ class Tried:
     seconds     of one run
     wall        of it with what is beside the engine
     hard        whether Newton's method did steps, so that more of them may take less time
-    stopped     time at which it stopped; infinite if it did not
+    stopped     time at which a force reached its limit, where it stopped; else infinite
     """
 
     integrator: str
@@ -178,7 +179,7 @@ class Search:
         found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
                       seconds=seconds, wall=wall, status=run.status)  # fmt: skip
         if not run.success:
-            return replace(found, stopped=_end(run))
+            return replace(found, stopped=_end(run) if reached_limit(run) else math.inf)
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
         worst, doubtful = float(np.max(off)), not run.status.startswith(COMPLETED)
         return replace(
@@ -206,7 +207,7 @@ class Search:
         if len(rows) >= MOST_RUNS:
             return None, f"{MOST_RUNS} settings were tried"
         if len(rows) > 1 and _alike(rows[-2].stopped, last.stopped):
-            return None, f"it stops at t = {last.stopped:.4g} whatever its step"
+            return None, f"a force reaches its limit at t = {last.stopped:.4g}, whatever the step"
         if not many:
             if not waiting:
                 return None, "no finer one is offered"
