@@ -313,7 +313,7 @@ class Scan:
         """Try a degree and a number of steps in the duration."""
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
-        error, growth, status, parted = math.inf, math.nan, _failure(run), math.inf
+        error, growth, status, parted = math.inf, math.nan, failure(run), math.inf
         stopped = math.inf
         if run.counts["steps"] < part and reached_limit(run):
             stopped = run.counts["steps"] * abs(run.step or 0.0)
@@ -337,12 +337,12 @@ class Scan:
         part = self.part(found.degree, found.steps)
         run, _, _ = self.run(found.degree, found.steps, part)
         half, _, _ = self.run(found.degree, found.steps, part, finer=2)
-        return math.inf if _failure(run) or _failure(half) else self._error(run, half)[0]
+        return math.inf if failure(run) or failure(half) else self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str, float]:
         """The error over the duration, the power of time it grew with, why it is unusable, and
         from when on."""
-        if wrong := _failure(better):
+        if wrong := failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}", math.inf
         apart = np.maximum.accumulate(distances(run.q, at_times_of(run, better)))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
@@ -382,6 +382,6 @@ def reached_limit(run: Trajectory) -> bool:
     return bool(system.beyond_limits(q, end.stages[:, -1], run.step or 0.0))
 
 
-def _failure(run: Trajectory) -> str:
-    """Why a run is unusable, or an empty string."""
+def failure(run: Trajectory) -> str:
+    """Why a run is no success or in doubt, or an empty string."""
     return "" if run.success and run.status.startswith(COMPLETED) else run.status

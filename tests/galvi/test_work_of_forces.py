@@ -251,7 +251,7 @@ def test_a_damped_tree_from_rest_has_no_remark(seed: int, steps: int, save_every
     assert run.status == "Completed."
 
 
-def vanishing(v: Any, t: float) -> Any:
+def vanishing(q: Any, v: Any, t: float) -> Any:
     return np.array([-20.0 * v[0] if t < 5.5 else 0.0])
 
 
@@ -259,7 +259,7 @@ def vanishing(v: Any, t: float) -> Any:
 def test_a_run_that_was_ruined_stays_so_after_good_steps(first: int) -> None:
     system = galvi.Canonical(
         1.0, lambda q: 0.0 * q[0], lambda q: 0.0 * q, timed_force=True,
-        force=lambda q, v, t: vanishing(v, t),
+        force=vanishing,
     )  # fmt: skip
     start = galvi.Problem(system, [0.0], [1.0])
     run = galvi.integrate(start, method(2, galvi.radau(2)), 1.0, first)

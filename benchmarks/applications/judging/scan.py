@@ -17,9 +17,8 @@ from benchmarks.applications.judging.clock import expected, quartiles, race, ste
 from benchmarks.applications.judging.truth import thinned
 from galvi import NBody, Trajectory
 from galvi.arrays import Array
-from galvi.recommend.scan import reached_limit
+from galvi.recommend.scan import failure, reached_limit
 from galvi.run.energies import conserves_energy
-from galvi.trajectory import COMPLETED
 
 MOST_RUNS = 12  # of one integrator
 LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
@@ -181,11 +180,11 @@ class Search:
         if not run.success:
             return replace(found, stopped=_end(run) if reached_limit(run) else math.inf)
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
-        worst, doubtful = float(np.max(off)), not run.status.startswith(COMPLETED)
+        worst, doubt = float(np.max(off)), failure(run)
         return replace(
             found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
-            reached=worst <= self.wanted and not doubtful,
-            status=run.status if doubtful else self.word(worst),
+            reached=worst <= self.wanted and not doubt,
+            status=doubt or self.word(worst),
             hard=run.counts.get("newton_steps", 0) > 0,
         )  # fmt: skip
 

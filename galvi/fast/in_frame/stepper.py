@@ -37,7 +37,8 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import tabulate
 
-MARGIN, AGAIN = 0.1, 1024  # by which orbits may change before they are looked at again, in steps
+MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
+AGAIN = 1024  # steps until it is
 AROUND = 128  # places on an orbit
 NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
