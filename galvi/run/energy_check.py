@@ -132,9 +132,13 @@ def _judged(
 
 
 def raised_at(error: Exception, step: int) -> str:
+    return f"at step {step}, where it raised {in_words(error)}"
+
+
+def in_words(error: Exception) -> str:
+    """The kind of an exception, and its message on one line."""
     reason = " ".join(str(error).split())
-    kind = type(error).__name__
-    return f"at step {step}, where it raised {kind}{': ' if reason else ''}{reason}"
+    return f"{type(error).__name__}{': ' if reason else ''}{reason}"
 
 
 def judgement(

@@ -38,8 +38,8 @@ from galvi.run.energies import (
 from galvi.run.energy_check import (
     REST,
     Judgement,
+    in_words,
     near_velocities,
-    raised_at,
     saved_states,
     states_of,
     steps_of,
@@ -86,7 +86,8 @@ def judge_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Judgeme
             found, worst = _judged(run, sorted(changes, key=lambda change: change.step))
             locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
         except Exception as error:  # of a user's function
-            return Judgement(energies=energies_so_far, unjudged=raised_at(error, work.done))
+            unjudged = f"with the work of its forces, which raised {in_words(error)}"
+            return Judgement(energies=energies_so_far, unjudged=unjudged)
         return _explained(run, found, worst, fast, locked)
 
 
