@@ -3,7 +3,7 @@ function on each of many: a sign that it keeps, or an interpolant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from typing import Any, NamedTuple, cast
@@ -204,20 +204,25 @@ class Block:
         """Whether coordinates have bounds on each step."""
         return self.polynomials is not None and self.polynomials.bounded
 
-    @cached_property
+    @property
     def places(self) -> tuple[Array, Array]:
         """Bounds (d, n) of the coordinates on each step."""
-        return cast(StepPolynomials, self.polynomials).bounds(False, 4 * self.method.stages)
+        return self._bounds(False)
+
+    @cached_property
+    def _bounds(self) -> Callable[[bool], tuple[Array, Array]]:
+        """Those of the coordinates, or velocities, by whether it is these; kept. It must not hold
+        this block, which would outlive its search."""
+        steps, points = cast(StepPolynomials, self.polynomials), 4 * self.method.stages
+        return cache(lambda fast: steps.bounds(fast, points))
 
     @cached_property
     def _box(self) -> tuple[Any, Any, Entry]:
         """Entries that are bounds of each step: coordinates, velocities and the time."""
-        steps = cast(StepPolynomials, self.polynomials)
-        d, points = steps.coefficients.shape[1], 4 * self.method.stages
-        around = cache(lambda fast: steps.bounds(fast, points) if fast else self.places)
+        bounds, d = self._bounds, cast(StepPolynomials, self.polynomials).coefficients.shape[1]
 
         def row(fast: bool, k: int) -> tuple[Array, Array]:
-            low, high = around(fast)
+            low, high = bounds(fast)
             return low[k], high[k]
 
         q, v = (later_entries(partial(row, fast), d) for fast in (False, True))
