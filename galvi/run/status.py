@@ -70,7 +70,7 @@ def _completed(
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     problem, step, steps = run.problem, run.step, run.total or run.steps
-    passage = encounters.unresolved_passage(problem, step, work.passage)
+    passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
     reasons = _wrong(found)
     if found.unknown:
         undefined = "the energy is not a number"
@@ -90,7 +90,7 @@ def _completed(
             said.append(f"Compiled functions were called one state at a time: {why}.")
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
-    if encounters.adapting_steps(problem, step, work.passage):
+    if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
     if found.remedy:
         remedy = found.remedy

@@ -172,6 +172,24 @@ def leaves(part: Nested) -> list[Any]:
     return [one for inner in part for one in leaves(inner)] if isinstance(part, tuple) else [part]
 
 
+def held_pairs(nested: Nested) -> Array:
+    """1 for pairs of bodies of which one is in the first part of the smallest part that has both:
+    others move about that, and not about each other; (bodies, bodies)."""
+    count = len(leaves(nested))
+    held = np.zeros((count, count))
+
+    def visit(part: Nested) -> None:
+        if isinstance(part, tuple):
+            first, *others = (leaves(inner) for inner in part)
+            for bodies in others:
+                held[np.ix_(first, bodies)] = held[np.ix_(bodies, first)] = 1.0
+            for inner in part:
+                visit(inner)
+
+    visit(nested)
+    return held
+
+
 def about_the_heaviest(problem: Problem) -> Nested:
     """Its heaviest body and the others in the order of their orbits about it."""
     system: Any = problem.system

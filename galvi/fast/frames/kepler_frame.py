@@ -14,8 +14,10 @@ from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.fast.frames.frame import EVEN, Motion, matrix_of
 from galvi.fast.frames.hierarchy import (
     Hierarchy,
+    Nested,
     about_the_heaviest,
     attraction,
+    held_pairs,
     hierarchy_of,
     jacobi,
     mean_anomaly,
@@ -166,13 +168,17 @@ class KeplerFrame:
             f"Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller step."
         )
 
+    def _nested_in(self, problem: Problem) -> Nested:
+        if self.hierarchy is None:
+            return about_the_heaviest(problem)
+        return nested_in(problem, self.hierarchy)[0]
+
     def _found(self, problem: Problem) -> Hierarchy:
-        nested = (
-            about_the_heaviest(problem)
-            if self.hierarchy is None
-            else nested_in(problem, self.hierarchy)[0]
-        )
-        return hierarchy_of(problem, nested)
+        return hierarchy_of(problem, self._nested_in(problem))
+
+    def held_pairs(self, problem: Problem) -> Array:
+        """1 for pairs of bodies that the frame moves about each other, (bodies, bodies)."""
+        return held_pairs(self._nested_in(problem))
 
     def rows(self, problem: Problem) -> int:
         """See `Frame`."""

@@ -40,6 +40,7 @@ from galvi.tableau import tabulate
 MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
 AGAIN = 1024  # steps until it is
 AROUND = 128  # places on an orbit
+BENT = 1.5  # Hill radii within which two orbits change each other much
 NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
 FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
@@ -118,13 +119,17 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     """The `Call` and the tables it uses."""
     motion = motion_of(run.problem, run.method, run.step)
     tables = tables_of(motion, run.method, checks)
-    scratch = _scratch(motion, tables, work.state.shape)
+    ways = np.ones((work.state.shape[1] + 1, tables[0].shape[0] + 2))
+    scratch = *_scratch(motion, tables, work.state.shape), ways
     for nodes, c in ((scratch[0][2], tables[2]), (scratch[1][2], tables[-1][2])):
         nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
     kernel = collocation.compiled_advance_frame()
     plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
-    passage = np.append(work.passage, held_pairs(run.problem)) if work.passage.size else NO_PASSAGES
+    frame, passage = frame_of(run.method), NO_PASSAGES
+    if work.passage.size:
+        held = cast(KeplerFrame, frame).held_pairs(run.problem)
+        passage = np.append(work.passage, held)
 
     def advance(todo: int) -> int:
         code = SOLVED
@@ -157,8 +162,8 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
 
 
 def _scratch(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Rows of the stages, of those of the first pass, and what the functions need; the latter's
-    state has that shape."""
+    """Rows of the stages, of those of the first pass, what the functions need, and a state of that
+    shape."""
     rows, width, few = motion.sizes.size, tables[1].size, tables[-1][2].size
     arrays = aligned(
         *(shape for m in (width, few)
@@ -173,7 +178,7 @@ def can_meet(
     problem: Problem, places: tuple[float, ...], velocities: tuple[float, ...], method: Galerkin,
     step: float,
 ) -> bool:  # fmt: skip
-    """Whether two bodies may pass each other so close that `note_centre` looks at them, on the
+    """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
     orbits about the heaviest one of a state, wherever they are on these, up to ``MARGIN``."""
     system = problem.system
     if not isinstance(system, NBody):
@@ -190,28 +195,19 @@ def can_meet(
         far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + MARGIN)
     apart = (near[:, None] > far) | (near > far[:, None])
     apart |= np.add.outer(masses[others], masses[others]) == 0.0
-    reach = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
-    pairs = np.argwhere(np.triu(~apart, 1))
+    time = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
     return any(
-        not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, reach) for i, j in pairs
+        not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, time, pull)
+        for i, j in np.argwhere(np.triu(~apart, 1))
+        if (pull := system.G * (masses[others[i]] + masses[others[j]]))
     )
 
 
-def held_pairs(problem: Problem) -> Array:
-    """1 for pairs of bodies that a frame moves about each other, (bodies * bodies,): the heaviest
-    and each other, and those that are bound to each other at the start."""
-    system = problem.system
-    assert isinstance(system, NBody)
-    masses, star = system.G * system.masses, int(np.argmax(system.masses))
-    apart = np.linalg.norm(problem.q0[:, None] - problem.q0, axis=2)
-    speed = np.sum((problem.v0[:, None] - problem.v0) ** 2, axis=2)
-    held = 0.5 * speed * apart < masses[:, None] + masses
-    held[star] = held[:, star] = True
-    return held.astype(np.float64).ravel()
-
-
-def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, reach: float) -> bool:
-    """Whether two ellipses come nearer to each other than ``reach`` times the relative velocity.
+def _orbits_near(
+    mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float
+) -> bool:  # fmt: skip
+    """Whether two ellipses come nearer to each other than their relative velocity, or their own
+    attraction, moves them in a time, or than that bends their paths in many revolutions.
 
     Where they are nearest, their distance is perpendicular to both: places beside those add the
     square of their own distance.
@@ -222,7 +218,10 @@ def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, reach: float) ->
         for a, b in zip(one[:2], other[:2], strict=True)
     )
     beside = 0.25 * (one[2] + other[2]) ** 2
-    return bool(np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2 * fast))
+    r = max(float(np.linalg.norm(q[k])) for k in (i, j))
+    bent = np.cbrt(2.0 * pull * time**2) + BENT * r * np.cbrt(pull / (3.0 * mu[i]))
+    reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
+    return bool(np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2))
 
 
 def _ellipse(mu: float, q: Array, v: Array) -> tuple[Array, Array, float]:

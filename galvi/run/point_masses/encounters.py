@@ -16,7 +16,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.kernels.forces.passages import FOUND, UNRESOLVED
+from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRAME
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -24,6 +24,7 @@ from galvi.trajectory import Trajectory
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
+SEVERAL = 100.0  # parts of a step for a passage, instead of which a clock is to be used
 ADAPT = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
@@ -89,22 +90,23 @@ def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
     return square / (mu * (1.0 + e))
 
 
-def adapting_steps(problem: Problem, step: float, passage: Array) -> bool:
-    """Whether a step small enough for the worst passage is one that nobody would wait for."""
-    if passage.size == 0 or not passage[0] > UNRESOLVED:
-        return False
+def asks_for_a_clock(problem: Problem, step: float, passage: Array) -> bool:
+    """Whether the worst passage needs steps so small that a clock's are fewer."""
     _error, one, other, distance, _number = passage[:FOUND]
     system: Any = problem.system
     mu = system.G * (system.masses[int(one)] + system.masses[int(other)])
-    return bool(np.sqrt(distance**3 / mu) < abs(step) / MANY)
+    return bool(np.sqrt(distance**3 / mu) < abs(step) / SEVERAL)
 
 
-def unresolved_passage(problem: Problem, step: float | None, passage: Array) -> str:
+def unresolved_passage(
+    problem: Problem, step: float | None, passage: Array, framed: bool = False
+) -> str:
     """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved.
 
-    step  of the run; None in a clock, where the passage has its time
+    step    of the run; None in a clock, where the passage has its time
+    framed  whether it was one in a frame
     """
-    if passage.size == 0 or not passage[0] > UNRESOLVED:
+    if passage.size == 0 or not passage[0] > (UNRESOLVED_IN_A_FRAME if framed else UNRESOLVED):
         return ""
     error, one, other, distance, number = passage[:FOUND]
     names = body_names(problem, problem.q0.shape[0])

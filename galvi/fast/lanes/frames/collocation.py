@@ -25,6 +25,8 @@ coarse     for the first pass, whose states are all the same: at fewer nodes, th
 nodes      (5, P)  times, times since the step's centre, weights dt/dc, then places of the nodes in
                    [-1, 1] and their slopes, which are given
 spare      (8, m)
+ways       (m + 1, s + 2) places at a step's start, stages and end; in the last row the shares of
+           it there, the last of which is given
 solver_state  (3,) see galvi.kernels.nystrom.advance
 """
 
@@ -47,7 +49,7 @@ from galvi.fast.lanes.frames.rows import (
 )
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, compiled_for, jit_inline
-from galvi.kernels.forces.passages import note_centre
+from galvi.kernels.forces.passages import may_pass, note_paths
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
@@ -55,14 +57,14 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, w
 # (numbers, nodes, W, work, guess, k, pass): k <- weight times w' at the stages W. work (.., LANES)
 # is scratch for eight stages, guess (.., P) is kept from pass to pass; the first pass is 0
 RATES = types.void(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
-# (numbers, share, state): rows 4 to 7 of the state move by a share 1 or 1/2 of a step
+# (numbers, share, state): rows 4 to 7 of the state move by a share of a step, at most 1
 DRIFT = types.void(VECTOR, REAL, MATRIX)
 # (numbers, state): rows 0 to 3 from rows 4 to 7
 LEAVE = types.void(VECTOR, MATRIX)
 COARSE = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX))
 TABLES = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, COARSE))
 STAGES = types.UniTuple(MATRIX, 4)
-WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
+WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 FURTHER = 2  # passes more than usual, after which a step is given up
@@ -115,16 +117,43 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
 
 
 @jit_inline
+def see(functions, numbers, share, state, spare):
+    """q and v, in rows 0 and 2 of ``spare``, at a share of a step after w in rows 4 to 7 of the
+    state."""
+    for row in range(4, 8):
+        for i in range(state.shape[1]):
+            spare[row, i] = state[row, i]
+    if share != 0.0:
+        call_void(functions[1], numbers, share, spare)
+    call_void(functions[2], numbers, spare)
+
+
+@jit_inline
+def place_way(functions, numbers, h, state, spare, W, nodes, ways):
+    """q at the start of a step and at its stages W, in the columns of ``ways``, and the shares of
+    the step there in its last row."""
+    n = W.shape[0] // 2
+    for look in range(ways.shape[1]):
+        share = nodes[OFFSET, look - 1] / h if look > 0 else -0.5
+        see(functions, numbers, 0.0, state, spare)
+        for i in range(n):
+            if look > 0:
+                spare[4, i], spare[5, i] = W[i, look - 1], 0.0
+                spare[6, i], spare[7, i] = W[n + i, look - 1], 0.0
+        call_void(functions[1], numbers, share, spare)
+        call_void(functions[2], numbers, spare)
+        for i in range(ways.shape[0] - 1):
+            ways[i, look] = spare[0, i]
+        ways[ways.shape[0] - 1, look] = share + 0.5
+
+
+@jit_inline
 def leave(functions, numbers, state, spare, d):
     """Rows 0 to 3 of the state at the step's end from w at its centre, in rows 4 to 7.
 
     Returns whether they are finite; else they stay as they are.
     """
-    for row in range(4, 8):
-        for i in range(state.shape[1]):
-            spare[row, i] = state[row, i]
-    call_void(functions[1], numbers, 0.5, spare)
-    call_void(functions[2], numbers, spare)
+    see(functions, numbers, 0.5, state, spare)
     total = 0.0
     for i in range(d):
         total += abs(spare[0, i]) + abs(spare[2, i])
@@ -157,7 +186,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
     plan, kept = Plan(*plan), Kept(*kept)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
     state, _stages, solver_state, counts, passage = progress
-    stages, coarse_stages, work, spare = scratch
+    stages, coarse_stages, work, spare, ways = scratch
     W, k, nodes, _guess = stages
     n, d = W.shape[0] // 2, kept.q.shape[1]
     if solver_state[HOLDS] == NOTHING:
@@ -174,14 +203,19 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
             return code
         if kept.bases.shape[0] > 0:
             keep_curve(state, fit, k, kept.bases[step], kept.curves[step])
+        passing = False
         if passage.size > 0:
-            for i in range(4, 8):
-                for j in range(state.shape[1]):
-                    spare[i, j] = state[i, j]
-            call_void(functions[2], numbers, spare)
-            note_centre(passage, spare[0], spare[2], plan.step, matrix.shape[0], number + 1)
+            see(functions, numbers, 0.0, state, spare)
+            passing = may_pass(passage, spare[0], spare[2], plan.step, matrix.shape[0])
+        if passing:
+            place_way(functions, numbers, plan.step, state, spare, W, nodes, ways[:, :-1])
         add_rows(b, k, state[4], state[5], 0, n)
         add_rows(b, k, state[6], state[7], n, n)
+        if passing:
+            see(functions, numbers, 0.5, state, spare)
+            for i in range(d):
+                ways[i, ways.shape[1] - 1] = spare[0, i]
+            note_paths(passage, ways, plan.step, matrix.shape[0], number + 1)
         row, rest = divmod(step + 1, plan.every)
         if (
             rest == 0 or step + 1 == first + todo or step + 1 == plan.total
