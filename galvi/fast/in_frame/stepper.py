@@ -39,8 +39,8 @@ from galvi.tableau import tabulate
 
 MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
 AGAIN = 1024  # steps until it is
-AROUND = 128  # places on an orbit
-BENT = 1.5  # Hill radii within which two orbits change each other much
+AROUND = (128, 512)  # places on an orbit; more where these do not tell
+BENT = 0.5  # Hill radii by which two orbits bend each other before they pass
 NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
 FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
@@ -206,26 +206,29 @@ def can_meet(
 def _orbits_near(
     mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float
 ) -> bool:  # fmt: skip
-    """Whether two ellipses come nearer to each other than their relative velocity, or their own
-    attraction, moves them in a time, or than that bends their paths in many revolutions.
+    """Whether two ellipses come nearer to each other than their relative velocity and their own
+    attraction move them in a time, and than they bend each other.
 
     Where they are nearest, their distance is perpendicular to both: places beside those add the
     square of their own distance.
     """
-    one, other = (_ellipse(float(mu[k]), q[k], v[k]) for k in (i, j))
-    square, fast = (
-        np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
-        for a, b in zip(one[:2], other[:2], strict=True)
-    )
-    beside = 0.25 * (one[2] + other[2]) ** 2
-    r = max(float(np.linalg.norm(q[k])) for k in (i, j))
-    bent = np.cbrt(2.0 * pull * time**2) + BENT * r * np.cbrt(pull / (3.0 * mu[i]))
-    reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
-    return bool(np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2))
+    bent = BENT * max(float(np.linalg.norm(q[k])) for k in (i, j)) * np.cbrt(pull / (3.0 * mu[i]))
+    bent += np.cbrt(2.0 * pull * time**2)
+    for places in AROUND:
+        one, other = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
+        square, fast = (
+            np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
+            for a, b in zip(one[:2], other[:2], strict=True)
+        )
+        beside = 0.25 * (one[2] + other[2]) ** 2
+        reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
+        if not np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2):
+            return False
+    return True
 
 
-def _ellipse(mu: float, q: Array, v: Array) -> tuple[Array, Array, float]:
-    """Places and velocities (AROUND, dimension) on the ellipse of a state, and the largest distance
+def _ellipse(mu: float, q: Array, v: Array, count: int) -> tuple[Array, Array, float]:
+    """Places and velocities (count, dimension) on the ellipse of a state, and the largest distance
     of two neighbours."""
     r = np.linalg.norm(q)
     eccentric = ((v @ v - mu / r) * q - (q @ v) * v) / mu
@@ -234,12 +237,12 @@ def _ellipse(mu: float, q: Array, v: Array) -> tuple[Array, Array, float]:
     across = q - (q @ first) * first if abs(q @ first) < 0.7 * r else v - (v @ first) * first
     across = across / np.linalg.norm(across)
     across = across if (v @ across) * (q @ first) >= (v @ first) * (q @ across) else -across
-    u = 2.0 * np.pi * np.arange(AROUND)[:, None] / AROUND
+    u = 2.0 * np.pi * np.arange(count)[:, None] / count
     minor = a * math.sqrt(max(1.0 - e * e, 0.0))
     places = a * (np.cos(u) - e) * first + minor * np.sin(u) * across
     pace = np.sqrt(mu / a**3) / (1.0 - e * np.cos(u))
     speeds = pace * (minor * np.cos(u) * across - a * np.sin(u) * first)
-    return places, speeds, 2.0 * np.pi * a / AROUND
+    return places, speeds, 2.0 * np.pi * a / count
 
 
 @lru_cache(maxsize=32)
