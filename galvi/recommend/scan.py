@@ -291,7 +291,8 @@ class Scan:
             if 2 * steps > self.most:
                 break
             steps *= 2
-        self.run(degree, steps, 1, solver="newton")
+        if self.clock is None or not getattr(self.problem.system, "has_massless", False):
+            self.run(degree, steps, 1, solver="newton")  # which a clock does not do without mass
         self.spent = spent
         return steps
 

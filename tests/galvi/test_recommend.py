@@ -350,3 +350,17 @@ def test_a_stop_that_no_step_cures_ends_the_search():
     assert "a force reaches its limit at the same time whatever the step" in found.status
     assert "beyond its limits" in found.status
     assert max(one.steps for one in found.scanned) < 1_000_000
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="massless bodies in a clock need galvi.fast")
+def test_a_massless_body_is_scanned_in_a_clock() -> None:
+    """A meteoroid past the Earth, for which the scan of equal steps advises the clock."""
+    system = galvi.NBody([1.0, 3.003e-6, 0.0], 0.01720209895**2)
+    q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0547393, -0.0181191, 0.1044317]]
+    v = [[0.0, 0.0, 0.0], [0.0, 0.017202125, 0.0], [-0.002481971, 0.017854206, -0.004025093]]
+    problem, clock = galvi.Problem(system, q, v), galvi.DynamicalTime()
+    assert "try clock=galvi.DynamicalTime()" in str(galvi.recommend(problem, 1e-6, 60.0))
+    found = galvi.recommend(problem, 1e-6, 60.0, clock=clock)
+    run = galvi.integrate(problem, found.method, found.step, duration=60.0)
+    true = galvi.integrate(problem, found.method, 0.2 * found.step, duration=60.0)
+    assert found.reached and np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-6
