@@ -49,6 +49,11 @@ def own_run(found: Judgement) -> list[str]:
         f"not between them; the worst {found.kind.PART} is {worst.iloc[0]}). {energy} It takes "
         f"{timing(own)}."
     ]
+    if not math.isnan(own["unstopped_error"]):
+        result.append(
+            f"Run to the end without stops at these times, which shorten its steps, it is off by "
+            f"{readable(own['unstopped_error'])}{length} there."
+        )
     return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])
 
 

@@ -79,6 +79,24 @@ def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_trie
     assert alone.error == alone.own["error"] and alone.passed
 
 
+def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
+    """A moonlet far from the Sun: IAS15's own steps are too long for it, those that end at the
+    times of comparison are not. 2.36 km are known from steps of 1/40 of its revolution."""
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.units = ("AU", "days", "Msun")
+    sim.add(m=1.0)
+    sim.add(m=3.003e-6, a=1.0)
+    sim.add(m=2.7e-19, a=1.3, e=0.3, f=1.0, inc=0.05)
+    sim.add(m=2.2e-21, a=1.19 / 149597870.7, e=0.03, primary=sim.particles[2])
+    found = judge(Model(galvi.from_rebound(sim), sim), 20.0, 1e-10, quick=True)
+    assert found.own["last_error"] < 1e-12 and not found.passed
+    assert found.own["unstopped_error"] == found.own["error"] == pytest.approx(1.58e-8, rel=0.1)
+    assert "without stops at these times" in sentences(found)[1]
+    assert not math.isnan(found.table["error"].iloc[0]) and found.table["reached"].iloc[0]
+
+
 def test_a_source_of_truth_that_is_wrong_is_seen():
     """Planted: a loose tolerance for the second source."""
     problem, span = planets(), 40_000.0

@@ -22,6 +22,7 @@ from benchmarks.applications.judging.scan import (
     energy_change,
     momentum_change,
     scan,
+    unstopped_error,
 )
 from benchmarks.applications.judging.truth import Agreement, agreements, states_of, thinned
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
@@ -45,8 +46,10 @@ class Judgement:
     source       of the truth
     agreements   of the truth with other sources
     own          the user's: integrator with its step, setting (the step), error, last_error (at the
-                 end), seconds, seconds_low and seconds_high (median and quartiles; NaN where it was
-                 timed once), energy and momentum (their largest relative changes), status
+                 end), unstopped_error (at the end of a run that does not stop at the times at which
+                 it is compared; NaN for equal steps, which these do not change), seconds,
+                 seconds_low and seconds_high (median and quartiles; NaN where it was timed once),
+                 energy and momentum (their largest relative changes), status
     own_errors   t, error: of the user's run
     parts        the errors of each part in that run
     table        the own run and all that was tried, those that reach the error first, by their time
@@ -318,9 +321,14 @@ def _own(
     worst = kind.errors(run, truth).max(axis=1)
     whole = slice(len(np.flatnonzero(np.isfinite(worst))))  # up to where it failed
     error, last, energy = float(np.max(worst)), float(worst[-1]), energy_change(run)
+    unstopped = math.nan
+    if steps is None and run.success:
+        unstopped = unstopped_error(kind, mine, span, truth)
+        error = max(error, unstopped)
     found = {
         "integrator": own.label, "setting": mine.text(span, samples), "error": error,
-        "last_error": last, "seconds": seconds, "seconds_low": math.nan, "seconds_high": math.nan,
+        "last_error": last, "unstopped_error": unstopped,
+        "seconds": seconds, "seconds_low": math.nan, "seconds_high": math.nan,
         "energy": energy, "momentum": momentum_change(run), "status": run.status,
     }  # fmt: skip
     status = "" if run.success else run.status

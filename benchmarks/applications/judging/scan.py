@@ -14,7 +14,7 @@ import pandas as pd
 import galvi
 from benchmarks.applications.judging.candidate import Candidate, Kind
 from benchmarks.applications.judging.clock import expected, quartiles, race, steps_of, timed
-from benchmarks.applications.judging.truth import thinned
+from benchmarks.applications.judging.truth import states_of, thinned
 from galvi import NBody, Trajectory
 from galvi.arrays import Array
 from galvi.recommend.scan import failure, reached_limit
@@ -181,6 +181,8 @@ class Search:
             return replace(found, stopped=_end(run) if reached_limit(run) else math.inf)
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
         worst, doubt = float(np.max(off)), failure(run)
+        if worst <= self.wanted and candidate.steps is None:
+            worst = max(worst, unstopped_error(self.kind, candidate, self.span, self.truth))
         return replace(
             found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
             reached=worst <= self.wanted and not doubt,
@@ -230,6 +232,16 @@ class Search:
             return None
         candidate = cast(Candidate, most.candidate)
         return replace(candidate, steps=2 * candidate.count(self.samples))
+
+
+def unstopped_error(kind: Kind, candidate: Candidate, span: float, truth: Trajectory) -> float:
+    """The error at the end of a run without stops, which an integrator's own steps do not end at;
+    infinite where it fails."""
+    run = candidate.run(truth.problem, span, 1)
+    if not run.success:
+        return math.inf
+    last = slice(-1, None)
+    return float(np.max(kind.errors(states_of(run, last), states_of(truth, last))))
 
 
 def _end(run: Trajectory) -> float:
