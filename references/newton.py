@@ -130,7 +130,12 @@ def external_force(problem: Problem) -> Force:
     """The force f(q, v, t) of a system on a vector space that has one."""
     system: Any = problem.system
     if isinstance(system, NBody):
-        return by_function(lambda q, v, t: celestial.accelerations(system, q, v, t), "qvt", 1.0)
+        dimension = problem.q0.shape[-1]
+
+        def accelerated(q: Array, v: Array, t: float) -> Array:
+            return celestial.accelerations(system, q, v, t)[:, :dimension].ravel()
+
+        return by_function(accelerated, "qvt", 1.0)
     if type(system.force) is RotorDrag and type(system.force.drag_law) in DRAG:
         law = system.force.drag_law
         return by_formula(DRAG[type(law)], system.force.factor, *law.numbers)

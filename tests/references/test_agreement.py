@@ -119,6 +119,18 @@ def test_scipy_with_defaults_is_worse_than_tight():
     assert "rtol=0.001 atol=1e-06" in ODE45.run(problem, 6.0, {}).method
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_scipy_has_forces_of_point_masses(dimension):
+    q, v = np.zeros((2, dimension)), np.zeros((2, dimension))
+    q[1, 0], v[1, 1] = 1.0, 0.9
+    forces = galvi.Relativity(20.0, 0, "potential"), galvi.PowerLaw(0, 1e-3, -2.5)
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-3], 1.0, forces), q, v)
+    method = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    ours = galvi.integrate(problem, method, 0.1, 60).q[-1]
+    theirs = DOP853.run(problem, 6.0, {"samples": 3, **TIGHT}).q[-1]
+    assert np.abs(theirs - ours).max() < 1e-11  # 2e-12; without the forces 0.1
+
+
 def test_scipy_that_cannot_go_on_says_so():
     system = galvi.Canonical(1.0, lambda q: 0.0, lambda q: -np.exp(20 * q), check=False)
     run = DOP853.run(galvi.Problem(system, [0.0], [1.0]), 5.0, {"samples": 50})
