@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from galvi.input_checks import shown
 from galvi.interop import from_mujoco as mujoco_reader
 from galvi.interop import rebound as rebound_reader
+from galvi.interop.rebound_contents import copied
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 
@@ -34,6 +35,7 @@ class JudgeRequest:
     """What is asked of a judgement, as of `judge`, which the command reads from its options.
 
     is_problem  whether the file is a pickled `galvi.Problem`
+    extras      path of a file of REBOUNDx's with the simulation's forces; "" for none
     """
 
     duration: float | None = None
@@ -46,6 +48,7 @@ class JudgeRequest:
     qvel: Sequence[float] | None = None
     quick: bool = False
     is_problem: bool = False
+    extras: str = ""
 
     def to_json(self) -> str:
         """As text, which keeps types; numbers of NumPy are plain ones then."""
@@ -137,6 +140,7 @@ def judge(
     qpos: Any = None,
     qvel: Any = None,
     quick: bool = False,
+    extras: Any = None,
 ) -> Judged:
     """Judge a simulation of REBOUND, a model of MuJoCo, a file of one, or a problem.
 
@@ -148,6 +152,8 @@ def judge(
     own          {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
     qpos, qvel   (nq,) and (nv,): a start of a model in MuJoCo's coordinates
     quick        with shorter looks at other sources of the truth and other integrators
+    extras       the `reboundx.Extras` of a simulation, as of `galvi.from_rebound`: REBOUND's runs
+                 have its forces, galvi's those that are read of it
 
     The own run is that of the engine on the user's own simulation or model. Runs of more than ten
     seconds say on stderr what is being done. Raises what these raise, ValueError for what the
@@ -165,6 +171,11 @@ def judge(
         None if duration is None else float(duration), None if error is None else float(error),
         dict(own or {}), snapshot, ignore, key, qpos, qvel, quick, isinstance(source, Problem),
     )  # fmt: skip
+    if extras is not None and kind != "rebound":
+        raise ValueError(
+            f"extras belong to a rebound.Simulation; received them with {shown(source)}. Load it "
+            f"first."
+        )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model"
         if isinstance(source, Problem):
@@ -181,11 +192,14 @@ def judge(
                 file = file.with_suffix(".mjb")
                 mujoco.mj_saveModel(mujoco_reader.model_of(source), str(file), None)
         else:
-            _, simulation = rebound_reader.read(source, snapshot)
+            rebound_reader.from_rebound(source, snapshot, extras=extras)
             if is_file:
                 file = Path(source)
             else:
-                simulation.save_to_file(str(file))
+                copied(source).save_to_file(str(file))
+            if extras is not None:
+                request = replace(request, extras=str(file.with_suffix(".rebx")))
+                extras.save(request.extras)
         asked = Path(folder) / "request.json"
         asked.write_text(request.to_json(), encoding="utf-8")
         refusal = _run([str(file), "--request", str(asked), "--out", folder])

@@ -18,6 +18,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop import rebound_contents
 from galvi.interop.rebound_contents import (
+    FUNCTIONS,
     OPTIONS,
     UNITS,
     Contents,
@@ -25,7 +26,7 @@ from galvi.interop.rebound_contents import (
     contents_of,
     copied,
 )
-from galvi.interop.rebound_forces import forces_of
+from galvi.interop.rebound_forces import Forced, check_forces, extras_of, forces_of
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -70,6 +71,7 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
                 "extras belong to a simulation; received them with a file. Load the file first."
             )
         found = _contents_of_file(os.fspath(source), snapshot)
+        _warn(os.fspath(source), found)
     elif isinstance(source, rebound.Simulation):
         found = contents_of(source, extras is not None)
     else:
@@ -77,10 +79,16 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
             f"source must be a rebound.Simulation or the path of a file of one; received "
             f"{input_checks.shown(source)}."
         )
+    return _problem(found, source, extras)
+
+
+def _problem(found: Contents, source: Any, extras: Any) -> Problem:
+    """Of these contents, with the forces of the extras of a simulation, if they are given."""
     if found.refused:
+        of_extras = extras is None and bool(getattr(source, "extras", None))
         raise ValueError(
             f"galvi integrates point masses that attract one another; received a simulation with "
-            f"{', '.join(found.refused)}. Remove them in REBOUND first."
+            f"{', '.join(found.refused)}. {_remedy(found.refused, of_extras)}"
         )
     if not found.masses.size:
         raise ValueError("the simulation must have particles; received none. Add some first.")
@@ -100,22 +108,54 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     )
 
 
-def read(source: Any, snapshot: int = -1) -> tuple[Problem, Any]:
+def _remedy(refused: Sequence[str], of_extras: bool) -> str:
+    others = [one for one in refused if one not in FUNCTIONS.values()]
+    if not of_extras or len(others) == len(refused):
+        return "Remove them in REBOUND first."
+    give = (
+        "Give the extras of REBOUNDx that add them: galvi.from_rebound(sim, extras=rebx), "
+        "galvi.judge(sim, extras=rebx)."
+    )
+    return f"{give} Remove {', '.join(others)} in REBOUND first." if others else give
+
+
+def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, Any]:
     """The problem, and the user's own `rebound.Simulation`, a copy: as it is, but for functions
-    such as a heartbeat. Raises as `from_rebound`."""
-    problem = from_rebound(source, snapshot)
+    such as a heartbeat. Raises as `from_rebound`.
+
+    extras  path of a file of REBOUNDx's, with the forces of a file's simulation, which is then
+            returned as `Forced`
+    """
     if not isinstance(source, str | os.PathLike):
-        return problem, copied(source)
+        return from_rebound(source, snapshot), copied(source)
+    path = os.fspath(source)
+    if not extras:
+        return from_rebound(path, snapshot), _loaded(path, snapshot)
+    if not os.path.isfile(extras):
+        raise FileNotFoundError(f"there is no file {extras}.")
+    found = _contents_of_file(path, snapshot)
+    found.parameters.pop("functions", None)  # those by which the extras act
+    _warn(path, found)
+    own = Forced(_loaded(path, snapshot), extras)
+    copy = own.copy()
+    return _problem(found, copy, extras_of(copy)), own
+
+
+def _loaded(path: str, snapshot: int) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # said of the problem
-        return problem, _engine().Simulationarchive(os.fspath(source))[snapshot]
+        return _engine().Simulationarchive(path)[snapshot]
 
 
-def check_reading(sim: Any, problem: Problem, q: Array) -> None:
+def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
     """ValueError, with both numbers, where the accelerations that REBOUND computes of the user's
-    own simulation, with its particles at q (n, 3), are not those of the problem."""
-    bodies = problem.parameters.get("bodies", range(len(q)))
-    _compare(cast(NBody, problem.system), q, accelerations(sim, q), bodies)
+    own simulation, or REBOUNDx of one that is `Forced`, with its particles at q and v (n, 3), are
+    not those of the problem."""
+    bodies, system = problem.parameters.get("bodies", range(len(q))), cast(NBody, problem.system)
+    if isinstance(sim, Forced):
+        check_forces(sim, problem, q, v)
+        sim = sim.simulation
+    _compare(NBody(system.masses, system.G), q, accelerations(sim, q), bodies)
 
 
 def _compare(system: NBody, q: Array, theirs: Array, bodies: Sequence[Any]) -> None:
@@ -237,8 +277,10 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
     found = pickle.loads(done.stdout)
     if isinstance(found, str):
         raise ValueError(found)
-    contents = Contents(*found)
+    return Contents(*found)
+
+
+def _warn(path: str, found: Contents) -> None:
     for name in ("written_by", "functions"):
-        if name in contents.parameters:
-            LOGGER.warning("%s: %s", path, contents.parameters[name])
-    return contents
+        if name in found.parameters:
+            LOGGER.warning("%s: %s", path, found.parameters[name])

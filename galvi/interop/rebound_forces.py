@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+import warnings
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.input_checks import shown
-from galvi.interop.rebound_contents import Contents
+from galvi.interop.rebound_contents import OTHER_VERSION, Contents, copied
+from galvi.problem import Problem
 from galvi.systems.forces.celestial import (
     CelestialForce,
     Oblateness,
@@ -26,6 +29,50 @@ AGREED = 1e-11  # of the largest acceleration by a force
 # "gr" has Jacobi's coordinates, by which it differs by shares of the planets' masses.
 NEXT_ORDER, OF_MASSES = 20.0, 20.0
 POLE = (0.0, 0.0, 1.0)  # where REBOUNDx is given none
+NEVER_LOADED = "whfast512"  # an integrator of REBOUND's, for which REBOUNDx has no forces
+
+
+@dataclass(frozen=True, eq=False)
+class Forced:
+    """A user's own `rebound.Simulation` with forces of REBOUNDx, which no copy of it has.
+
+    simulation  without them
+    extras      path of a file of theirs, as `reboundx.Extras.save` writes
+    """
+
+    simulation: Any
+    extras: str
+
+    def copy(self) -> Any:
+        """A copy of the simulation with the forces; they last as long as it.
+
+        Raises ValueError for a file that is none of REBOUNDx's or of which parts are not loaded,
+        and for an integrator for which REBOUNDx has no forces.
+        """
+        reboundx, copy = _engine(), copied(self.simulation)
+        if copy.integrator.name.decode() == NEVER_LOADED:
+            raise ValueError(
+                f"REBOUNDx has no forces for {NEVER_LOADED}. Set another integrator of the "
+                f"simulation: sim.integrator = 'whfast'."
+            )
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                reboundx.Extras(copy, self.extras)
+            except (RuntimeError, UnicodeEncodeError) as error:
+                raise ValueError(
+                    f"{self.extras} must be a file of REBOUNDx's, as rebx.save writes; it says: "
+                    f"{error}"
+                ) from None
+        lost = [str(one.message) for one in caught if OTHER_VERSION not in str(one.message)]
+        if lost:
+            raise ValueError(f"REBOUNDx does not load all of {self.extras}: {lost[0]}")
+        return copy
+
+
+def extras_of(sim: Any) -> Any:
+    """The `reboundx.Extras` of a simulation that was made in Python."""
+    return sim._extras_ref
 
 
 def forces_of(sim: Any, extras: Any, found: Contents) -> list[CelestialForce]:
@@ -35,18 +82,13 @@ def forces_of(sim: Any, extras: Any, found: Contents) -> list[CelestialForce]:
     force or an operator that is not known, by name, and, with both numbers, where accelerations
     differ.
     """
-    try:
-        import reboundx
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "REBOUNDx is not installed. Install it: pip install reboundx.", name="reboundx"
-        ) from error
+    reboundx = _engine()
     if not isinstance(extras, reboundx.Extras):
         raise TypeError(f"extras must be a reboundx.Extras; received {shown(extras)}.")
     if ctypes.addressof(extras._sim.contents) != ctypes.addressof(sim):
         raise ValueError("extras must be those of the simulation; received another one's.")
     operators = [_name(one) for one in _items(extras._allocated_operators, reboundx.Operator)]
-    added = list(_items(extras._additional_forces, reboundx.Force))
+    added = _added(extras)
     unknown = [_name(one) for one in added if _name(one) not in READERS]
     if operators or unknown:
         raise ValueError(
@@ -59,6 +101,51 @@ def forces_of(sim: Any, extras: Any, found: Contents) -> list[CelestialForce]:
         _compare(_name(one), NBody(found.masses, found.G, known), found, _theirs(sim, one, found))
         total += known
     return total
+
+
+def check_forces(own: Forced, problem: Problem, q: Array, v: Array) -> None:
+    """ValueError, with both numbers, where at this state what REBOUNDx accelerates a copy of the
+    simulation by is not what the forces of the problem do."""
+    names, found, theirs = _all_theirs(own, problem, q, v)
+    _compare(names, cast(NBody, problem.system), found, theirs)
+
+
+def inexact(own: Forced, problem: Problem) -> str:
+    """How far the forces of the problem are from REBOUNDx's at its start, in words, where that is
+    more than round-off; else ""."""
+    names, found, theirs = _all_theirs(own, problem, problem.q0, problem.v0)
+    off, allowed = _gaps(cast(NBody, problem.system), found, theirs)
+    if np.max(off, initial=0.0) <= allowed:
+        return ""
+    share = np.max(off) / np.max(np.abs(theirs))
+    return (
+        f"Accelerations by {names} as read by galvi differ from REBOUNDx's by {share:.1g} of the "
+        f"largest"
+    )
+
+
+def _all_theirs(own: Forced, problem: Problem, q: Array, v: Array) -> tuple[str, Contents, Array]:
+    """The names of all forces, the state, and what they accelerate a copy's particles by."""
+    system, copy = cast(NBody, problem.system), own.copy()
+    bodies = problem.parameters.get("bodies", range(len(q)))
+    found = Contents((), system.masses, q, v, G=system.G, parameters={"bodies": bodies})
+    added = _added(extras_of(copy))
+    theirs = [np.zeros_like(q), *(_theirs(copy, one, found) for one in added)]
+    return " and ".join(map(_name, added)), found, np.sum(theirs, axis=0)
+
+
+def _engine() -> Any:
+    try:
+        import reboundx
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "REBOUNDx is not installed. Install it: pip install reboundx.", name="reboundx"
+        ) from error
+    return reboundx
+
+
+def _added(extras: Any) -> list[Any]:
+    return list(_items(extras._additional_forces, _engine().Force))
 
 
 def _items(node: Any, kind: Any) -> Iterator[Any]:
@@ -94,11 +181,17 @@ def _theirs(sim: Any, force: Any, found: Contents) -> Array:
     return np.array([(p.ax, p.ay, p.az) for p in copies])
 
 
+def _gaps(system: NBody, found: Contents, theirs: Array) -> tuple[Array, float]:
+    """By how much accelerations by forces differ, (n,), and by how much they may by rounding."""
+    fall = NBody(found.masses, found.G).fall(found.q)
+    ours = system.acceleration(found.q, 0.0, found.v) - fall
+    allowed = AGREED * np.max(np.abs(theirs), initial=0.0) + 1e-15 * np.max(np.abs(fall))
+    return np.max(np.abs(ours - theirs), axis=1, initial=0.0), float(allowed)
+
+
 def _compare(name: str, system: NBody, found: Contents, theirs: Array) -> None:
-    plain = NBody(found.masses, found.G)
-    ours = system.acceleration(found.q, 0.0, found.v) - plain.fall(found.q)
-    gravity, mu = np.max(np.abs(plain.fall(found.q))), found.G * found.masses
-    allowed = AGREED * np.max(np.abs(theirs), initial=0.0) + 1e-15 * gravity
+    off, allowed = _gaps(system, found, theirs)
+    mu = found.G * found.masses
     for force in system.forces:
         if isinstance(force, Relativity) and force.takes_velocity:
             gap = np.linalg.norm(found.q - found.q[:, None], axis=2) + np.diag([np.inf] * mu.size)
@@ -107,9 +200,9 @@ def _compare(name: str, system: NBody, found: Contents, theirs: Array) -> None:
             if force.form != "EIH":
                 share += OF_MASSES * float(np.sum(mu[1:])) / mu[0]
             allowed += share * np.max(np.abs(theirs))
-    off = np.max(np.abs(ours - theirs), axis=1, initial=0.0)
     if np.max(off, initial=0.0) > allowed:
-        k = int(np.argmax(off))
+        k, plain = int(np.argmax(off)), NBody(found.masses, found.G)
+        ours = system.acceleration(found.q, 0.0, found.v) - plain.fall(found.q)
         raise ValueError(
             f"galvi misreads REBOUNDx's {name}: it accelerates {found.parameters['bodies'][k]} by "
             f"{theirs[k].tolist()}, galvi by {ours[k].tolist()}. Please report it."

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import galvi
-from galvi import Problem, Trajectory, input_checks
+from galvi import NBody, Problem, Trajectory, input_checks
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.engine_clock import engine_time
@@ -28,12 +28,14 @@ class ReboundAdaptive:
     defaults    options that every run sets and records
     options     further keys of a setting that are set on REBOUND's configuration of it
     tolerances  those of the defaults that the key "tolerance" stands for
+    fits        what `supports` says
     made        (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Setting: samples, the options, tolerance, first_step (default 1e-3). The shortened step does not
     hurt an adaptive method of high order but is not free: ask for few samples where time is
     measured. REBOUND passes through collisions without a word, so a run whose energy moves by more
-    than 1e-3 of its size is a failure. REBOUND does not count force evaluations.
+    than 1e-3 of its size is a failure, unless forces do work. REBOUND does not count force
+    evaluations.
     """
 
     name: str
@@ -42,6 +44,7 @@ class ReboundAdaptive:
     options: tuple[str, ...]
     tolerances: tuple[str, ...]
     exact: bool = False
+    fits: Callable[[Problem], bool] = rebound_simulation.supports
     made: rebound_simulation.Made = rebound_simulation.simulation
 
     @property
@@ -50,8 +53,8 @@ class ReboundAdaptive:
         return rebound_simulation.missing()
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre."""
-        return rebound_simulation.supports(problem)
+        """N bodies, or a scalar mass about a fixed centre, unless `fits` says other."""
+        return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -95,7 +98,9 @@ class ReboundAdaptive:
             )
 
         run = ended(failure)
-        lost = _lost(run, self.tolerances[0])
+        system = problem.system
+        works = isinstance(system, NBody) and not system.acting.conserve
+        lost = None if works else _lost(run, self.tolerances[0])
         return ended(lost) if lost is not None else run
 
     def _accuracy_note(self, setting: Mapping[str, Any]) -> str:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from galvi import Problem
+from galvi import NBody, Problem
 from galvi.arrays import Array
+from galvi.interop.rebound_forces import Forced
 from references.rebound.adaptive import ReboundAdaptive
 from references.rebound.fixed_steps import ReboundSteps
 from references.rebound.simulation import Made, Simulation, arithmetic_kept, messages
@@ -21,7 +22,8 @@ Kind = TypeVar("Kind", ReboundSteps, ReboundAdaptive)
 
 
 def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> Kind:
-    """The contender on a copy of this `rebound.Simulation`, which `problem` was read from.
+    """The contender on a copy of this `rebound.Simulation`, which `problem` was read from, or of
+    one that is `Forced`, with its forces.
 
     kept  its routine of gravity and its time are kept and, where the integrator is its own, all its
           options and what is not synchronised; else gravity is that of point masses, summed
@@ -30,7 +32,16 @@ def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> K
     From the problem itself a run starts at the simulation's own numbers, else at those of the
     problem that is asked for. It does not end where a particle passes exit_max_distance.
     """
-    return replace(contender, made=_made(sim, problem, kept))
+    made = _made(sim, problem, kept)
+    if not isinstance(sim, Forced):
+        return replace(contender, made=made)
+    system = cast(NBody, problem.system)
+    plain = NBody(system.masses, system.G)
+
+    def fits(other: Problem) -> bool:
+        return other.system is system and contender.supports(replace(other, system=plain))
+
+    return replace(contender, made=made, fits=fits)
 
 
 def _made(sim: Any, read: Problem, kept: bool) -> Made:
@@ -42,6 +53,7 @@ def _made(sim: Any, read: Problem, kept: bool) -> Made:
         if not (own and _same_start(problem, read)):
             with messages(), arithmetic_kept():
                 copy.synchronize()
+            copy.gravity_ignore = 0  # of WHFast; BS does not set it
             copy.integrator = integrator
         for key, value in options.items():
             try:

@@ -330,6 +330,12 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = typer.Option(
             False, "--quick", help="Shorter looks at other sources and integrators."
         ),
+        extras: str = typer.Option(
+            "",
+            "--extras",
+            metavar="FILE",
+            help="Forces of REBOUNDx in a simulation, as rebx.save(FILE) writes.",
+        ),
         request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.judge
         out: Path = typer.Option(OUT / "judge", "--out", metavar="DIR", help="Output folder."),
     ) -> int:
@@ -338,7 +344,7 @@ def application(load: Load, command: str) -> typer.Typer:
 
         check_folder(out)
         asked = (
-            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, quick)
+            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, quick, extras)
             if request is None
             else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
         )

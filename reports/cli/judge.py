@@ -47,7 +47,7 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) ->
 
 def request_of(
     duration: float | None, error: float | None, own: str, snapshot: int, ignore: str,
-    key: str | None, qpos: str, qvel: str, quick: bool,
+    key: str | None, qpos: str, qvel: str, quick: bool, extras: str,
 ) -> JudgeRequest:  # fmt: skip
     """The request that options ask for; a usage error for text that is none."""
     try:
@@ -56,6 +56,7 @@ def request_of(
             tuple(filter(None, (word.strip() for word in ignore.split(",")))),
             None if key is None else _number(key),
             read_numbers("--qpos", qpos), read_numbers("--qvel", qvel), quick,
+            extras=extras,
         )  # fmt: skip
     except ValueError as refused:
         raise typer.BadParameter(str(refused)) from None
@@ -71,6 +72,8 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
     if file.suffix in MODELS:
         if request.snapshot != -1:
             raise ValueError(f"--snapshot is of REBOUND's files; received {file}.")
+        if request.extras:
+            raise ValueError(f"--extras is of REBOUND's files; received {file}.")
         problem, mine = from_mujoco.read(file, request.ignore, *asked)
         gone = "; ".join(f"{name}, {how}" for name, how in mine.differences.items())
         return Model(problem, mine, (f"Left out, as asked for: {gone}.",) if gone else ())
@@ -78,7 +81,7 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
         raise ValueError(
             f"--key, --ignore, --qpos and --qvel are of models of MuJoCo's; received {file}."
         )
-    problem, simulation = rebound.read(file, request.snapshot)
+    problem, simulation = rebound.read(file, request.snapshot, request.extras)
     said = (problem.parameters.get(name) for name in ("read_as", "functions", "written_by"))
     return Model(problem, simulation, tuple(f"{capital(one)}." for one in said if one))
 

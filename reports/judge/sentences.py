@@ -115,7 +115,8 @@ def _truth(found: Judgement) -> str:
         if one.source.opinion and not one.stopped:
             text += f" {one.source.label} agrees too, to {_extent(found, one)}."
     if len(found.engines) == 1:
-        text += f" All of it rests on one engine, {found.engines[0]}: {found.kind.MORE}."
+        how = f": {found.more}" if found.more else ""
+        text += f" All of it rests on one engine, {found.engines[0]}{how}."
     if math.isfinite(found.trusted_until):
         elapsed = abs(found.trusted_until - found.problem.t0)
         text += (

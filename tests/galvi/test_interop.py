@@ -150,6 +150,18 @@ def test_what_is_more_than_point_masses_is_refused_by_name(change, named):
         galvi.from_rebound(sim)
 
 
+def test_forces_of_reboundx_are_refused_with_what_to_give():
+    sim = simulation()
+    forces(sim)
+    sim.extras = 1  # as REBOUNDx sets it
+    for give in (galvi.from_rebound, galvi.judge):
+        with pytest.raises(ValueError, match=r"additional forces\. Give .*extras=rebx\)\.$"):
+            give(sim)
+    sim.softening = 0.1
+    with pytest.raises(ValueError, match=r"extras=rebx\)\. Remove softening \(0\.1\) in REBOUND"):
+        galvi.from_rebound(sim)
+
+
 def test_what_is_no_simulation_is_refused():
     with pytest.raises(ValueError, match="must have particles"):
         galvi.from_rebound(rebound.Simulation())

@@ -19,6 +19,7 @@ from benchmarks.work_precision.problems.encounters import clock_label
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 from galvi.interop.rebound import check_reading, simulation_of
+from galvi.interop.rebound_forces import Forced, inexact
 from references import Contender
 from references.heyoka.taylor import HEYOKA
 from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
@@ -112,11 +113,13 @@ def states(problem: Problem, duration: float) -> int:
 
 def sources(model: Model, duration: float, own: Own) -> list[Source]:
     """IAS15 on the user's own simulation, with another epsilon first where that is the own setting;
-    then other engines, and galvi's opinion."""
+    then other engines, unless they would run forces that are not read to rounding, and galvi's
+    opinion."""
     problem = model.problem
     mine: Any = ias15.IAS15
     if model.own is not None:
         mine = of_user(mine, model.own, problem, kept=False)
+    read_alike = not _inexact(model)
     tight = {**ias15.DEFAULT, "epsilon": 1e-10}
     found = [
         Source("REBOUND IAS15", "REBOUND", mine, dict(ias15.DEFAULT)),
@@ -127,32 +130,52 @@ def sources(model: Model, duration: float, own: Own) -> list[Source]:
     ]
     if getattr(own.contender, "integrator", "") == "ias15":
         found[:2] = found[1::-1]
-    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+    return [
+        one for one in found
+        if (read_alike or one.engine in ("REBOUND", ""))
+        and not one.contender.missing and one.contender.supports(problem)
+    ]  # fmt: skip
+
+
+def more(model: Model) -> str:
+    """None where forces are not read to rounding: other engines have them as read."""
+    return "" if _inexact(model) else MORE
+
+
+def _inexact(model: Model) -> str:
+    return inexact(model.own, model.problem) if isinstance(model.own, Forced) else ""
 
 
 def check(model: Model, truth: Trajectory) -> None:
     """ValueError where REBOUND's accelerations at states of the truth are not the problem's."""
     if model.own is not None:
         for k in np.linspace(0, len(truth.t) - 1, 4).astype(int):
-            check_reading(model.own, model.problem, truth.q[k])
+            check_reading(model.own, model.problem, truth.q[k], truth.v[k])
 
 
 def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
-    """On units that are not set, on the order of the particles, and on the distances at which the
-    user's run ends."""
+    """On units that are not set, on forces that are not read to rounding, on the order of the
+    particles, and on the distances at which the user's run ends."""
     problem, found = model.problem, []
     if not _named(problem, "length"):
         found.append(
             f"Lengths and times are in the units of the simulation, in which G = "
             f"{cast(NBody, problem.system).G:g}: sim.units is not set."
         )
+    if difference := _inexact(model):
+        found.append(
+            f"{difference}: runs of galvi are of the motion as read, and no other engine is a "
+            f"source of the truth."
+        )
     masses, labels = cast(NBody, problem.system).masses, names(problem)
     star = int(np.argmax(masses))
     integrator = getattr(own.contender, "integrator", "")
+    other = "what it is compared with has it first"
     if star and integrator in CENTRED:
         found.append(
             f"The heaviest body, {labels[star]}, is particle {star}, but {own.contender.name} "
-            f"expects it first. Your run keeps your order; what it is compared with has it first."
+            f"expects it first. Your run keeps your order; "
+            f"{'all of REBOUND does' if isinstance(model.own, Forced) else other}."
         )
     for name, sizes, beyond in (
         ("exit_max_distance", np.linalg.norm(truth.q, axis=2).max(axis=1), np.greater),
@@ -178,8 +201,13 @@ def _nearest(q: Array) -> Array:
 
 def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
     """For each integrator its settings from coarse to fine, or the steps to begin with, on a
-    simulation that is made anew, with the heaviest body first."""
-    problem = model.problem
+    simulation that is made anew, with the heaviest body first, or on the user's own, where it has
+    forces of REBOUNDx."""
+    problem, forced = model.problem, isinstance(model.own, Forced)
+
+    def on_it(contender: Any) -> Any:
+        return of_user(contender, model.own, problem, kept=False) if forced else contender
+
     revolutions = abs(duration) / shortest_period(problem)
     frame = galvi.KeplerFrame()
     charts = [("", None, OURS)]
@@ -202,19 +230,19 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
         ("REBOUND TRACE", TRACE, {}),
         ("REBOUND leapfrog", leapfrog.LEAPFROG, {}),
     ]
-    for label, contender, options in kinds:
+    for label, kind, options in kinds:
+        contender = on_it(kind)
         if not contender.missing and contender.supports(problem):
             yield [Candidate(label, contender, {**options}, round(revolutions * COARSEST) or 1)]
+    extrapolated, radau = on_it(bulirsch_stoer.BULIRSCH_STOER), on_it(ias15.IAS15)
     yield [
-        Candidate(
-            "REBOUND BS", bulirsch_stoer.BULIRSCH_STOER, {"eps_abs": eps, "eps_rel": eps}, None
-        )
+        Candidate("REBOUND BS", extrapolated, {"eps_abs": eps, "eps_rel": eps}, None)
         for eps in (1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
     ]
     yield [
-        Candidate("REBOUND IAS15", ias15.IAS15, {**ias15.GLOBAL, "epsilon": epsilon}, None)
+        Candidate("REBOUND IAS15", radau, {**ias15.GLOBAL, "epsilon": epsilon}, None)
         for epsilon in (1e-2, 1e-3, 1e-5, 1e-7)
-    ] + [Candidate("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT), None)]
+    ] + [Candidate("REBOUND IAS15", radau, dict(ias15.DEFAULT), None)]
 
 
 def shifted(problem: Problem, amount: float, signs: Any) -> Problem:

@@ -122,7 +122,6 @@ class Kind(Protocol):
     ADAPTIVE: Sequence[str]  # those that choose their steps
     PART: str  # what a part of the model is called
     ENGINE: str  # to install where no source of the truth can be run
-    MORE: str  # what adds another engine, and how to install it, where all sources are of one
     ANOTHER: str  # how to choose another start, after a sentence that ends with "another"
 
     def model(self, problem: Problem) -> Model:
@@ -146,6 +145,10 @@ class Kind(Protocol):
 
     def sources(self, model: Model, duration: float, own: Own) -> list[Source]:
         """Solvers that are fit to be the truth, best first, not the own setting; opinions last."""
+
+    def more(self, model: Model) -> str:
+        """What adds another engine, and how to install it, where all sources are of one; "" where
+        none runs the model."""
 
     def check(self, model: Model, truth: Trajectory) -> None:
         """ValueError, with both numbers, where at states of the truth the engine's accelerations of

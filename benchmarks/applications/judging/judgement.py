@@ -59,6 +59,7 @@ class Judgement:
     truth        the trajectory of the truth
     notes        what a reader should know of the run, in sentences
     samples      times at which the candidates are compared with the truth
+    more         what adds another engine to the sources, and how; "" where none does
     """
 
     kind: Kind
@@ -76,6 +77,7 @@ class Judgement:
     truth: Trajectory
     notes: tuple[str, ...] = field(default=())
     samples: int = SAMPLES
+    more: str = ""
 
     @property
     def truth_agreement(self) -> float:
@@ -175,7 +177,7 @@ def judge(
     before = Judgement(
         kind, problem, span, known, source, (), found, over_time, parts, nothing,
         kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
-        (*model.notes, *kind.notes(model, mine, truth)), samples,
+        (*model.notes, *kind.notes(model, mine, truth)), samples, kind.more(model),
     )  # fmt: skip
     first(before)
     others = [one for one in every if one is not source and one not in stopped]

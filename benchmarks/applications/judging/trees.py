@@ -93,6 +93,11 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
     return contender.name
 
 
+def more(model: Model) -> str:
+    """For any tree."""
+    return MORE
+
+
 def check(model: Model, truth: Trajectory) -> None:
     """ValueError where MuJoCo's accelerations at states of the truth are not the problem's."""
     if model.own is not None:
