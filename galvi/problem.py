@@ -106,11 +106,14 @@ class Problem:
         """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
         return replace(self, q0=q0, v0=v0)
 
-    def moved(self, q: Array, v: Array, t: float) -> Problem:
-        """The same problem from a state of its own motion, which needs no checks."""
+    def moved(self, q: Array, v: Array, t: float, system: System | None = None) -> Problem:
+        """The same problem from a state of its own motion, which needs no checks; with another
+        system that is of its kind."""
         found = object.__new__(Problem)
         own = {key: value for key, value in vars(self).items() if key != "p0"}
         vars(found).update(own, q0=read_only(q), v0=read_only(v), t0=t)
+        if system is not None:
+            vars(found).update(system=system)
         return found
 
     starting_at = with_initial_state  # the old name, kept for one version

@@ -5,11 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import Curves, FrameCurves, RedoneCurves
@@ -130,9 +131,14 @@ class Trajectory:
     to_xarray_of: ClassVar[Callable[..., Any]]
     plot_of: ClassVar[Callable[..., Any]]
 
-    def _judge_later(self, find: Callable[[], Mapping[str, Any]]) -> None:
+    def _judge_later(self, find: Callable[[], Mapping[str, Any]], began: Any = None) -> None:
         """Let ``find`` tell how the run ended, once one of these fields is read."""
-        vars(self).update(dict.fromkeys(JUDGED, LATER), _find=find)
+        vars(self).update(dict.fromkeys(JUDGED, LATER), _find=find, _began=began)
+
+    @property
+    def began(self) -> Checkpoint | None:
+        """The state that it began from, with its settings, where it has not been judged."""
+        return vars(self).get("_began")
 
     def _judge(self) -> None:
         """Find how the run ended, unless it is known."""
@@ -141,6 +147,7 @@ class Trajectory:
             if find is not None:
                 vars(self).update(find())
                 vars(self).pop("_find", None)
+                vars(self).pop("_began", None)
 
     def __getstate__(self) -> dict[str, Any]:
         self._judge()
@@ -158,9 +165,12 @@ class Trajectory:
     @property
     def v(self) -> Array:
         """Velocities at the saved times, of p's shape; on a group the body velocities."""
-        if self.velocities is not None:
-            return self.velocities
-        return velocity_at(self.problem.system, self.q, self.p, self.t, self.problem.v0)
+        return self.velocities if self.velocities is not None else self._from_momenta
+
+    @cached_property
+    def _from_momenta(self) -> Array:
+        found = velocity_at(self.problem.system, self.q, self.p, self.t, self.problem.v0)
+        return read_only(found)
 
     def velocity(self, t: Any) -> Array:
         """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""

@@ -23,7 +23,7 @@ from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.multibody import VARIED, Multibody
+from galvi.systems.multibody import Multibody
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
@@ -173,7 +173,7 @@ def _places(system: Any) -> dict[str, list[Path]]:
 
 def _paths(value: Any, path: Path) -> Iterator[Path]:
     if isinstance(value, (*SYMBOLIC, Multibody)):
-        names = VARIED if isinstance(value, Multibody) else value.names
+        names = value.varied_names if isinstance(value, Multibody) else value.names
         yield from ((*path, name) for name in names)
         return
     for field in fields(value):

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 from typing import Any
 
 import numpy as np
@@ -189,8 +189,7 @@ def _(value: RigidTree) -> str:
     law would take long to compile."""
     if value.dimension > MOST:
         return ""
-    head = "from galvi.kernels.trees.tree import tree"
-    return f"{head}\n\nlaw = tree({value.dimension}, {_known(value)})\n"
+    return _tree_lines(value)
 
 
 @lines_of.register
@@ -198,9 +197,20 @@ def _(value: JointForces) -> str:
     assert value.tree is not None
     if value.tree.dimension > MOST:
         return ""
-    literals = {**_known(value.tree), **value.structure}
+    return _force_lines(value.tree, tuple(value.structure.items()))
+
+
+@lru_cache(maxsize=64)  # for loops in which controls change
+def _tree_lines(value: RigidTree) -> str:
+    head = "from galvi.kernels.trees.tree import tree"
+    return f"{head}\n\nlaw = tree({value.dimension}, {_known(value)})\n"
+
+
+@lru_cache(maxsize=64)
+def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> str:
+    literals = {**_known(value), **dict(structure)}
     head = "from galvi.kernels.trees.joint_forces import law as forces"
-    return f"{head}\n\nforce = forces({value.tree.dimension}, {literals})\n"
+    return f"{head}\n\nforce = forces({value.dimension}, {literals})\n"
 
 
 def _known(value: RigidTree) -> dict[int, float]:

@@ -102,6 +102,8 @@ def read(
     gravity = np.zeros(3) if disabled(theirs, "GRAVITY") else np.array(theirs.opt.gravity)
     force = forces_of(mine, data.ctrl)
     system = Multibody(links, gravity, force=force, timed_force=force is not None)
+    if force is not None and force.drives:
+        system = system.with_numbers(ctrl=force.controls)  # the same law for all controls
     q, v = system.from_mujoco(data.qpos, data.qvel)
     problem = Problem(
         system, q, v, name=name, parameters={

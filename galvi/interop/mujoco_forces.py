@@ -14,7 +14,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.kernels.trees.tree import ENTRIES
 from galvi.systems.finite_differences import hat
-from galvi.systems.trees.joint_forces import UNLIMITED, JointForces, Pull
+from galvi.systems.trees.joint_forces import UNLIMITED, Drive, JointForces, Pull
 
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
@@ -51,21 +51,20 @@ def _acting(model: Any) -> Iterator[int]:
             yield k
 
 
-def _numbers(model: Any, k: int, control: float) -> tuple[float, float, float]:
-    """F of an actuator but for its limits: a constant, and its slopes by length and rate."""
+def _laws(model: Any, k: int) -> tuple[Any, Any]:
+    """(3,) of F of an actuator by its control, and without it: a constant, and the slopes by length
+    and rate."""
     gain, bias = np.zeros(3), np.zeros(3)
     affine = _kind("mjtGain", model.actuator_gaintype[k]) == "AFFINE"
     gain[: 3 if affine else 1] = model.actuator_gainprm[k, : 3 if affine else 1]
     if _kind("mjtBias", model.actuator_biastype[k]) == "AFFINE":
         bias = model.actuator_biasprm[k, :3]
-    constant, by_length, by_rate = (control * gain + bias).tolist()
-    return constant, by_length, by_rate
+    return tuple(gain.tolist()), tuple(bias.tolist())
 
 
 def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
     """Whether the length (1) or the rate (2) changes an actuator's force, whatever its control."""
-    ones = _numbers(model, k, 1.0), _numbers(model, k, 0.0)
-    return any(one[n] != 0.0 for one in ones for n in numbers)
+    return any(law[n] != 0.0 for law in _laws(model, k) for n in numbers)
 
 
 def unknown_actuators(model: Any) -> Reasons:
@@ -156,10 +155,12 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     for kind in model.jnt_type:
         entries.append(at)
         at += ENTRIES[ORDER[int(kind)]]
-    pulls, pushes = list[Pull](), list[Any]()
+    pulls, pushes, drives = list[Pull](), list[Any](), list[Drive]()
     for k in _acting(model):
-        force = _actuator(model, k, entries, float(controls[int(model.actuator_ctrladr[k])]))
-        (pulls if isinstance(force, Pull) else pushes).append(force)
+        force, thrust = _actuator(model, k, entries)
+        parts: list[Any] = pushes if thrust else pulls
+        parts.append(force)
+        drives.append(_drive(model, k, len(parts) - 1, thrust))
     pulls += [*_tendons(model, entries), *_joints(model, entries)]
     weights, wet = [], []
     if not disabled(model, "GRAVITY"):
@@ -177,15 +178,30 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if not (pulls or pushes or weights or wet):
         return None
     wind = tuple(model.opt.wind.tolist())
-    return JointForces(tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind)
+    made = JointForces(tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind,
+                       tuple(drives))  # fmt: skip
+    ranges = dict.fromkeys(range(model.nu), UNLIMITED)
+    ranges.update((drive.control, drive.range) for drive in drives)
+    return made.with_controls(np.array([
+        min(max(float(u), ranges[k][0]), ranges[k][1]) for k, u in enumerate(controls)
+    ]))  # fmt: skip
 
 
-def _actuator(model: Any, k: int, entries: list[int], control: float) -> Any:
-    """A `Pull`, or a push of a site."""
-    name, address = f"actuator {model.actuator(k).name or k}", int(model.actuator_ctrladr[k])
+def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
+    """What an actuator makes of its control, of its pull or push ``part``."""
+    address = int(model.actuator_ctrladr[k])
+    limits = UNLIMITED
     if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
-        control = float(np.clip(control, *model.actuator_ctrlrange[address]))
-    constant, by_length, by_rate = _numbers(model, k, control)
+        least, most = model.actuator_ctrlrange[address].tolist()
+        limits = (least, most)
+    gain, bias = _laws(model, k)
+    return Drive(address, part, gain, bias, limits, thrust or None)
+
+
+def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
+    """A `Pull` and (); or a push of a site, and the force, the moment of F = 1, and its limits. F
+    is not yet in either."""
+    name = f"actuator {model.actuator(k).name or k}"
     gear, target = (
         model.actuator_gear[int(model.actuator_outadr[k])],
         int(model.actuator_trnid[k, 0]),
@@ -196,9 +212,9 @@ def _actuator(model: Any, k: int, entries: list[int], control: float) -> Any:
         limits = (least, most)
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     if kind == "SITE":
-        turn = float(np.clip(constant, *limits)) * rotation(model.site_quat[target])
-        body = int(model.site_bodyid[target]) - 1
-        return body, model.site_pos[target].copy(), turn @ gear[:3], turn @ gear[3:]
+        turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target]) - 1
+        thrust = turn @ gear[:3], turn @ gear[3:], limits
+        return (body, model.site_pos[target].copy(), np.zeros(3), np.zeros(3)), thrust
     if kind == "TENDON":
         arms, points = _path(model, target, entries, float(gear[0]))
     else:
@@ -208,10 +224,7 @@ def _actuator(model: Any, k: int, entries: list[int], control: float) -> Any:
         else:
             first = 0 if model.jnt_type[target] == 0 else 3
             arms = tuple((dof + i, -1, float(gear[i])) for i in range(6 - first))
-    return Pull(
-        name, arms, points, constant, spring=(-by_length, 0.0, 0.0), damper=(-by_rate, 0.0, 0.0),
-        limits=limits, actuator=True,
-    )  # fmt: skip
+    return Pull(name, arms, points, limits=limits, actuator=True), ()
 
 
 def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[Any, Any]:

@@ -181,7 +181,8 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
     data, joints, model = own.data(), system.tree.joints, copy.copy(own.model)
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has others in qacc
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)  # which is of discrete alone
-    model.actuator_forcelimited[:] = False  # which galvi's forces are without here
+    pushes = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_SITE)  # of constant force
+    model.actuator_forcelimited[~pushes] = False  # which galvi's forces are without here
     model.jnt_actfrclimited[:] = False
     force = system.force
     if isinstance(force, JointForces):

@@ -24,6 +24,7 @@ from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import ROUND_OFF, SOLVERS
 from galvi.run.plan import Engine, Run, check_memory, number_of_steps, steps_until
 from galvi.systems.canonical import Canonical
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.systems.traces import Traces, traces
@@ -218,6 +219,7 @@ def resume(
     save_every: int | None = None,
     curves: bool | None = None,
     progress: bool | None = None,
+    ctrl: Any = None,
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
@@ -225,6 +227,8 @@ def resume(
                         instead of steps or duration
     events              as for `galvi.integrate`; None: those of ``run``, () for none
     save_every, curves  as for `galvi.integrate`; None: as in ``run``
+    ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on: the
+                        result's ``problem`` has them and starts here, and its energy is judged anew
     others              as for `galvi.integrate`
 
     The result starts where ``run`` ended, also when Ctrl-C ended it, and its states are
@@ -234,11 +238,14 @@ def resume(
     is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
     reference, and for bad input.
     """
+    if ctrl is not None and isinstance(run, Trajectory) and run.method is not None:
+        return _with_controls(run, ctrl, steps, duration, until, events, save_every, curves,
+                              progress)  # fmt: skip
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
             f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
         )
-    if not run.success and not run.interrupted and not np.all(np.isfinite(run.q[-1])):
+    if not np.all(np.isfinite(run.q[-1])) and not run.interrupted and not run.success:
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
     problem, method, start = run.origin or run.problem, run.method, run.checkpoint
     asked = run.asked if events is None else events
@@ -268,6 +275,41 @@ def resume(
         return WITH_EVENTS[0](problem, method, run.step, start, total, None, asked, run)(
             progress=progress
         )
+    return run_steps(engine, more, progress=progress)
+
+
+def _with_controls(
+    run: Trajectory, ctrl: Any, steps: int | None, duration: float | None, until: float | None,
+    events: Any, save_every: int | None, curves: bool | None, progress: bool | None,
+) -> Trajectory:  # fmt: skip
+    """`resume` with other controls: a run of its own from that state, with what is compiled."""
+    problem, method, step = run.origin or run.problem, run.method, run.step
+    if not isinstance(problem.system, Multibody) or step is None:
+        raise ValueError(
+            f"ctrl is of the actuators of a MuJoCo model that galvi.integrate runs; received it "
+            f"for a {type(problem.system).__name__}."
+        )
+    if method.clock is not None or has_events(run.asked if events is None else events):
+        raise ValueError(
+            "ctrl is for equal steps without events; received a run with a clock or events. Make a "
+            "problem of its end, with system.with_numbers(ctrl=...)."
+        )
+    if until is not None:
+        raise ValueError("with ctrl give steps or duration; received until.")
+    if not np.all(np.isfinite(run.q[-1])):
+        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
+    start = run.began or cast(Checkpoint, run.checkpoint)
+    system = problem.system.with_numbers(ctrl=ctrl)
+    here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
+    vars(here)["p0"] = run.p[-1]
+    total, engine = number_of_steps(step, steps, duration), engine_for(here, method)
+    begin = Checkpoint(
+        0, *engine.start(here, method), start.solver, start.tolerance,
+        start.save_every if save_every is None else input_checks.whole("save_every", save_every),
+        start.curves if curves is None else input_checks.flag("curves", curves),
+    )  # fmt: skip
+    more = Run(here, method, step, total, begin)
+    check_memory([more])
     return run_steps(engine, more, progress=progress)
 
 

@@ -167,7 +167,7 @@ def _trajectory(
         interrupted=done < steps and code == SOLVED,
         engine="lanes" if engine.name == "general" and work.in_lanes else engine.name,
     )
-    found._judge_later(lambda: _ending(engine, run, work, code, known))
+    found._judge_later(lambda: _ending(engine, run, work, code, known), start)
     return found
 
 

@@ -80,7 +80,7 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        reasons = _off_without_mass(problem, light())
+        reasons = off_without_mass(problem, light())
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
@@ -122,7 +122,7 @@ def _off(found: Judgement) -> str:
     )
 
 
-def _off_without_mass(problem: Problem, found: encounters.MasslessError | None) -> list[str]:
+def off_without_mass(problem: Problem, found: encounters.MasslessError | None) -> list[str]:
     """That steps change the energy of a body without mass, or nothing."""
     if found is None or not found.share > encounters.COARSE:
         return []

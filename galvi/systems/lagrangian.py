@@ -132,7 +132,7 @@ class Lagrangian:
     def check_degenerate(self, q: Array, v: Array, t: float) -> None:
         """ValueError where d2L/dv2 is singular at a state and near it; what cannot be computed
         there is left to `check_functions`."""
-        if isinstance(self.function, KnownMass):
+        if self.has_known_mass:
             return
         by_q, by_v = difference_scales(self.group, q, v)
         moved = self._moved(q, by_q * direction(v.size, 1))(NEAR)
@@ -248,6 +248,8 @@ class Lagrangian:
             return known
 
         def one(x: Array, momentum: Array, s: float) -> Array:
+            if self.has_known_mass and self.slopes is None:
+                return legendre_transform.solved(self.mass(x, momentum, s), momentum)
             found = legendre_transform.velocity_with_momentum(
                 momentum, start[0], lambda v: self._momentum(x, v, s), lambda v: self.mass(x, v, s)
             )
@@ -276,8 +278,8 @@ class Lagrangian:
     def mass(self, q: Array, v: Array, t: float) -> Array:
         """d2L/dv2 at one state, (d, d), by differences unless L brings it; entries below their
         round-off are 0."""
-        if isinstance(self.function, KnownMass) and self.slopes is None:
-            return self.function.mass(q)
+        if self.has_known_mass and self.slopes is None:
+            return cast(KnownMass, self.function).mass(q)
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
             weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,
@@ -328,6 +330,11 @@ class Lagrangian:
     def brings_slopes(self) -> bool:
         """Whether the function has derivatives of its own."""
         return isinstance(self.function, BuiltinLagrangian)
+
+    @cached_property
+    def has_known_mass(self) -> bool:
+        """Whether the function is a `KnownMass`."""
+        return isinstance(self.function, KnownMass)
 
     @property
     def _slopes(self) -> Function | None:

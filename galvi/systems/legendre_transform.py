@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
-from galvi.systems.system import BuiltinLagrangian, KnownMass
+from galvi.systems.system import BuiltinLagrangian
 
 PASSES = 50
 HALVINGS = 40
@@ -23,6 +23,14 @@ MOVE = 1e-5  # share of a velocity by which momenta are differenced
 ROUNDING = 1e-12  # relative residual below which stagnation of all states is round-off
 SINGULAR = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 EVEN = 2.0  # ratio of the largest row to the smallest at which balancing stops
+
+
+def solved(M: Array, p: Array) -> Array:
+    """v with M v = p, (d,); NaN where M is singular."""
+    try:
+        return cast(Array, np.linalg.solve(M, p))
+    except np.linalg.LinAlgError:
+        return np.full(p.size, np.nan)
 
 
 def velocity_with_momentum(
@@ -103,7 +111,7 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> A
         return np.full(p.shape, np.nan) if found is None else found[1]
 
     with np.errstate(all="ignore"):
-        if isinstance(system.function, KnownMass):
+        if system.has_known_mass:
             masses = np.stack([system.function.mass(x) for x in places]).reshape(*p.shape, -1)
         else:
             moves = np.diag(MOVE * difference_scales(system.group, places[0], near)[1])

@@ -17,12 +17,19 @@ from galvi.systems.forces.external_force import check_force, force_at
 from galvi.systems.lagrangian import CHART, Function, Lagrangian
 from galvi.systems.trees import mujoco_states
 from galvi.systems.trees.joint import JointDamping, Link
-from galvi.systems.trees.joint_forces import JointForces, Pull, with_damping, without_damping
+from galvi.systems.trees.joint_forces import (
+    Drive,
+    JointForces,
+    Pull,
+    with_damping,
+    without_damping,
+)
 from galvi.systems.trees.rigid_tree import RigidTree
 
 OF_JOINTS = ("damping", "stiffness", "armature")
 TRIED = 9  # states of a step at which limits of actuators are looked at
-VARIED = ("gravity", "masses", *OF_JOINTS)
+CONTROLS = "ctrl"
+VARIED = ("gravity", "masses", *OF_JOINTS, CONTROLS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +50,7 @@ class Multibody(Lagrangian):
     nothing moves, or for links out of order.
     """
 
-    stored_with: ClassVar[Any] = (JointDamping, JointForces, Pull)
+    stored_with: ClassVar[Any] = (JointDamping, JointForces, Pull, Drive)
 
     function: Function = field(init=False, repr=False, compare=False)
     group: Group = field(init=False, repr=False, compare=False)
@@ -119,7 +126,8 @@ class Multibody(Lagrangian):
 
     def with_numbers(self, **numbers: Any) -> Multibody:
         """The same trees with other numbers, by the names of VARIED: gravity (3,), masses (links,),
-        and damping, stiffness and armature (joints,), in the order of ``tree.joints``.
+        damping, stiffness and armature (joints,), in the order of ``tree.joints``, and ctrl (nu,),
+        constant controls of a MuJoCo model's actuators, within their ranges.
 
         Inertias about the centres of mass stay as they are. Raises ValueError for another name or
         shape, and as `Link` and `Joint` do.
@@ -129,6 +137,11 @@ class Multibody(Lagrangian):
             shape = self.shape_of(name)
             if values.shape != shape:
                 raise ValueError(f"{name} must have shape {shape}; received shape {values.shape}.")
+        force, timed = self.given_force
+        if CONTROLS in given:
+            force = force.with_controls(given[CONTROLS])
+            if len(given) == 1 and CONTROLS in self.tree.varied:
+                return self._with_force(force)
         joints, links = iter(range(len(self.tree.joints))), []
         for k, link in enumerate(self.links):
             own = [
@@ -139,18 +152,38 @@ class Multibody(Lagrangian):
             ]  # fmt: skip
             mass = float(given["masses"][k]) if "masses" in given else link.mass
             links.append(replace(link, joints=own, mass=mass))
-        force, timed = self.given_force
         made = Multibody(links, given.get("gravity", self.gravity), force=force, timed_force=timed)
         varied = tuple(name for name in VARIED if name in {*self.tree.varied, *given})
         object.__setattr__(made, "function", replace(made.tree, varied=varied))
         made._damp(made.tree, "damping" in given or getattr(self.force, "varied", False))
         return made
 
+    def _with_force(self, force: JointForces) -> Multibody:
+        """The same trees with other controls, without the checks of what stays."""
+        made = object.__new__(Multibody)
+        vars(made).update(vars(self), force=force)
+        return made
+
+    @property
+    def varied_names(self) -> tuple[str, ...]:
+        """Those of VARIED that it has."""
+        force, _ = self.given_force
+        driven = isinstance(force, JointForces) and bool(force.drives)
+        return VARIED if driven else VARIED[:-1]
+
     def shape_of(self, name: str) -> tuple[int, ...]:
-        """That of one of VARIED; ValueError for another name."""
+        """That of one of VARIED; ValueError for another name, and for ctrl without actuators."""
+        if name == CONTROLS and CONTROLS not in self.varied_names:
+            raise ValueError(
+                "ctrl is of the actuators of a MuJoCo model; received it for a tree without. Read "
+                "a model that has them, with galvi.from_mujoco."
+            )
         if name not in VARIED:
-            raise ValueError(f"name must be one of {', '.join(VARIED)}; received {shown(name)}.")
+            names = ", ".join(self.varied_names)
+            raise ValueError(f"name must be one of {names}; received {shown(name)}.")
         sizes = {"gravity": 3, "masses": len(self.links)}
+        if name == CONTROLS:
+            return (len(self.given_force[0].controls),)
         return (sizes.get(name, len(self.tree.joints)),)
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:

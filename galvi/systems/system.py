@@ -103,7 +103,7 @@ class BuiltinLagrangian(Protocol):
 
 @runtime_checkable
 class KnownMass(BuiltinLagrangian, Protocol):
-    """A `BuiltinLagrangian` of a mass that depends on the configuration alone."""
+    """A `BuiltinLagrangian` v . M(q) v / 2 - V(q): its mass depends on the configuration alone."""
 
     def mass(self, q: Array) -> Array:
         """d2L/dv2 (d, d) at one configuration."""

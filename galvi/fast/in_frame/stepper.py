@@ -39,8 +39,9 @@ from galvi.tableau import tabulate
 
 MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
 AGAIN = 1024  # steps until it is
+MANY = 16  # pairs whose orbits are looked at; of more, some may meet
 AROUND = (128, 512)  # places on an orbit; more where these do not tell
-BENT = 0.5  # Hill radii by which two orbits bend each other before they pass
+BENT = 0.7  # Hill radii by which two orbits bend each other before they pass
 NO_PASSAGES = np.zeros(0)
 PROBED = 16  # first steps, from which the passes of all are chosen
 FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
@@ -130,13 +131,18 @@ def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any,
     if work.passage.size:
         held = cast(KeplerFrame, frame).held_pairs(run.problem)
         passage = np.append(work.passage, held)
+    asked, meet = -1, False
 
     def advance(todo: int) -> int:
+        nonlocal asked, meet
         code = SOLVED
         while todo and code == SOLVED:
-            q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
-            meet = work.watch != NEVER and can_meet(run.problem, q, v, run.method, run.step)
-            part = min(todo, AGAIN - (run.start.first + work.done) % AGAIN)
+            block, done = divmod(run.start.first + work.done, AGAIN)
+            if block != asked and work.watch != NEVER and passage.size:
+                asked = block
+                q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
+                meet = can_meet(run.problem, q, v, run.method, run.step)
+            part = min(todo, AGAIN - done)
             code = int(kernel(
                 motion.functions, motion.numbers, tables, plan, part,
                 (*progress[:-1], passage if meet else NO_PASSAGES), scratch, kept,
@@ -196,6 +202,8 @@ def can_meet(
     apart = (near[:, None] > far) | (near > far[:, None])
     apart |= np.add.outer(masses[others], masses[others]) == 0.0
     time = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
+    if np.count_nonzero(np.triu(~apart, 1)) > MANY:
+        return True
     return any(
         not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, time, pull)
         for i, j in np.argwhere(np.triu(~apart, 1))

@@ -24,12 +24,13 @@ from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, costly_pair, joined
 from galvi.run.energy_check import Judgement, judgement
-from galvi.run.interruption import Interrupted, defer_interrupts
+from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
-from galvi.run.point_masses.encounters import unresolved_passage
+from galvi.run.point_masses.encounters import MasslessError, massless_error, unresolved_passage
 from galvi.run.same_functions import of_run
+from galvi.run.status import off_without_mass
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -65,12 +66,13 @@ def motion_of(
 def run_in_clock(
     problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
     time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
-    interrupted: Callable[[], bool] | None = None, before: int = 0,
+    interrupted: Callable[[], bool] | None = None, before: int = 0, watched: bool = True,
 ) -> Trajectory:  # fmt: skip
     """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
 
-    first   the run that is continued: its last state is the first of this one
-    before  steps of a longer run that precede these, which its status counts
+    first    the run that is continued: its last state is the first of this one
+    before   steps of a longer run that precede these, which its status counts
+    watched  whether its status says what steps do to bodies without mass
     """
     motion = motion_of(problem, method, start.solver, start.tolerance)
     state = start if start.state.size else replace(
@@ -84,7 +86,7 @@ def run_in_clock(
         code = step_in_batches(
             loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
         )
-        run = _trajectory(loop, code, steps, first, before)
+        run = _trajectory(loop, code, steps, first, before, watched)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     if energies.asks_functions(cast(Hashable, problem.system)):
@@ -93,7 +95,7 @@ def run_in_clock(
 
 
 def _trajectory(
-    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int
+    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int, watched: bool
 ) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
     problem, start, h = loop.problem, loop.start, loop.step
@@ -152,12 +154,12 @@ def _trajectory(
         engine=loop.motion.engine,
         tau=read_only(tau),
     )
-    run._judge_later(lambda: _ending(loop, run, steps, end, before))
+    run._judge_later(lambda: _ending(loop, run, steps, end, before, watched))
     return run
 
 
 def _ending(
-    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int
+    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int, watched: bool
 ) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
     start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
@@ -177,7 +179,10 @@ def _ending(
         )
     else:
         passage = unresolved_passage(loop.problem, None, loop.passage)
-        failed, wrong = None, "; ".join(filter(None, [_doubts(found), passage]))
+        reasons = list(filter(None, [_doubts(found), passage]))
+        if not reasons and watched:
+            reasons = off_without_mass(loop.problem, _massless_error(loop, run))
+        failed, wrong = None, "; ".join(reasons)
         status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
         if found.ruined is not None:
             failed = max(found.ruined - start.first, 1)
@@ -192,6 +197,22 @@ def _ending(
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
     return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),
             "failed_step": failed, "checkpoint": last}  # fmt: skip
+
+
+def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
+    """What a step does to bodies without mass, at the first and the last states; None without."""
+    if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
+        return None
+
+    def steps_from(state: Checkpoint, n: int) -> Trajectory:
+        return uninterrupted(run_in_clock(
+            loop.problem, loop.method, -loop.step / n, replace(state, save_every=n, curves=False),
+            n, None, watched=False,
+        ))  # fmt: skip
+
+    states = [replace(loop.motion.at(run.q[k], run.v[k], float(run.t[k])), first=first)
+              for k, first in ((0, 0), (-1, loop.done))]  # fmt: skip
+    return massless_error(steps_from, states)
 
 
 def _judged(loop: Loop, end: Taken | None) -> Judgement:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -51,6 +51,47 @@ class Pull:
 
 
 @dataclass(frozen=True, eq=False)
+class Drive:
+    """What an actuator makes of its control u: F = u (g + g_1 l + g_2 l') + b + b_1 l + b_2 l'.
+
+    control  its number
+    part     number of the pull that it exerts, or of the push if ``thrust`` is given
+    gain     g, g_1, g_2
+    bias     b, b_1, b_2
+    range    least and most u
+    thrust   (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
+    """
+
+    control: int
+    part: int
+    gain: tuple[float, float, float]
+    bias: tuple[float, float, float]
+    range: tuple[float, float] = UNLIMITED
+    thrust: tuple[Any, Any, tuple[float, float]] | None = None
+
+    def law(self, u: float) -> tuple[float, float, float]:
+        """F at l = l' = 0, and its slopes by these."""
+        a, b, c = (u * g + x for g, x in zip(self.gain, self.bias, strict=True))
+        return a, b, c
+
+
+class Written(NamedTuple):
+    """The constants of forces on a tree.
+
+    numbers      all of them
+    known        those that are whole numbers of the law's structure, by their place
+    of_masses    places of those that depend on masses, and of_controls on controls
+    rows         places where those of each pull begin, then of each push
+    """
+
+    numbers: Array
+    known: dict[int, float]
+    of_masses: set[int]
+    of_controls: set[int]
+    rows: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class JointForces:
     """f(q, v, t) on a tree, of all its parts and of the damping of its joints.
 
@@ -61,6 +102,7 @@ class JointForces:
     wet      (link, axes (3, 3), medium (2,)) of bodies in a medium, as in
              galvi.systems.trees.drag, and its ``wind`` (3,). Older files have the coefficients (8,)
              for the masses of then in place of the medium
+    drives   `Drive` of each actuator, and ``controls`` (nu,), their present values
     tree     `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
 
     Beyond a limit the force is NaN; ``limited=False`` leaves all limits out.
@@ -72,6 +114,8 @@ class JointForces:
     pushes: tuple[tuple[int, Any, Any, Any], ...] = ()
     wet: tuple[tuple[int, Any, Any], ...] = ()
     wind: Any = (0.0, 0.0, 0.0)
+    drives: tuple[Drive, ...] = ()
+    controls: Any = ()
     tree: RigidTree | None = field(default=None, repr=False, compare=False)
     damping: Any = field(default=(), repr=False, compare=False)
     varied: bool = field(default=False, compare=False)
@@ -92,6 +136,54 @@ class JointForces:
         return replace(
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
+
+    def with_controls(self, controls: Array) -> JointForces:
+        """These forces with other controls (nu,); ValueError for one that is out of its range."""
+        pulls, pushes = list(self.pulls), list(self.pushes)
+        for drive in self.drives:
+            u, (least, most) = float(controls[drive.control]), drive.range
+            if not least <= u <= most:
+                raise ValueError(
+                    f"ctrl[{drive.control}] must be within its range, from {least:g} to {most:g}; "
+                    f"received {u:g}."
+                )
+            constant, by_length, by_rate = drive.law(u)
+            if drive.thrust is not None:
+                force, moment, limits = drive.thrust
+                size = min(max(constant, limits[0]), limits[1])
+                link, point, _, _ = pushes[drive.part]
+                pushes[drive.part] = link, point, size * force, size * moment
+                continue
+            pulls[drive.part] = replace(
+                pulls[drive.part], constant=constant, spring=(-by_length, 0.0, 0.0),
+                damper=(-by_rate, 0.0, 0.0),
+            )  # fmt: skip
+        made = replace(
+            self, pulls=tuple(pulls), pushes=tuple(pushes), controls=read_only(np.array(controls))
+        )
+        if self.tree is not None and "ctrl" in self.tree.varied:  # all else is as it was
+            vars(made).update(_written=self._rewritten(made), structure=self.structure)
+        return made
+
+    def _rewritten(self, other: JointForces) -> Written:
+        """The constants of these forces with other controls."""
+        numbers, (*_, rows) = self.numbers.copy(), self._written
+        for drive in self.drives:
+            if drive.thrust is None:
+                at, pull = rows[drive.part], other.pulls[drive.part]
+                numbers[at + kernel.CONSTANT] = pull.constant
+                numbers[at + kernel.SPRING] = pull.spring[0]
+                numbers[at + kernel.DAMPER] = pull.damper[0]
+            else:
+                link, _, force, moment = other.pushes[drive.part]
+                at, C = rows[len(self.pulls) + drive.part] + 4, self._frame(link)[2]
+                numbers[at : at + 6] = np.concatenate([C @ force, C @ moment])
+        return self._written._replace(numbers=read_only(numbers))
+
+    def _frame(self, link: int | None) -> tuple[int, Array, Array]:
+        """The number of a link's frame in the tree, its place there and its axes."""
+        assert self.tree is not None
+        return (0, np.zeros(3), np.eye(3)) if link is None else self.tree.frames[link]
 
     @property
     def has_limits(self) -> bool:
@@ -125,19 +217,20 @@ class JointForces:
         )
         if not (pulls or self.pushes or self.wet or np.any(self.damping)):
             return None
-        return replace(self, pulls=pulls, weights=())
+        return replace(self, pulls=pulls, weights=(), drives=())
 
     @property
     def numbers(self) -> Array:
         """The constants of galvi.kernels.trees.joint_forces."""
         return self._written[0]
 
-    @property
+    @cached_property
     def structure(self) -> dict[int, float]:
         """Those of the constants behind the tree's that are part of the law: place -> number."""
         assert self.tree is not None
-        first, (numbers, known, of_masses) = self.first, self._written
+        first, (numbers, known, of_masses, of_controls, _) = self.first, self._written
         left_open = of_masses if "masses" in self.tree.varied else set()
+        left_open = left_open | (of_controls if "ctrl" in self.tree.varied else set())
         known = dict(known)
         for k, number in enumerate(numbers[first:].tolist(), first):
             if number == 0.0 and k not in left_open:
@@ -154,26 +247,32 @@ class JointForces:
         return int(self.tree.numbers.size)
 
     @cached_property
-    def _written(self) -> tuple[Array, dict[int, float], set[int]]:
-        """The constants, those that are whole numbers of the law's structure by their place, and
-        the places of those that depend on masses."""
+    def _written(self) -> Written:
         assert self.tree is not None
-        rows: list[tuple[Array, tuple[int, ...], Iterable[int]]] = []
-        frames = self.tree.frames
+        rows: list[tuple[Array, tuple[int, ...], Iterable[int], Iterable[int]]] = []
+        driven, thrust = dict[int, list[int]](), set[int]()
+        for drive in self.drives:
+            if drive.thrust is not None:
+                thrust.add(drive.part)
+                continue
+            slopes = zip(drive.gain, (kernel.CONSTANT, kernel.SPRING, kernel.DAMPER), strict=True)
+            driven[drive.part] = [place for gain, place in slopes if gain]
+        on = self._frame
 
-        def on(link: int | None) -> tuple[int, Array, Array]:
-            return (0, np.zeros(3), np.eye(3)) if link is None else frames[link]
+        def row(
+            values: Any, *whole: int, of_mass: Iterable[int] = (), of_control: Iterable[int] = ()
+        ) -> None:
+            rows.append((np.concatenate([np.ravel(x) for x in values]), whole, of_mass, of_control))
 
-        def row(values: Any, *whole: int, of_mass: Iterable[int] = ()) -> None:
-            rows.append((np.concatenate([np.ravel(x) for x in values]), whole, of_mass))
-
-        for pull in self.pulls:
+        begins = list[int]()
+        for number, pull in enumerate(self.pulls):
+            begins.append(len(rows))
             limited = self.limited and pull.limits != UNLIMITED
             held = [len(pull.arms), len(pull.points), pull.actuator, pull.slack[0] < pull.slack[1],
                     limited]  # fmt: skip
             limits = pull.limits if limited else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
-            row([held, numbers], 0, 1, 2, 3, 4)
+            row([held, numbers], 0, 1, 2, 3, 4, of_control=driven.get(number, ()))
             for arm in pull.arms:
                 row([arm], 0, 1)
             for link, place, share in pull.points:
@@ -186,9 +285,11 @@ class JointForces:
             frame, r, C = on(k)
             own = self.tree.links[k]
             row([[frame, share * own.mass], r + C @ own.centre], 0, of_mass=(1,))
-        for k, place, force, moment in self.pushes:
+        for number, (k, point, force, moment) in enumerate(self.pushes):
+            begins.append(len(rows))
             frame, r, C = on(k)
-            row([[frame], r + C @ place, C @ force, C @ moment], 0)
+            open_ = range(4, kernel.PUSHED) if number in thrust else ()
+            row([[frame], r + C @ point, C @ force, C @ moment], 0, of_control=open_)
         for k, axes, medium in self.wet:
             frame, r, C = on(k)
             own = self.tree.links[k]
@@ -201,14 +302,22 @@ class JointForces:
                 len(self.wet), *self.wind]  # fmt: skip
         found = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
         at, known = self.first + kernel.HEAD + len(self.damping), dict[int, float]()
-        of_masses = set[int]()
+        of_masses, of_controls, places = set[int](), set[int](), list[int]()
         known.update((self.first + k, float(head[k])) for k in range(kernel.WIND))
-        for values, whole, of_mass in rows:
+        for values, whole, of_mass, of_control in rows:
             found.append(values)
+            places.append(at)
             known.update((at + k, float(values[k])) for k in whole)
             of_masses.update(at + k for k in of_mass)
+            of_controls.update(at + k for k in of_control)
             at += values.size
-        return read_only(np.concatenate(found)), known, of_masses
+        return Written(
+            read_only(np.concatenate(found)),
+            known,
+            of_masses,
+            of_controls,
+            tuple(places[k] for k in begins),
+        )
 
     def beyond(self, q: Array, v: Array) -> str:
         """What is beyond its limits at a state, in words; "" where all is within."""
@@ -223,7 +332,9 @@ class JointForces:
         return ""
 
     def _alone(self, **parts: Any) -> JointForces:
-        return replace(self, **{"bounds": (), "weights": (), "pushes": (), "wet": (), **parts})
+        return replace(
+            self, **{"bounds": (), "weights": (), "pushes": (), "wet": (), "drives": (), **parts}
+        )
 
 
 def with_damping(
