@@ -55,6 +55,8 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
     grid = _grid(curves)
     t, last = run.t[:good], float(run.t[good - 1])
     step = grid[1] - grid[0]
+    if step == 0.0:  # time stands still, where bodies collide
+        return Piece(run, curves, grid[:1], False, first, float(t[0]), last)
     grid = grid[(grid - last) / step < 1.0 - NEAR]
     begin = float(t[0]) if after is None else after
     far = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])

@@ -46,6 +46,7 @@ class JudgeRequest:
     key: int | str | None = None
     qpos: Sequence[float] | None = None
     qvel: Sequence[float] | None = None
+    ctrl: Sequence[float] | None = None
     quick: bool = False
     is_problem: bool = False
     extras: str = ""
@@ -139,6 +140,7 @@ def judge(
     *,
     qpos: Any = None,
     qvel: Any = None,
+    ctrl: Any = None,
     quick: bool = False,
     extras: Any = None,
 ) -> Judged:
@@ -151,6 +153,7 @@ def judge(
     error        largest error of a body or of a joint at any time; None: that of the own run
     own          {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
     qpos, qvel   (nq,) and (nv,): a start of a model in MuJoCo's coordinates
+    ctrl         (nu,) constant controls of a model; None: the keyframe's, or zeros
     quick        with shorter looks at other sources of the truth and other integrators
     extras       the `reboundx.Extras` of a simulation, as of `galvi.from_rebound`: REBOUND's runs
                  have its forces, galvi's those that are read of it
@@ -169,7 +172,8 @@ def judge(
         )
     request = JudgeRequest(
         None if duration is None else float(duration), None if error is None else float(error),
-        dict(own or {}), snapshot, ignore, key, qpos, qvel, quick, isinstance(source, Problem),
+        dict(own or {}), snapshot, ignore, key, qpos, qvel, ctrl, quick,
+        isinstance(source, Problem),
     )  # fmt: skip
     if extras is not None and kind != "rebound":
         raise ValueError(
@@ -183,7 +187,9 @@ def judge(
         elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
             is_file and Path(source).suffix in MODELS
         ):  # fmt: skip
-            mujoco_reader.read(source, ignore, key, qpos, qvel)  # what it refuses is said here
+            mujoco_reader.read(
+                source, ignore, key, qpos, qvel, ctrl
+            )  # what it refuses is said here
             if is_file:
                 file = Path(source)
             else:

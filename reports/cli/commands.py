@@ -327,6 +327,9 @@ def application(load: Load, command: str) -> typer.Typer:
         qvel: str = typer.Option(
             "", "--qvel", metavar="0,0.1", help="Start of a model: velocities."
         ),
+        ctrl: str = typer.Option(
+            "", "--ctrl", metavar="0,0.1", help="Constant controls of a model's actuators."
+        ),
         quick: bool = typer.Option(
             False, "--quick", help="Shorter looks at other sources and integrators."
         ),
@@ -344,7 +347,7 @@ def application(load: Load, command: str) -> typer.Typer:
 
         check_folder(out)
         asked = (
-            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, quick, extras)
+            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, ctrl, quick, extras)
             if request is None
             else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
         )

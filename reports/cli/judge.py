@@ -47,7 +47,7 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) ->
 
 def request_of(
     duration: float | None, error: float | None, own: str, snapshot: int, ignore: str,
-    key: str | None, qpos: str, qvel: str, quick: bool, extras: str,
+    key: str | None, qpos: str, qvel: str, ctrl: str, quick: bool, extras: str,
 ) -> JudgeRequest:  # fmt: skip
     """The request that options ask for; a usage error for text that is none."""
     try:
@@ -55,8 +55,8 @@ def request_of(
             duration, error, read_own(own), snapshot,
             tuple(filter(None, (word.strip() for word in ignore.split(",")))),
             None if key is None else _number(key),
-            read_numbers("--qpos", qpos), read_numbers("--qvel", qvel), quick,
-            extras=extras,
+            read_numbers("--qpos", qpos), read_numbers("--qvel", qvel),
+            read_numbers("--ctrl", ctrl), quick, extras=extras,
         )  # fmt: skip
     except ValueError as refused:
         raise typer.BadParameter(str(refused)) from None
@@ -68,7 +68,7 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
     if request.is_problem:
         problem = _unpickled(file)
         return kind_of(problem).model(problem)
-    asked = request.key, request.qpos, request.qvel
+    asked = request.key, request.qpos, request.qvel, request.ctrl
     if file.suffix in MODELS:
         if request.snapshot != -1:
             raise ValueError(f"--snapshot is of REBOUND's files; received {file}.")
@@ -79,7 +79,8 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
         return Model(problem, mine, (f"Left out, as asked for: {gone}.",) if gone else ())
     if request.ignore or any(one is not None for one in asked):
         raise ValueError(
-            f"--key, --ignore, --qpos and --qvel are of models of MuJoCo's; received {file}."
+            f"--key, --ignore, --qpos, --qvel and --ctrl are of models of MuJoCo's; received "
+            f"{file}."
         )
     problem, simulation = rebound.read(file, request.snapshot, request.extras)
     said = (problem.parameters.get(name) for name in ("read_as", "functions", "written_by"))

@@ -130,3 +130,14 @@ def test_resume_with_controls_says_what_it_is_for() -> None:
     driven = galvi.integrate(arm(), METHOD, TICK, 1)
     with pytest.raises(ValueError, match="with ctrl give steps or duration; received until"):
         galvi.resume(driven, until=1.0, ctrl=np.zeros(5))
+
+
+def test_judge_takes_controls(tmp_path: Any) -> None:
+    """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
+    ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])
+    found = galvi.judge(
+        mujoco.MjModel.from_xml_string(ARM), 0.2, 1e-6, ctrl=ctrl, qpos=[0.1, 0.0, 0.0], quick=True
+    )
+    assert found.passed and found.own["error"] < 1e-8
+    with pytest.raises(ValueError, match="must be within its range, from -3 to 3"):
+        galvi.judge(mujoco.MjModel.from_xml_string(ARM), 0.2, ctrl=[9.0, 0, 0, 0, 0])

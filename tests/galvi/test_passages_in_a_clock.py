@@ -122,3 +122,25 @@ def test_a_passage_in_the_last_shortened_step_is_named() -> None:
     end = whole.t[step] - 0.02 * (whole.t[step] - whole.t[step - 1])
     short = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=end)
     assert len(short.t) == step + 1 and "passed at a distance of about" in short.status
+
+
+@pytest.mark.parametrize("mass", [1.0, 1e-3, 0.0])
+def test_a_fall_with_actions_ends_in_a_sentence(mass: float) -> None:
+    """The last step has no length, since time stands still where the bodies collide."""
+    fall = galvi.Problem(galvi.NBody([1.0, mass]), [[0, 0], [1, 0]], [[0, 0], [0, 0]])
+    half = galvi.Event(lambda q, v, t: q[1, 0] - q[0, 0] - 0.5, action=lambda q, v, t: (q, v))
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+    run = galvi.integrate(fall, method, 1.5, duration=3.0, events=[half])
+    assert not run.success and "time stands still: bodies 0 and 1 collide" in run.status
+    assert len(run.events) == 1 and np.isfinite(run.q).all()
+
+
+@pytest.mark.parametrize(("s", "step"), [(1, 0.3), (2, 1.0), (4, 3.0), (8, 0.6)])
+def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: float) -> None:
+    """On a circle, where its energy, which is in no sum, stays as it is."""
+    circle = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1]])
+    method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), clock=galvi.DynamicalTime())
+    run = galvi.integrate(circle, method, step, duration=60.0)
+    off = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
+    said = "a step changes the energy of the massless body 1" in run.status
+    assert said == (off > 1e-3) and (said or off < 1e-12)

@@ -49,6 +49,14 @@ class Pull:
     limits: tuple[float, float] = UNLIMITED
     actuator: bool = False
 
+    def driven(self, constant: float, spring: float, damper: float) -> Pull:
+        """The same with other numbers, which needs no checks."""
+        made = object.__new__(Pull)
+        vars(made).update(
+            vars(self), constant=constant, spring=(spring, 0.0, 0.0), damper=(damper, 0.0, 0.0)
+        )
+        return made
+
 
 @dataclass(frozen=True, eq=False)
 class Drive:
@@ -154,10 +162,7 @@ class JointForces:
                 link, point, _, _ = pushes[drive.part]
                 pushes[drive.part] = link, point, size * force, size * moment
                 continue
-            pulls[drive.part] = replace(
-                pulls[drive.part], constant=constant, spring=(-by_length, 0.0, 0.0),
-                damper=(-by_rate, 0.0, 0.0),
-            )  # fmt: skip
+            pulls[drive.part] = pulls[drive.part].driven(constant, -by_length, -by_rate)
         made = replace(
             self, pulls=tuple(pulls), pushes=tuple(pushes), controls=read_only(np.array(controls))
         )
