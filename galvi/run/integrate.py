@@ -238,16 +238,12 @@ def resume(
     is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
     reference, and for bad input.
     """
-    if ctrl is not None and isinstance(run, Trajectory) and run.method is not None:
+    _check_resumed(run)
+    if ctrl is not None:
         return _with_controls(run, ctrl, steps, duration, until, events, save_every, curves,
                               progress)  # fmt: skip
-    if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
-        raise ValueError(
-            f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
-        )
-    if not np.all(np.isfinite(run.q[-1])) and not run.interrupted and not run.success:
-        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
-    problem, method, start = run.origin or run.problem, run.method, run.checkpoint
+    problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
+    start = cast(Checkpoint, run.checkpoint)
     asked = run.asked if events is None else events
     if events is None and run.events is not None and not run.asked:
         raise ValueError(
@@ -262,20 +258,31 @@ def resume(
     if method.clock is not None:
         return _resumed_in_clock(run, problem, start, steps, duration, until, asked, progress)
     if until is None:
-        total = number_of_steps(run.step, steps, duration)
+        total = number_of_steps(step, steps, duration)
     elif steps is None and duration is None:
-        total = steps_until(until, problem.t0, run.step, start.first)
+        total = steps_until(until, problem.t0, step, start.first)
     else:
         raise ValueError("give one of steps, duration and until; received until and another.")
-    more, engine = Run(problem, method, run.step, total, start), engine_for(problem, method)
+    more, engine = Run(problem, method, step, total, start), engine_for(problem, method)
     if start.solver == "fixed_point":
         _check_iteration(engine, problem, method)
     check_memory([more])
     if has_events(asked):
-        return WITH_EVENTS[0](problem, method, run.step, start, total, None, asked, run)(
+        return WITH_EVENTS[0](problem, method, step, start, total, None, asked, run)(
             progress=progress
         )
     return run_steps(engine, more, progress=progress)
+
+
+def _check_resumed(run: Any) -> None:
+    """ValueError for what is no run to be continued."""
+    is_run = isinstance(run, Trajectory) and run.step is not None
+    if not is_run or (run.began is None and run.checkpoint is None):
+        raise ValueError(
+            f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
+        )
+    if not np.all(np.isfinite(run.q[-1])) and not run.interrupted and not run.success:
+        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
 
 
 def _with_controls(
@@ -283,8 +290,8 @@ def _with_controls(
     events: Any, save_every: int | None, curves: bool | None, progress: bool | None,
 ) -> Trajectory:  # fmt: skip
     """`resume` with other controls: a run of its own from that state, with what is compiled."""
-    problem, method, step = run.origin or run.problem, run.method, run.step
-    if not isinstance(problem.system, Multibody) or step is None:
+    problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
+    if not isinstance(problem.system, Multibody):
         raise ValueError(
             f"ctrl is of the actuators of a MuJoCo model that galvi.integrate runs; received it "
             f"for a {type(problem.system).__name__}."
@@ -296,8 +303,6 @@ def _with_controls(
         )
     if until is not None:
         raise ValueError("with ctrl give steps or duration; received until.")
-    if not np.all(np.isfinite(run.q[-1])):
-        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
     start = run.began or cast(Checkpoint, run.checkpoint)
     system = problem.system.with_numbers(ctrl=ctrl)
     here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)

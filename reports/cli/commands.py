@@ -346,8 +346,9 @@ def application(load: Load, command: str) -> typer.Typer:
         from reports.cli.judge import judge_command, request_of
 
         check_folder(out)
+        states = {"qpos": qpos, "qvel": qvel, "ctrl": ctrl}
         asked = (
-            request_of(duration, error, own, snapshot, ignore, key, qpos, qvel, ctrl, quick, extras)
+            request_of(duration, error, own, snapshot, ignore, key, states, quick, extras)
             if request is None
             else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -47,16 +48,19 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) ->
 
 def request_of(
     duration: float | None, error: float | None, own: str, snapshot: int, ignore: str,
-    key: str | None, qpos: str, qvel: str, ctrl: str, quick: bool, extras: str,
+    key: str | None, states: Mapping[str, str], quick: bool, extras: str,
 ) -> JudgeRequest:  # fmt: skip
-    """The request that options ask for; a usage error for text that is none."""
+    """The request that options ask for; a usage error for text that is none.
+
+    states  the texts of qpos, qvel and ctrl
+    """
     try:
         return JudgeRequest(
             duration, error, read_own(own), snapshot,
             tuple(filter(None, (word.strip() for word in ignore.split(",")))),
             None if key is None else _number(key),
-            read_numbers("--qpos", qpos), read_numbers("--qvel", qvel),
-            read_numbers("--ctrl", ctrl), quick, extras=extras,
+            quick=quick, extras=extras,
+            **{name: read_numbers(f"--{name}", text) for name, text in states.items()},
         )  # fmt: skip
     except ValueError as refused:
         raise typer.BadParameter(str(refused)) from None

@@ -66,13 +66,12 @@ def motion_of(
 def run_in_clock(
     problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
     time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
-    interrupted: Callable[[], bool] | None = None, before: int = 0, watched: bool = True,
+    interrupted: Callable[[], bool] | None = None, before: int = 0,
 ) -> Trajectory:  # fmt: skip
     """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
 
-    first    the run that is continued: its last state is the first of this one
-    before   steps of a longer run that precede these, which its status counts
-    watched  whether its status says what steps do to bodies without mass
+    first   the run that is continued: its last state is the first of this one
+    before  steps of a longer run that precede these, which its status counts
     """
     motion = motion_of(problem, method, start.solver, start.tolerance)
     state = start if start.state.size else replace(
@@ -86,7 +85,7 @@ def run_in_clock(
         code = step_in_batches(
             loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
         )
-        run = _trajectory(loop, code, steps, first, before, watched)
+        run = _trajectory(loop, code, steps, first, before)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     if energies.asks_functions(cast(Hashable, problem.system)):
@@ -95,7 +94,7 @@ def run_in_clock(
 
 
 def _trajectory(
-    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int, watched: bool
+    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int
 ) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
     problem, start, h = loop.problem, loop.start, loop.step
@@ -154,12 +153,12 @@ def _trajectory(
         engine=loop.motion.engine,
         tau=read_only(tau),
     )
-    run._judge_later(lambda: _ending(loop, run, steps, end, before, watched))
+    run._judge_later(lambda: _ending(loop, run, steps, end, before))
     return run
 
 
 def _ending(
-    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int, watched: bool
+    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int
 ) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
     start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
@@ -180,7 +179,7 @@ def _ending(
     else:
         passage = unresolved_passage(loop.problem, None, loop.passage)
         reasons = list(filter(None, [_doubts(found), passage]))
-        if not reasons and watched:
+        if not reasons:
             reasons = off_without_mass(loop.problem, _massless_error(loop, run))
         failed, wrong = None, "; ".join(reasons)
         status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
@@ -205,10 +204,14 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
         return None
 
     def steps_from(state: Checkpoint, n: int) -> Trajectory:
-        return uninterrupted(run_in_clock(
+        back = uninterrupted(run_in_clock(
             loop.problem, loop.method, -loop.step / n, replace(state, save_every=n, curves=False),
-            n, None, watched=False,
+            n, None,
         ))  # fmt: skip
+        done = back.counts["steps"] == n and bool(np.all(np.isfinite(back.q[-1])))
+        return Trajectory(  # whose own status nobody asks for
+            back.problem, back.t, back.q, back.p, velocities=back.velocities, success=done
+        )
 
     states = [replace(loop.motion.at(run.q[k], run.v[k], float(run.t[k])), first=first)
               for k, first in ((0, 0), (-1, loop.done))]  # fmt: skip
