@@ -165,7 +165,7 @@ class Trajectory:
     @property
     def v(self) -> Array:
         """Velocities at the saved times, of p's shape; on a group the body velocities."""
-        return self.velocities if self.velocities is not None else self._from_momenta
+        return self.velocities if self.velocities is not None else self._from_momenta.copy()
 
     @cached_property
     def _from_momenta(self) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,12 @@ def read(
         },
         units="those of the model; MuJoCo's are m, kg, s and radians",
     )  # fmt: skip
-    check_reading(own, problem, some_states(system, q, v))
+    some = list(some_states(system, q, v))
+    check_reading(own, problem, some)
+    if force is not None and force.drives:
+        controls = force.some_controls()
+        driven = problem.moved(problem.q0, problem.v0, 0.0, system.with_numbers(ctrl=controls))
+        check_reading(replace(own, ctrl=controls), driven, some)
     return problem, own
 
 

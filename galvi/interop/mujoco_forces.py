@@ -52,8 +52,7 @@ def _acting(model: Any) -> Iterator[int]:
 
 
 def _laws(model: Any, k: int) -> tuple[Any, Any]:
-    """(3,) of F of an actuator by its control, and without it: a constant, and the slopes by length
-    and rate."""
+    """Gain and bias of an actuator, (3,) each: a constant, and the slopes by length and rate."""
     gain, bias = np.zeros(3), np.zeros(3)
     affine = _kind("mjtGain", model.actuator_gaintype[k]) == "AFFINE"
     gain[: 3 if affine else 1] = model.actuator_gainprm[k, : 3 if affine else 1]
@@ -212,9 +211,9 @@ def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
         limits = (least, most)
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     if kind == "SITE":
-        turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target]) - 1
-        thrust = turn @ gear[:3], turn @ gear[3:], limits
-        return (body, model.site_pos[target].copy(), np.zeros(3), np.zeros(3)), thrust
+        turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target])
+        thrust, link = (turn @ gear[:3], turn @ gear[3:], limits), body - 1 if body else None
+        return (link, model.site_pos[target].copy(), np.zeros(3), np.zeros(3)), thrust
     if kind == "TENDON":
         arms, points = _path(model, target, entries, float(gear[0]))
     else:

@@ -227,29 +227,31 @@ def resume(
                         instead of steps or duration
     events              as for `galvi.integrate`; None: those of ``run``, () for none
     save_every, curves  as for `galvi.integrate`; None: as in ``run``
-    ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on: the
-                        result's ``problem`` has them and starts here, and its energy is judged anew
+    ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on, for
+                        steps or a duration: the result is a run of its own, whose ``problem`` has
+                        them and starts here, and whose energy is judged from here on
     others              as for `galvi.integrate`
 
-    The result starts where ``run`` ended, also when Ctrl-C ended it, and its states are
-    bit-identical to the same part of one long run, also where an event ended ``run`` within a step:
-    it goes on from the grid. After an action its ``problem`` is that which the action left. Its
-    energy is judged with that of all steps before it, so that a run continued after it was ruined
+    Without ``ctrl`` the result starts where ``run`` ended, also when Ctrl-C ended it, and its
+    states are bit-identical to the same part of one long run, also where an event ended ``run``
+    within a step: it goes on from the grid. After an action its ``problem`` is that which the
+    action left. Its energy is judged with that of all steps before it, so that a run continued
+    after it was ruined
     is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
     reference, and for bad input.
     """
     _check_resumed(run)
+    if events is None and run.events is not None and not run.asked:
+        raise ValueError(
+            "a run from a file has no functions of events. Give its events again, or events=() to "
+            "go on without."
+        )
     if ctrl is not None:
         return _with_controls(run, ctrl, steps, duration, until, events, save_every, curves,
                               progress)  # fmt: skip
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     start = cast(Checkpoint, run.checkpoint)
     asked = run.asked if events is None else events
-    if events is None and run.events is not None and not run.asked:
-        raise ValueError(
-            "a run from a file has no functions of events. Give its events again, or events=() to "
-            "go on without."
-        )
     if save_every is not None:
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
@@ -305,6 +307,8 @@ def _with_controls(
         raise ValueError("with ctrl give steps or duration; received until.")
     start = run.began or cast(Checkpoint, run.checkpoint)
     system = problem.system.with_numbers(ctrl=ctrl)
+    if beyond := system.beyond_limits(run.q[-1], run.v[-1], 0.0):
+        raise ValueError(f"{beyond} at the run's end. Choose other controls.")
     here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
     vars(here)["p0"] = run.p[-1]
     total, engine = number_of_steps(step, steps, duration), engine_for(here, method)

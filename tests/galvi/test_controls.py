@@ -141,3 +141,37 @@ def test_judge_takes_controls(tmp_path: Any) -> None:
     assert found.passed and found.own["error"] < 1e-8
     with pytest.raises(ValueError, match="must be within its range, from -3 to 3"):
         galvi.judge(mujoco.MjModel.from_xml_string(ARM), 0.2, ctrl=[9.0, 0, 0, 0, 0])
+
+
+def test_a_thruster_on_the_world_pushes_nothing() -> None:
+    text = """<mujoco><worldbody><site name="w" pos="0.3 0.2 1"/>
+      <body><joint axis="0 1 0"/><inertial pos="0 0 -0.2" mass="1" diaginertia=".2 .2 .1"/></body>
+      </worldbody><actuator><motor site="w" gear="1 0 0 0 0 0"/></actuator></mujoco>"""
+    run = galvi.integrate(galvi.from_mujoco(text), METHOD, TICK, 1)
+    assert abs(galvi.resume(run, 50, ctrl=[3.0]).q[-1, 0]) < 1e-15
+
+
+def test_a_gain_that_is_misread_is_caught_where_controls_are_0(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from galvi.interop import mujoco_forces
+
+    sound = mujoco_forces._laws
+    monkeypatch.setattr(
+        mujoco_forces, "_laws", lambda model, k: ((2.0, 0.0, 0.0), sound(model, k)[1])
+    )
+    with pytest.raises(ValueError, match="misreads this model"):
+        arm()
+
+
+def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path: Any) -> None:
+    brake = galvi.Event(lambda q, v, t: np.sin(np.pi * t / 0.01), action=lambda q, v, t: (q, 0 * v))
+    run = galvi.integrate(arm(), METHOD, 0.005, 5, events=[brake])
+    galvi.save(run, tmp_path / "run")
+    for one in (run, galvi.load(tmp_path / "run")):
+        with pytest.raises(ValueError, match="events"):
+            galvi.resume(one, 1, ctrl=np.zeros(5))
+    strong = ARM.replace('gear="2"', 'gear="2" forcelimited="true" forcerange="-1 1"')
+    run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK, 1)
+    with pytest.raises(ValueError, match=r"actuator pusher is beyond its limits .* Choose other"):
+        galvi.resume(run, 1, ctrl=[3.0, 0.0, 0.0, 0.0, 0.0])

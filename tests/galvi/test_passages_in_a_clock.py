@@ -144,3 +144,10 @@ def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: floa
     off = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
     said = "a step changes the energy of the massless body 1" in run.status
     assert said == (off > 1e-3) and (said or off < 1e-12)
+
+
+def test_that_is_seen_at_several_states() -> None:
+    """From the pericentre: at the end of a run steps may be short enough."""
+    far = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1.9**0.5]])
+    method = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1), clock=galvi.DynamicalTime())
+    assert "massless body 1" in galvi.integrate(far, method, 0.2, 25).status

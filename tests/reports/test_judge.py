@@ -91,7 +91,10 @@ def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process)
         ([], "FILE"),
         (["FILE", "--own", "whfast"], "expects name=value"),
         (["FILE", "--own", "integrator=saba,dt=0"], "Own dt must not be 0"),
-        (["FILE", "--qpos", "1"], "--key, --ignore, --qpos, --qvel and --ctrl are of models of MuJoCo's"),
+        (
+            ["FILE", "--qpos", "1"],
+            "--key, --ignore, --qpos, --qvel and --ctrl are of models of MuJoCo's",
+        ),
         (["FILE", "--own", "integrator=saba,dt=0.1,kind=3"], "Did you mean"),
         (["FILE", "--own", "dt=1e9"], "Own dt must be at most the duration"),
         (["FILE", "--key", "0"], "are of models of MuJoCo's"),

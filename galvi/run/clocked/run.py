@@ -28,7 +28,12 @@ from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
-from galvi.run.point_masses.encounters import MasslessError, massless_error, unresolved_passage
+from galvi.run.point_masses.encounters import (
+    STATES,
+    MasslessError,
+    massless_error,
+    unresolved_passage,
+)
 from galvi.run.same_functions import of_run
 from galvi.run.status import off_without_mass
 from galvi.systems.lagrangian import velocity_at
@@ -199,7 +204,7 @@ def _ending(
 
 
 def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
-    """What a step does to bodies without mass, at the first and the last states; None without."""
+    """What a step does to bodies without mass, at some of the kept states; None without any."""
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
@@ -213,9 +218,9 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
             back.problem, back.t, back.q, back.p, velocities=back.velocities, success=done
         )
 
-    states = [replace(loop.motion.at(run.q[k], run.v[k], float(run.t[k])), first=first)
-              for k, first in ((0, 0), (-1, loop.done))]  # fmt: skip
-    return massless_error(steps_from, states)
+    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int)).tolist()
+    states = [loop.motion.at(run.q[k], run.v[k], float(run.t[k])) for k in rows]
+    return massless_error(steps_from, states, STATES)
 
 
 def _judged(loop: Loop, end: Taken | None) -> Judgement:

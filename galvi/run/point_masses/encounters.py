@@ -145,13 +145,15 @@ class MasslessError(NamedTuple):
 
 @np.errstate(all="ignore")
 def massless_error(
-    steps_from: Callable[[Checkpoint, int], Trajectory], states: Sequence[Checkpoint]
-) -> MasslessError | None:
+    steps_from: Callable[[Checkpoint, int], Trajectory], states: Sequence[Checkpoint],
+    least: int = 1,
+) -> MasslessError | None:  # fmt: skip
     """The estimate for a run to the last of some states, the first of which is its start; or None.
 
     steps_from  (a state, n) does n steps backwards, of 1 / n of the run's step
+    least       of the states looked at
     """
-    wanted = min(STATES, 1 + (states[-1].first - states[0].first) // EACH)
+    wanted = min(STATES, max(least, 1 + (states[-1].first - states[0].first) // EACH))
     chosen = np.linspace(len(states) - 1, 0, wanted + 1).round().astype(int)[:-1]
     looked_at = [states[k] for k in dict.fromkeys(chosen.tolist())]
     pairs = [[steps_from(state, n) for n in (1, 2)] for state in looked_at]

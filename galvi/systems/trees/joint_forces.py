@@ -21,6 +21,7 @@ from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.rigid_tree import RigidTree
 
 UNLIMITED = (-math.inf, math.inf)
+SHARES = (0.9, 0.2, 0.7)  # of the ranges of controls at which a reading is compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +107,7 @@ class JointForces:
     pulls    `Pull` values
     bounds   (velocity, least, most, name) of what actuators exert on it together
     weights  (link, share): share of its weight that is held up
-    pushes   (link, point (3,), force (3,), moment (3,)): constant, in the link's frame
+    pushes   (link or None, point (3,), force (3,), moment (3,)): constant, in the link's frame
     wet      (link, axes (3, 3), medium (2,)) of bodies in a medium, as in
              galvi.systems.trees.drag, and its ``wind`` (3,). Older files have the coefficients (8,)
              for the masses of then in place of the medium
@@ -144,6 +145,14 @@ class JointForces:
         return replace(
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
+
+    def some_controls(self) -> Array:
+        """Controls (nu,) within their ranges, none of which is 0 where it may be another."""
+        found = np.array(self.controls)
+        for drive in self.drives:
+            low, high = max(drive.range[0], -1.0), min(drive.range[1], 1.0)
+            found[drive.control] = low + (high - low) * SHARES[drive.control % len(SHARES)]
+        return found
 
     def with_controls(self, controls: Array) -> JointForces:
         """These forces with other controls (nu,); ValueError for one that is out of its range."""
