@@ -24,7 +24,7 @@ from galvi.trajectory import Trajectory
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
-SEVERAL = 100.0  # parts of a step for a passage, instead of which a clock is to be used
+SEVERAL = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
 ADAPT = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
