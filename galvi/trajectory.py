@@ -132,13 +132,9 @@ class Trajectory:
     plot_of: ClassVar[Callable[..., Any]]
 
     def _judge_later(self, find: Callable[[], Mapping[str, Any]], began: Any = None) -> None:
-        """Let ``find`` tell how the run ended, once one of these fields is read."""
+        """Let ``find`` tell how the run ended, once one of these fields is read; it began from a
+        state with the settings of its continuation."""
         vars(self).update(dict.fromkeys(JUDGED, LATER), _find=find, _began=began)
-
-    @property
-    def began(self) -> Checkpoint | None:
-        """The state that it began from, with its settings, where it has not been judged."""
-        return vars(self).get("_began")
 
     def _judge(self) -> None:
         """Find how the run ended, unless it is known."""

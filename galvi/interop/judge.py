@@ -180,6 +180,12 @@ def judge(
             f"extras belong to a rebound.Simulation; received them with {shown(source)}. Load it "
             f"first."
         )
+    given = {"key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl, "ignore": ignore or None}
+    if kind == "rebound" and (wrong := [name for name, one in given.items() if one is not None]):
+        raise ValueError(
+            f"judge takes {' and '.join(wrong)} with models of MuJoCo's alone; received "
+            f"{shown(source)}. Leave it out."
+        )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model"
         if isinstance(source, Problem):

@@ -276,10 +276,15 @@ def resume(
     return run_steps(engine, more, progress=progress)
 
 
+def _continuation(run: Trajectory) -> Checkpoint | None:
+    """A state of a run with the settings of its continuation, without judging the run."""
+    return vars(run).get("_began") or run.checkpoint
+
+
 def _check_resumed(run: Any) -> None:
     """ValueError for what is no run to be continued."""
     is_run = isinstance(run, Trajectory) and run.step is not None
-    if not is_run or (run.began is None and run.checkpoint is None):
+    if not is_run or _continuation(run) is None:
         raise ValueError(
             f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
         )
@@ -305,7 +310,7 @@ def _with_controls(
         )
     if until is not None:
         raise ValueError("with ctrl give steps or duration; received until.")
-    start = run.began or cast(Checkpoint, run.checkpoint)
+    start = cast(Checkpoint, _continuation(run))
     system = problem.system.with_numbers(ctrl=ctrl)
     if beyond := system.beyond_limits(run.q[-1], run.v[-1], 0.0):
         raise ValueError(f"{beyond} at the run's end. Choose other controls.")

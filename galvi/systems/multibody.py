@@ -169,7 +169,7 @@ class Multibody(Lagrangian):
         """Those of VARIED that it has."""
         force, _ = self.given_force
         driven = isinstance(force, JointForces) and bool(force.drives)
-        return VARIED if driven else VARIED[:-1]
+        return tuple(name for name in VARIED if driven or name != CONTROLS)
 
     def shape_of(self, name: str) -> tuple[int, ...]:
         """That of one of VARIED; ValueError for another name, and for ctrl without actuators."""

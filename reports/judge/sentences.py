@@ -49,7 +49,9 @@ def own_run(found: Judgement) -> list[str]:
         f"not between them; the worst {found.kind.PART} is {worst.iloc[0]}). {energy} It takes "
         f"{timing(own)}."
     ]
-    if not math.isnan(own["unstopped_error"]):
+    if math.isinf(own["unstopped_error"]):
+        result.append("Run without stops at these times, which shorten its steps, it fails.")
+    elif not math.isnan(own["unstopped_error"]):
         result.append(
             f"Run to the end without stops at these times, which shorten its steps, it is off by "
             f"{readable(own['unstopped_error'])}{length} there."

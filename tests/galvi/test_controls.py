@@ -175,3 +175,11 @@ def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path: Any) -> None
     run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK, 1)
     with pytest.raises(ValueError, match=r"actuator pusher is beyond its limits .* Choose other"):
         galvi.resume(run, 1, ctrl=[3.0, 0.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("limits", ["5 10", "-9 -4", "-0.2 0.8", "0 0.1"])
+def test_ranges_need_not_hold_0_or_1(limits: str) -> None:
+    text = ARM.replace('ctrlrange="-3 3"', f'ctrlrange="{limits}"')
+    least, most = map(float, limits.split())
+    found = galvi.from_mujoco(text).system.force
+    assert least <= found.controls[0] <= most and least <= found.some_controls()[0] <= most

@@ -21,7 +21,7 @@ from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.rigid_tree import RigidTree
 
 UNLIMITED = (-math.inf, math.inf)
-SHARES = (0.9, 0.2, 0.7)  # of the ranges of controls at which a reading is compared
+SIZES = (0.8, -0.6, 0.4)  # of controls at which a reading is compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,11 +147,11 @@ class JointForces:
         )
 
     def some_controls(self) -> Array:
-        """Controls (nu,) within their ranges, none of which is 0 where it may be another."""
+        """Controls (nu,) within their ranges, of about 1, at which a reading is compared."""
         found = np.array(self.controls)
         for drive in self.drives:
-            low, high = max(drive.range[0], -1.0), min(drive.range[1], 1.0)
-            found[drive.control] = low + (high - low) * SHARES[drive.control % len(SHARES)]
+            size = SIZES[drive.control % len(SIZES)]
+            found[drive.control] = min(max(size, drive.range[0]), drive.range[1])
         return found
 
     def with_controls(self, controls: Array) -> JointForces:
