@@ -3,6 +3,7 @@
 from galvi.problems.brownout import brownout
 from galvi.problems.pendulums import (
     double_pendulum,
+    driven_oscillator,
     elastic_pendulum,
     fermi_pasta_ulam_tsingou,
     harmonic_oscillator,
@@ -22,8 +23,9 @@ from galvi.problems.rigid_bodies import (
 )
 
 __all__ = [
-    "applegate", "brownout", "double_pendulum", "elastic_pendulum", "fermi_pasta_ulam_tsingou",
-    "free_body_se3", "free_box", "free_rigid_body", "harmonic_oscillator", "heavy_top",
-    "henon_heiles", "kepler", "kepler_polar", "outer_solar_system", "pendulum_3d", "planar_chain",
-    "planar_pendulum", "skew_arm", "solar_system", "spherical_pendulum",
+    "applegate", "brownout", "double_pendulum", "driven_oscillator", "elastic_pendulum",
+    "fermi_pasta_ulam_tsingou", "free_body_se3", "free_box", "free_rigid_body",
+    "harmonic_oscillator", "heavy_top", "henon_heiles", "kepler", "kepler_polar",
+    "outer_solar_system", "pendulum_3d", "planar_chain", "planar_pendulum", "skew_arm",
+    "solar_system", "spherical_pendulum",
 ]  # fmt: skip

@@ -1,5 +1,5 @@
-"""Oscillators: harmonic, Hénon and Heiles's, the chain of Fermi, Pasta, Ulam and Tsingou; and
-pendulums: on a circle, on a sphere, on a spring, of several rods, and on skew hinges."""
+"""Oscillators: harmonic, driven, Hénon and Heiles's, the chain of Fermi, Pasta, Ulam and Tsingou;
+and pendulums: on a circle, on a sphere, on a spring, of several rods, and on skew hinges."""
 
 from __future__ import annotations
 
@@ -31,13 +31,56 @@ from galvi.systems.trees.joint import Joint, Link
 from galvi.systems.user_functions import sympy_module
 
 
-def harmonic_oscillator() -> Problem:
-    """L = (v^2 - q^2) / 2 from q = 1, v = 0 (H 2.4.1, M 6.1). No units."""
+def harmonic_oscillator(velocity: float = 0.0) -> Problem:
+    """L = (v^2 - q^2) / 2 from q = 1 with this velocity (H 2.4.1, M 6.1: at rest). No units.
+
+    Raises ValueError for a velocity that is not finite.
+    """
+    speed = input_checks.real("velocity", velocity)
     return Problem(
         system=Canonical(mass=1.0, potential=LinearSpring(1.0)),
         q0=np.array([1.0]),
-        v0=np.array([0.0]),
+        v0=np.array([speed]),
         name="harmonic oscillator",
+        units="none (m = k = 1)",
+    )
+
+
+DRIVE = 1.5  # angular frequency of the driving force
+
+
+@jit  # type: ignore[untyped-decorator]
+def _driven_potential(q: Any, t: float) -> Any:
+    """V = q^2 / 2 + q^4 / 4 - q sin(DRIVE t)."""
+    return 0.5 * q[0] ** 2 + 0.25 * q[0] ** 4 - q[0] * np.sin(DRIVE * t)
+
+
+@jit  # type: ignore[untyped-decorator]
+def _driven_gradient(q: Any, t: float) -> Any:
+    """dV/dq, (1,)."""
+    return np.array([q[0] + q[0] ** 3 - np.sin(DRIVE * t)])
+
+
+@jit  # type: ignore[untyped-decorator]
+def _driven_hessian(q: Any, t: float) -> Any:
+    """d2V/dq2, (1, 1)."""
+    return np.array([[1.0 + 3.0 * q[0] ** 2]])
+
+
+def driven_oscillator() -> Problem:
+    """Duffing's oscillator, q'' = -q - q^3 + sin(1.5 t), from q = 0.5, v = 0.8 at t = 0.4.
+
+    No units. The motion is regular. The force depends on the time, so that nothing is conserved,
+    and a wrong time, such as that since the start, moves it elsewhere.
+    """
+    return Problem(
+        system=Canonical(
+            1.0, _driven_potential, _driven_gradient, _driven_hessian, explicit_time=True
+        ),
+        q0=np.array([0.5]),
+        v0=np.array([0.8]),
+        t0=0.4,
+        name="driven oscillator",
         units="none (m = k = 1)",
     )
 
@@ -101,12 +144,14 @@ def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float 
     )
 
 
-def planar_pendulum(amplitude: float = 2.0) -> Problem:
-    """m = g = l = 1, released at rest at ``amplitude`` radians from the downward vertical.
+def planar_pendulum(amplitude: float = 2.0, rate: float = 0.0) -> Problem:
+    """m = g = l = 1, released at ``amplitude`` radians from the downward vertical.
 
-    Its period is 4 K(sin(amplitude / 2)). Raises ValueError for an amplitude outside (0, pi).
+    rate  angular velocity at the start; at rest the period is 4 K(sin(amplitude / 2))
+
+    Raises ValueError for an amplitude outside (0, pi) and a rate that is not finite.
     """
-    angle = input_checks.real("amplitude", amplitude)
+    angle, turning = input_checks.real("amplitude", amplitude), input_checks.real("rate", rate)
     if not 0.0 < angle < math.pi:
         raise ValueError(
             f"amplitude must be between 0 and pi radians; received {shown(amplitude)}."
@@ -114,9 +159,9 @@ def planar_pendulum(amplitude: float = 2.0) -> Problem:
     return Problem(
         system=Canonical(mass=1.0, potential=CosinePotential(1.0)),
         q0=np.array([angle]),
-        v0=np.zeros(1),
-        name=f"planar pendulum, amplitude {angle:g}",
-        parameters={"amplitude": angle},
+        v0=np.array([turning]),
+        name=f"planar pendulum, amplitude {angle:g}" + (f", rate {turning:g}" if turning else ""),
+        parameters={"amplitude": angle} | ({"rate": turning} if turning else {}),
         units="m = g = l = 1",
     )
 

@@ -35,7 +35,8 @@ def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(p
     run = galvi.integrate(problem, EIGHT, pace(problem), 5)
     assert run.success, run.status
     energy = galvi.energy(run)
-    assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
+    if not getattr(problem.system, "explicit_time", False):
+        assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
     assert run.to_frame().shape[1] == 1 + problem.q0.size + problem.p0.size
     known = galvi.run.saving.files.is_storable(problem.system)
     galvi.save(run, tmp_path / "run.npz")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import galvi
 
@@ -70,6 +71,34 @@ def test_the_jacobian_is_the_slope_of_the_acceleration(problem):
         for e in size * np.eye(q0.size)
     ]
     assert np.allclose(found, np.array(columns).T, rtol=1e-6, atol=1e-8 * np.abs(found).max())
+
+
+def test_the_driven_oscillator_moves_as_its_equation_at_its_own_time():
+    problem = galvi.problems.driven_oscillator()
+    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
+    run = galvi.integrate(problem, method, 0.05, 100)
+
+    def moved(clock):
+        def rates(t, y):
+            q, v = y
+            return v, -q - q**3 + np.sin(1.5 * clock(t))
+
+        span = (problem.t0, problem.t0 + 5.0)
+        start = (problem.q0[0], problem.v0[0])
+        return solve_ivp(rates, span, start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+
+    end = np.array([run.q[-1, 0], run.p[-1, 0]])
+    assert np.allclose(end, moved(lambda t: t), atol=1e-9)
+    wrong = (lambda t: -t, lambda t: 0.0, lambda t: t - problem.t0, lambda t: t + 1.0)
+    for clock in (*wrong, lambda t: 2.0 * problem.t0 - t):
+        assert np.max(np.abs(end - moved(clock))) > 0.5
+
+
+def test_ready_problems_start_in_motion_where_asked():
+    assert galvi.problems.harmonic_oscillator(0.5).v0 == 0.5
+    swing = galvi.problems.planar_pendulum(2.0, rate=-0.5)
+    assert swing.v0 == -0.5
+    assert dict(swing.parameters) == {"amplitude": 2.0, "rate": -0.5}
 
 
 def test_gravity_is_that_of_the_textbook_and_so_is_its_derivative():
