@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
-from xml.etree import ElementTree as tree
 
 import pandas as pd
 
@@ -19,6 +17,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
 from reports.results.claim_results import NOT_RUN, ClaimResult, Elsewhere, Finished, check
 from reports.results.comparison import marked, merged, written
+from reports.results.junit import JUnitCase, Outcome, junit_xml
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
@@ -29,25 +28,22 @@ from reports.tables.convergence_table import convergence_frame
 from reports.tables.number_format import plain
 from reports.tables.writing import as_csv, write_table
 
-FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
-
-def junit(checked: Sequence[ClaimResult], engines: Engines) -> str:
+def junit(checked: Sequence[ClaimResult], engines: Engines, command: str) -> str:
     """One test suite per claim and one for the engines, as XML text.
 
     failure  a verdict other than the expected one, or a missing required engine
     error    a row that should have been measured but was not
     skipped  a missing row or engine that is not required
     """
-    root = tree.Element("testsuites", name="python -m reports verify")
-    for one in checked:
-        cases = [_case(row, one.seconds / len(one.rows)) for row in one.rows]
-        _suite(root, f"{one.claim.id} {one.claim.title}", cases)
-    _suite(root, "engines", [_engine(name, engines) for name in engines.absence])
-    for name in ("tests", "failures", "errors", "skipped"):
-        root.set(name, str(sum(int(suite.get(name, "0")) for suite in root)))
-    tree.indent(root)
-    return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    suites = {
+        f"{one.claim.id} {one.claim.title}": [
+            _case(row, one.seconds / len(one.rows)) for row in one.rows
+        ]
+        for one in checked
+    }
+    suites["engines"] = [_engine(name, engines) for name in engines.absence]
+    return junit_xml(command, suites)
 
 
 def details(row: Row) -> str:
@@ -66,48 +62,30 @@ def details(row: Row) -> str:
     )
 
 
-def _case(row: Row, seconds: float) -> tree.Element:
-    case = tree.Element(
-        "testcase",
-        classname=f"{row.source if row.source == 'agreement' else 'claim'}.{_clean(row.id)}",
-        name=_clean(row.quantity),
-        time=f"{seconds:.3f}",
-    )
+def _case(row: Row, seconds: float) -> JUnitCase:
+    outcome, message = _outcome(row)
+    source = row.source if row.source == "agreement" else "claim"
+    return JUnitCase(f"{source}.{row.id}", row.quantity, seconds, outcome, message, details(row))
+
+
+def _outcome(row: Row) -> tuple[Outcome, str]:
+    """The outcome of a row's test, and a sentence on it."""
     if row.verdict == NOT_RUN:
-        kind = "skipped" if row.expected == NOT_RUN else "error"
-        tree.SubElement(case, kind, message=_clean(f"not run: {row.reason}"))
-    elif row.verdict != row.expected:
-        message = (
-            f"{row.verdict}, expected was {row.expected}: measured {plain(row.measured, 6)}, "
-            f"bound {row.bound}"
-        )
-        tree.SubElement(case, "failure", message=_clean(message)).text = _clean(details(row))
-    tree.SubElement(case, "system-out").text = _clean(details(row))
-    return case
+        return "skipped" if row.expected == NOT_RUN else "error", f"not run: {row.reason}"
+    if row.verdict == row.expected:
+        return "passed", ""
+    measured = plain(row.measured, 6)
+    return "failure", (
+        f"{row.verdict}, expected was {row.expected}: measured {measured}, bound {row.bound}"
+    )
 
 
-def _engine(name: str, engines: Engines) -> tree.Element:
-    case = tree.Element("testcase", classname="engines", name=name, time="0.000")
-    if engines.absence[name]:
-        kind = "failure" if name in engines.required else "skipped"
-        tree.SubElement(case, kind, message=_clean(f"{name} is absent: {engines.absence[name]}"))
-    return case
-
-
-def _suite(root: tree.Element, name: str, cases: Sequence[tree.Element]) -> None:
-    def count(kind: str) -> str:
-        return str(sum(case.find(kind) is not None for case in cases))
-
-    seconds = sum(float(case.get("time", "0")) for case in cases)
-    suite = tree.SubElement(
-        root, "testsuite", name=_clean(name), tests=str(len(cases)), failures=count("failure"),
-        errors=count("error"), skipped=count("skipped"), time=f"{seconds:.3f}",
-    )  # fmt: skip
-    suite.extend(cases)
-
-
-def _clean(text: str) -> str:
-    return FORBIDDEN.sub("?", text)
+def _engine(name: str, engines: Engines) -> JUnitCase:
+    why = engines.absence[name]
+    if not why:
+        return JUnitCase("engines", name)
+    outcome: Outcome = "failure" if name in engines.required else "skipped"
+    return JUnitCase("engines", name, 0.0, outcome, f"{name} is absent: {why}")
 
 
 HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", "expected")
@@ -203,7 +181,7 @@ def verify(
     found = Verified(tuple(checked), engines, tuple(_write(checked, suite, options)))
     seen = summary(checked)
     text = markdown(seen, found.changed, engines)
-    write(options.out / "verify.xml", junit(checked, engines))
+    write(options.out / "verify.xml", junit(checked, engines, f"{options.called} verify"))
     write(options.out / "verify.md", text)
     write_job_summary(text)
     show(seen)

@@ -70,7 +70,7 @@ FOLDERS = typer.Argument(..., metavar="FOLDER...", help="What `compare` or `make
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
 
-def application(load: Load, command: str) -> typer.Typer:
+def application(load: Load, command: str, called: str = shlex.join(PROGRAM)) -> typer.Typer:
     """The typer application for the suite that `load` returns; commands return the exit status."""
     app = typer.Typer(
         add_completion=False,
@@ -90,7 +90,7 @@ def application(load: Load, command: str) -> typer.Typer:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         engines = () if require is None else choose_engines(require, suite.engines())
         check_folder(out)
-        return Options(quick, chosen, out, command, engines, tuple(contenders), anew)
+        return Options(quick, chosen, out, command, engines, tuple(contenders), anew, called)
 
     @app.callback(invoke_without_command=True)
     def everything(
@@ -401,7 +401,7 @@ def run(load: Load, arguments: Sequence[str], called: Sequence[str] = PROGRAM) -
 
     called  the words before the arguments, as usage and provenance name the command
     """
-    app: Any = application(load, shlex.join([*called, *arguments]))
+    app: Any = application(load, shlex.join([*called, *arguments]), " ".join(called))
     try:
         status = app(list(arguments), prog_name=" ".join(called), standalone_mode=False)
     except UsageError as error:

@@ -19,6 +19,7 @@ class Options:
     claims      ids of the selected claims; () for all
     out         output folder
     command     as typed
+    called      the words before the command, such as "galvi"
     require     engines that must be available
     contenders  external integrators, as package.module:Class
     anew        do not resume an interrupted build
@@ -31,3 +32,4 @@ class Options:
     require: tuple[str, ...] = ()
     contenders: tuple[str, ...] = ()
     anew: bool = False
+    called: str = "python -m reports"

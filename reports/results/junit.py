@@ -1,0 +1,76 @@
+"""JUnit XML, which CI services read: test cases as values, and the text of a file of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+from xml.etree import ElementTree as tree
+
+FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
+
+Outcome = Literal["passed", "failure", "error", "skipped"]
+TOTALS = {"failures": "failure", "errors": "error", "skipped": "skipped"}
+
+
+@dataclass(frozen=True)
+class JUnitCase:
+    """A check, as JUnit XML has it.
+
+    class_name  what was checked; CI services group by it
+    seconds     that it took, 0 where nobody measured it
+    outcome     "failure": the answer is not as expected; "error": there is no answer
+    message     one sentence on an outcome other than "passed"
+    details     more text, for people, whatever the outcome
+    """
+
+    class_name: str
+    name: str
+    seconds: float = 0.0
+    outcome: Outcome = "passed"
+    message: str = ""
+    details: str = ""
+
+
+def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
+    """The text of a JUnit file, well-formed whatever the texts are: signs that XML forbids
+    become "?".
+
+    title   the command as the user called it, such as "galvi verify"
+    suites  name -> its cases
+    """
+    root = tree.Element("testsuites", name=_clean(title))
+    for name, cases in suites.items():
+        suite = tree.SubElement(root, "testsuite", _totals(cases), name=_clean(name))
+        suite.extend([_element(case) for case in cases])
+    root.attrib |= _totals([case for cases in suites.values() for case in cases])
+    tree.indent(root)
+    return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:
+    outcomes = [case.outcome for case in cases]
+    counts = {name: str(outcomes.count(kind)) for name, kind in TOTALS.items()}  # type: ignore[arg-type]
+    seconds = sum(case.seconds for case in cases)
+    return {"tests": str(len(cases)), **counts, "time": f"{seconds:.3f}"}
+
+
+def _element(case: JUnitCase) -> tree.Element:
+    element = tree.Element(
+        "testcase",
+        classname=_clean(case.class_name),
+        name=_clean(case.name),
+        time=f"{case.seconds:.3f}",
+    )
+    if case.outcome != "passed":
+        outcome = tree.SubElement(element, case.outcome, message=_clean(case.message))
+        if case.outcome == "failure":
+            outcome.text = _clean(case.details)
+    if case.details:
+        tree.SubElement(element, "system-out").text = _clean(case.details)
+    return element
+
+
+def _clean(text: str) -> str:
+    return FORBIDDEN.sub("?", text)
