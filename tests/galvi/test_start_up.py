@@ -6,9 +6,10 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from benchmarks.studies import start_up
+from benchmarks.studies import compile_times, start_up
 from benchmarks.studies.start_up import STARTS, started
 
 TRIES = 5  # the first may compile, and a machine that does other things delay half of a process
@@ -119,3 +120,12 @@ def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_st
     assert row["cold"] != row["cold"]  # not measured in the quick form
     assert row["import"] > 0.0 and row["warm"] > 0.0 and row["import_in_numpys"] > 1.0
     assert 10.0 < row["few_steps"] <= row["many_steps"] < row["few_steps"] + 1.0  # + 0.0
+
+
+@pytest.mark.slow
+def test_most_of_a_first_run_is_compiling_and_each_function_has_its_share():
+    imported, whole, table = compile_times.compile_times()
+    shares = table[list(compile_times.COLUMNS[1:-1])].sum(axis="columns")
+    np.testing.assert_allclose(table["seconds"], shares)
+    assert imported > 0.0 and 0.5 * whole < table["seconds"].sum() < whole
+    assert "advance_law" in set(table["function"])
