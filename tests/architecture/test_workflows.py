@@ -14,7 +14,9 @@ from reports.contents import load
 
 ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-KNOWN_ACTIONS = re.compile(r"actions/[a-z/-]+@v\d+")
+FOR_OTHERS = ROOT / "docs" / "workflow.yml"
+PINNED = re.compile(r"uses: (actions/[a-z/-]+)@([0-9a-f]{40}) # (v\d+\.\d+\.\d+)")
+ON_MAIN = "github.ref == 'refs/heads/main'"
 REPORTS = [".venv/bin/python", "-m", "reports"]
 every = pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
 
@@ -60,7 +62,62 @@ def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
         assert job["runs-on"] == "ubuntu-latest" and 0 < job["timeout-minutes"] <= 60
         for step in job["steps"]:
             assert ("run" in step) != ("uses" in step)
-            assert KNOWN_ACTIONS.fullmatch(step.get("uses", "actions/checkout@v4"))
+
+
+def unpinned(text: str) -> list[str]:
+    """The lines that name an action otherwise than by the digest of a commit and its version."""
+    lines = [line.strip().removeprefix("- ") for line in text.splitlines()]
+    return [line for line in lines if line.startswith("uses:") and not PINNED.fullmatch(line)]
+
+
+def saved_anywhere(text: str) -> list[str]:
+    """The actions that save a cache from other branches than main, too."""
+    actions = []
+    for job in yaml.safe_load(text)["jobs"].values():
+        for step in job["steps"]:
+            action = step.get("uses", "").partition("@")[0]
+            conditions = f"{job.get('if', '')} && {step.get('if', '')}".split(" && ")
+            if action == "actions/cache" or (
+                action == "actions/cache/save" and ON_MAIN not in conditions
+            ):
+                actions.append(action)
+    return actions
+
+
+pinned = pytest.mark.parametrize("path", [*WORKFLOWS, FOR_OTHERS], ids=lambda path: path.name)
+
+
+@pinned
+def test_actions_are_pinned_by_the_digest_of_a_commit_and_name_its_version(path: Path) -> None:
+    text = path.read_text()
+    assert PINNED.search(text) and unpinned(text) == []
+
+
+def test_one_action_has_one_digest_in_all_workflows() -> None:
+    pins = {pin for path in [*WORKFLOWS, FOR_OTHERS] for pin in PINNED.findall(path.read_text())}
+    assert len({digest for _, digest, _ in pins}) == 4  # of cache, its restore and its save: one
+
+
+@pinned
+def test_caches_are_saved_from_the_main_branch_alone(path: Path) -> None:
+    assert saved_anywhere(path.read_text()) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["uses: actions/checkout@v4", "uses: actions/checkout@11bd719 # v4.2.2",
+     "uses: actions/checkout@" + 40 * "a", "uses: actions/checkout@" + 40 * "a" + " # v4"],
+)  # fmt: skip
+def test_an_action_that_is_not_pinned_would_be_noticed(line: str) -> None:
+    assert unpinned(f"    steps:\n      - {line}\n") == [line]
+
+
+@pytest.mark.parametrize(
+    "step", ["actions/cache@x", "actions/cache/save@x", "actions/cache/save@x, if: always()",
+             f"actions/cache/save@x, if: always() || {ON_MAIN}"],
+)  # fmt: skip
+def test_a_cache_saved_from_a_pull_request_would_be_noticed(step: str) -> None:
+    assert saved_anywhere(f"jobs: {{x: {{steps: [{{uses: {step}}}]}}}}")
 
 
 @every
