@@ -36,8 +36,8 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
-report: $(STAMP) ## verify and compare; write tables, figures and a page to reports/out; QUICK=1: less of it
-	$(BIN)/python -m reports $(if $(QUICK),--quick)
+report: $(STAMP) ## verify and compare; write tables, figures and pages to reports/out; FULL=1: all studies, longer
+	$(BIN)/python -m reports $(if $(FULL),,--quick)
 
 docs: $(STAMP) ## write the documentation to reports/out/docs, beside the report
 	@$(BIN)/python -c 'import sphinx_book_theme, sphinx_design, myst_nb, mathjax' 2>/dev/null || \

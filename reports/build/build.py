@@ -83,8 +83,8 @@ def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
         origins = read_origins(options.out)
         page = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
         provenance = {name: text for name, text in page.items() if name != "setting"}
-        tables = comparison_tables(compared.work_precision, suite.targets)
         quick = origins.get(TIMES, {}).get("setting") == "quick"
+        tables = comparison_tables(compared.work_precision, () if quick else suite.targets)
         return _pages(
             suite, replace(options, quick=quick), checked, compared, tables, sections, provenance,
             single, kept=True,

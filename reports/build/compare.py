@@ -26,7 +26,8 @@ class Compared:
 
 
 def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
-    """Measure, write, and print the targets, or the ratios where there are none.
+    """Measure, write, and print the targets; in the quick setting, whose runs are shorter than those
+    that the targets are for, and where there are none, the ratios.
 
     cache  the build's result cache; None stores nothing
     """
@@ -36,13 +37,14 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
             write(options.out / f"{name}.csv", as_csv(frame))
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
-    tables = comparison_tables(measured.work_precision, suite.targets)
+    targets = () if options.quick else suite.targets
+    tables = comparison_tables(measured.work_precision, targets)
     origin = suite.provenance(options.command)
     write_comparison(options.out / "tables", tables, origin)
     if measured.cost is not None and len(measured.cost):
         write_table(options.out / "tables", "cost", measured.cost, origin=origin)
-    show_targets(tables.targets, options.quick)
-    if not suite.targets:
+    show_targets(tables.targets)
+    if not targets:
         show_ratios(tables.ratios, tables.smallest)
     return Compared(measured, tables)
 

@@ -20,11 +20,12 @@ from benchmarks.checks.bounds import (
 )
 from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
+from reports.figures.headlines import HEADLINES
 from reports.results.own_problems import Engines
 from reports.results.summary import Summary
 from reports.tables.comparison_tables import readable_ratios
 from reports.tables.number_format import plain
-from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
+from reports.tables.targets_table import HEADINGS, readable_targets, summary
 
 STYLES = {
     ATTAINED: "green", HOLDS: "green", EXCEEDS: "cyan", NOT_REPRODUCED: "magenta",
@@ -33,6 +34,7 @@ STYLES = {
 TARGET_STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
 PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
 MOST = 20  # changes printed
+FEW = 6  # problems whose times are all printed
 WIDTH = 120  # columns when output is not a terminal
 SHORTENED: Mapping[str, Any] = {"max_width": 28, "no_wrap": True, "overflow": "ellipsis"}
 
@@ -92,11 +94,16 @@ def show_engines(engines: Engines) -> None:
 
 
 def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame, console: Console | None = None) -> None:
-    """Print a table of times at matched error for each problem; nothing when there are none."""
+    """Print a table of times at matched error for each problem; of more than FEW problems those of
+    the headlines alone."""
     console = console or Console()
     if not console.is_terminal:
         console.width = WIDTH
-    for problem in ratios["problem"].unique() if len(ratios) else ():
+    problems = list(ratios["problem"].unique()) if len(ratios) else []
+    if len(problems) > FEW:
+        problems = [name for one in HEADLINES for name in one.options["panels"] if name in problems]
+        console.print("Other problems are in tables/ratios.md and on the page.")
+    for problem in problems:
         lines = readable_ratios(ratios, ends, problem)
         title = f"{problem}: times at matched error over those of galvi's fastest"
         table = Table(
@@ -110,7 +117,7 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame, console: Console | Non
         console.print(table)
 
 
-def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:
+def show_targets(frame: pd.DataFrame, console: Console | None = None) -> None:
     """Print the targets with their remarks; nothing when there are none."""
     if frame.empty:
         return
@@ -127,4 +134,4 @@ def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = Non
     console.print(table)
     for _, row in frame[frame["remark"] != ""].iterrows():
         console.print(Text(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
-    console.print(Text(summary(frame) + (f" {QUICK}" if quick else "")))
+    console.print(Text(summary(frame)))

@@ -43,7 +43,7 @@ from reports.tables.number_format import known as number_known
 from reports.tables.profiles import profile_table
 from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
-from reports.tables.targets_table import QUICK, TEXT, readable_targets
+from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
 
 PEERS = {"rebound": "REBOUND", "mujoco-core": "MuJoCo", "scipy": "SciPy", "heyoka": "heyoka"}
@@ -223,7 +223,7 @@ def content(
         "compiled": origin.get("compiled for", ""),
         "built": grid(built()),
         "stops": [f"{stop:.0e}" for stop in STOPS],
-        "targets": _targets(tables.targets, quick),
+        "targets": _targets(tables.targets),
         "quick": quick,
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
@@ -283,10 +283,10 @@ def _left_out(one: SectionResult) -> tuple[str, str, str]:
     return one.section.title, command, one.failure or one.note
 
 
-def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
+def _targets(frame: pd.DataFrame) -> TargetsSection | None:
     if frame.empty:
         return None
-    text = " ".join(filter(None, (TEXT, targets_summary(frame), QUICK if quick else "")))
+    text = f"{TEXT} {targets_summary(frame)}"
     return TargetsSection(text, grid(*readable_targets(frame)))
 
 

@@ -21,6 +21,7 @@ from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths
 from reports.results.machines import Machine, machines
+from reports.results.origins import read_origins
 from reports.tables.comparison_tables import (
     ALL,
     GALVI,
@@ -37,6 +38,7 @@ SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
 RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
 CHOICES = "choices"  # of docs/which.md
 WIDTH = 101  # columns of the README
+MEASURED = ("work_precision.csv", "claims.csv")  # of a report
 PICTURES = {  # of the repository: of a report
     "reports/inner_planets.png": "fig-2-14",
     "docs/headline_rebound.png": "headline-rebound",
@@ -282,7 +284,16 @@ def with_statements(page: str) -> str:
 def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
     and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
-    that were written."""
+    that were written.
+
+    Raises ValueError for rows of the quick setting, whose runs are shorter than the pages say."""
+    origins = read_origins(out)
+    quick = [name for name in MEASURED if origins.get(name, {}).get("setting") == "quick"]
+    if quick:
+        raise ValueError(
+            f"{' and '.join(quick)} in {out} {'is' if len(quick) == 1 else 'are'} of the quick "
+            f"setting; run build without --quick first."
+        )
     found = machines(out)
     problems = {name for one in found[:1] for name in one.runs["problem"]}
     readme = (root / "README.md").read_text()

@@ -23,7 +23,6 @@ TEXT = (
     "the error where that is the target; missed: it is not, or galvi does not reach the error; not "
     "reached: the other code does not reach the error, so there is no ratio to judge."
 )
-QUICK = "These are runs of the quick setting, shorter than those the targets were set for."
 
 
 def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
+from reports.results.origins import note_origin
 from reports.tables.readme import (
     ASKED,
     BODIES,
@@ -19,6 +20,7 @@ from reports.tables.readme import (
     choices,
     evidence,
     marks,
+    renew,
     results,
     speed,
     table_of,
@@ -141,3 +143,9 @@ def test_the_evidence_is_counted(tmp_path):
     said = evidence(ROOT, tmp_path)
     assert "15; 1 neither answered nor refused in a sentence" in said
     assert len(lines) <= len(table_of(TRUST.read_text(), EVIDENCE).splitlines())
+
+
+def test_the_pages_take_no_rows_of_the_quick_setting(tmp_path):
+    note_origin(tmp_path, "work_precision.csv", {"date": "2026-01-02"}, quick=True)
+    with pytest.raises(ValueError, match=r"work_precision.csv in .* is of the quick setting; run"):
+        renew(ROOT, tmp_path)
