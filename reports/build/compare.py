@@ -26,8 +26,8 @@ class Compared:
 
 
 def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
-    """Measure, write, and print the targets; in the quick setting, whose runs are shorter than those
-    that the targets are for, and where there are none, the ratios.
+    """Measure, write, and print the targets, or the ratios where there are none or in the quick
+    setting, whose runs are shorter than those that the targets are for.
 
     cache  the build's result cache; None stores nothing
     """
