@@ -28,8 +28,7 @@ LATE = (
     "tests/references/test_forces.py",
 )
 
-SLOW = 3600  # seconds, of those marked one by one; the time-out of others is in pyproject.toml
-LISTED = Path(__file__).with_name("slow.txt")
+SLOW = 3600  # seconds, of those marked slow; the time-out of others is in pyproject.toml
 
 # The first call of a kernel compiles it, which no deadline of an example should count.
 settings.register_profile("galvi", deadline=None, max_examples=25, derandomize=True)
@@ -79,23 +78,36 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(tryfirst=True)  # before -m chooses
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.nodeid.startswith(LATE))
-    listed = {line for line in LISTED.read_text().splitlines() if not line.startswith("#")}
-    known = {item.nodeid for item in items}
-    files = {name.split("::")[0] for name in known}
-    some = any("::" in word for word in config.args) or config.getoption("lf", False)
-    whole = set() if some else files  # all tests of these files are here
-    lost = sorted(
-        name
-        for name, file in ((name, name.partition("::")[0]) for name in listed - known)
-        if file in whole or not (config.rootpath / file).exists()
-    )
-    if lost:
-        raise pytest.UsageError(f"{LISTED.name} names no test of today: {lost[0]}. Correct it.")
     for item in items:
+        for marker in item.iter_markers("slow_cases"):
+            if is_slow(item, marker):
+                item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.timeout(SLOW))
-        if item.nodeid in listed:
-            item.add_marker(pytest.mark.slow)
+    if not any("[" in word for word in config.args):
+        check_slow_cases(items)
+
+
+def is_slow(item: pytest.Item, marker: pytest.Mark) -> bool:
+    """Whether this case of a test is one that the marker names, or none of those it leaves out."""
+    case = item.callspec.id  # type: ignore[attr-defined]
+    return case in marker.args or ("but" in marker.kwargs and case not in marker.kwargs["but"])
+
+
+def check_slow_cases(items: list[pytest.Item]) -> None:
+    """UsageError where a marker names a case that its test does not have."""
+    cases: dict[str, set[str]] = {}
+    named: dict[str, set[str]] = {}
+    for item in items:
+        for marker in item.iter_markers("slow_cases"):
+            test = item.nodeid.partition("[")[0]
+            cases.setdefault(test, set()).add(item.callspec.id)  # type: ignore[attr-defined]
+            named[test] = {*marker.args, *marker.kwargs.get("but", ())}
+    for test, names in named.items():
+        if lost := sorted(names - cases[test]):
+            raise pytest.UsageError(
+                f"slow_cases of {test} names {lost[0]!r}, which is no case of it."
+            )
 
 
 def pytest_collection_finish() -> None:

@@ -47,6 +47,7 @@ def run(package: Path, *words: str, **more: str) -> subprocess.CompletedProcess[
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_every_module_is_imported(package: Path) -> None:
     code = (
         "import importlib, pkgutil, galvi, references, benchmarks, reports\n"
@@ -72,6 +73,7 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
     assert "once; later runs load it" in kept[0] and kept[1] == ""
 
 
+@pytest.mark.slow
 def test_commands_work(package: Path, tmp_path: Path) -> None:
     helped = run(package, "-m", "galvi", "--help")
     assert helped.returncode == 0 and "verify" in helped.stdout, helped.stderr

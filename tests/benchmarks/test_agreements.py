@@ -112,6 +112,7 @@ def test_each_truth_of_the_claims_is_confirmed_by_a_second_one() -> None:
         assert row.slack is not None and row.slack > 1.0
 
 
+@pytest.mark.slow
 def test_a_truth_of_another_motion_is_confirmed_by_none() -> None:
     class Perturbed:
         """The second truth, from a start that differs by 1e-9."""

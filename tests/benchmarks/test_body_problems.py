@@ -116,6 +116,7 @@ class WrongTorque:
         return self.method.run(Problem(body, problem.q0, problem.v0), duration, setting)
 
 
+@pytest.mark.slow
 def test_a_wrong_torque_stands_out_though_it_conserves_its_own_energy() -> None:
     case = pendulum(True)
     method = gauss_collocation(8)

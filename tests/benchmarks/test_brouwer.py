@@ -199,6 +199,7 @@ def test_a_damaged_file_is_set_aside_reported_and_made_anew(tmp_path: Path, whol
     assert len(list(tmp_path.rglob(f"{path.name}.damaged*"))) == 4
 
 
+@pytest.mark.slow
 def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
     tmp_path: Path, whole
 ) -> None:

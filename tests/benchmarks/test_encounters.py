@@ -68,6 +68,7 @@ def survivors() -> pd.DataFrame:
     return survival_table(quick=True)
 
 
+@pytest.mark.slow
 def test_adaptive_codes_keep_the_energy(survivors: pd.DataFrame) -> None:
     assert tuple(survivors.columns) == COLUMNS and set(survivors["problem"]) == {
         heavy_planets().name, burrau().name,

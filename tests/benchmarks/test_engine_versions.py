@@ -33,6 +33,7 @@ def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
     return algebraic(list(rows["step"]), list(rows["attitude_error"]), floor=1e-12).rate
 
 
+@pytest.mark.slow_cases("ball")
 @needs_mujoco
 @pytest.mark.parametrize("joint", ["ball", "free"])
 def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(told, joint):
@@ -74,6 +75,7 @@ def half(requirement: str, folder: Path) -> Iterator[Path]:
     yield Path(sys.executable)
 
 
+@pytest.mark.slow
 @needs_mujoco
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_versions, "environment", half)

@@ -28,6 +28,7 @@ def growth_of_free_body(chart: object, steps: int, solver: str = "auto") -> Grow
     return energy_growth(galvi.problems.free_rigid_body(), method, 0.5, steps, 12, solver)
 
 
+@pytest.mark.slow_cases("exponential-newton")
 @pytest.mark.parametrize(
     "chart, solver",
     [*((chart, "auto") for chart in CHARTS), (galvi.Exponential(), "newton")],
@@ -45,6 +46,7 @@ def test_neither_has_one_that_also_moves() -> None:
     assert abs(found.drift) < 0.8 * SMALL, found
 
 
+@pytest.mark.slow_cases("100000-1e-18")
 @pytest.mark.parametrize("steps, drift", [(FEW, LARGE), (MANY, SMALL)])
 def test_a_drift_is_seen(steps: int, drift: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A weight too large by some units in its last place turns the body too far in each step."""

@@ -88,6 +88,7 @@ def test_calls_are_counted_and_a_file_left_behind_is_a_finding(monkeypatch, tmp_
     assert list(seen.findings) == ["a file was written: left"]
 
 
+@pytest.mark.slow_cases("hang")
 @pytest.mark.parametrize("hangs", [True, False], ids=["hang", "crash"])
 def test_a_hang_and_a_crash_are_findings_with_the_last_call(monkeypatch, hangs):
     monkeypatch.setattr(trials, "_calls", Ending(hangs))

@@ -185,6 +185,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
 
 
+@pytest.mark.slow
 def test_a_source_that_stops_does_not_end_the_judgement():
     problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
     found = judge(problem, duration=2.5, error=1e-6)

@@ -38,6 +38,7 @@ def found() -> Judgement:
     return judge(swing(), duration=10.0, error=1e-6)
 
 
+@pytest.mark.slow
 def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgement) -> None:
     plain = galvi.Problem(galvi.Canonical(1.01, galvi.CosinePotential(9.81)), [2.0], [0.0])
     exact = PENDULUM.run(plain, found.duration, {"samples": 100})

@@ -46,6 +46,7 @@ def project(tmp_path, monkeypatch):
     return Known(tmp_path, tmp_path)
 
 
+@pytest.mark.slow_cases("exec('while True: pass')")
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not(
     project, monkeypatch, change

@@ -140,6 +140,7 @@ def backwards() -> Any:
     return sim
 
 
+@pytest.mark.slow_cases("ias15")
 @pytest.mark.parametrize("integrator", ["ias15", "whfast"])
 def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
     sim = backwards()
@@ -301,6 +302,7 @@ def judged_model(
     return judge(Model(problem, mine), duration, error, quick=True)
 
 
+@pytest.mark.slow_cases(but=["0.1-0.000291"])
 @pytest.mark.parametrize(
     ("damping", "error"),
     [(0.01, 2.76e-3), (0.1, 2.91e-4), (0.5, 4.39e-5), (2.0, 4.30e-6), (3.0, 1.52e-6)],

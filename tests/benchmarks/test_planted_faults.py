@@ -59,6 +59,7 @@ def test_invariants_alone_do_not_see_a_wrong_motion(
     assert [row.verdict for row in rows(CLAIM["V8"])] == [HOLDS, HOLDS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "instead", "quantities"),
     [
@@ -96,6 +97,7 @@ def test_a_method_of_euler_that_is_another_is_caught(
     assert set(quantities) <= contradicted(CLAIM["V11"])
 
 
+@pytest.mark.slow
 def test_a_wrong_sign_of_the_velocity_is_caught_in_v11(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = v11.methods()
     found = {
@@ -166,6 +168,7 @@ def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
 # --- The claims on theory catch a table, a check or a constant that is slightly wrong
 
 
+@pytest.mark.slow
 def test_a_wrong_constant_of_theory_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.Galerkin.theory
 
@@ -237,6 +240,7 @@ def test_nodes_that_follow_the_start_are_not_held() -> None:
 # --- L6 to L9, L11, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide
 
 
+@pytest.mark.slow
 def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.integrate
     monkeypatch.setattr(
@@ -257,6 +261,7 @@ def test_a_motion_that_is_a_millionth_off_is_caught(
     assert any(group in quantity for quantity in contradicted(L14))
 
 
+@pytest.mark.slow
 def test_a_second_variation_without_its_potential_has_no_zero_there(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -314,6 +319,7 @@ def test_a_step_that_leaves_the_chart_unseen_is_caught(monkeypatch: pytest.Monke
     assert any("end otherwise" in quantity for quantity in contradicted(l12.L12))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moving", [True, False], ids=["moving base", "fixed base"])
 def test_momentum_at_a_base_point_that_stays_is_caught(
     moving: bool, monkeypatch: pytest.MonkeyPatch
@@ -336,6 +342,7 @@ def test_momentum_at_a_base_point_that_stays_is_caught(
     assert set(verdicts) - right - small <= broken <= set(verdicts) - right
 
 
+@pytest.mark.slow
 def test_a_method_that_is_not_symplectic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     on_rotations = {k: v for k, v in l16.PROBLEMS.items() if k.endswith(" on SO(3)")}
     monkeypatch.setattr(l16, "PROBLEMS", on_rotations)
@@ -343,6 +350,7 @@ def test_a_method_that_is_not_symplectic_is_caught(monkeypatch: pytest.MonkeyPat
     assert len(contradicted(l16.L16)) == len(on_rotations) * len(CHARTS)
 
 
+@pytest.mark.slow_cases("True-0.0-1e-12")
 @pytest.mark.parametrize(("moving", "low", "high"), [(True, 0.0, 1e-12), (False, 1e-6, 1.0)])
 def test_a_step_with_a_fixed_base_is_not_symplectic(moving: bool, low: float, high: float) -> None:
     """2e-14 and 1.7e-4 were measured."""
@@ -356,6 +364,7 @@ def test_a_step_with_a_fixed_base_is_not_symplectic(moving: bool, low: float, hi
     assert low <= form_defect(step, galvi.SO3(), problem.q0, problem.p0) <= high
 
 
+@pytest.mark.slow
 def test_the_form_is_that_of_galvi_and_the_method_by_hand_is_too() -> None:
     """Two implementations of each, written apart."""
     method = galvi.Galerkin(galvi.Polynomials(7), galvi.gauss(8))

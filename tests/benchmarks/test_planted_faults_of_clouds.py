@@ -104,6 +104,7 @@ def test_a_balance_that_does_not_close_is_caught(
     assert any(one.startswith(quantity) for one in found), found
 
 
+@pytest.mark.slow
 def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

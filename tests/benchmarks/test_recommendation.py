@@ -53,6 +53,7 @@ def test_promises_are_kept_for_every_problem_and_error() -> None:
     assert (whole["found"] <= 1.1 * whole["predicted"]).all()  # 1.01 when this was written
 
 
+@pytest.mark.slow
 def test_a_recommender_that_believes_that_errors_shrink_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -32,6 +32,7 @@ def values(frame: pd.DataFrame, name: str, quantity: str, below: float) -> pd.Se
     return rows[(rows["study"] == study.RESONANCE) & (rows["x"] < below)]["value"]
 
 
+@pytest.mark.slow
 def test_the_frame_is_accurate_in_long_steps_and_textbook_methods_are_of_order_two(
     frame: pd.DataFrame,
 ) -> None:
@@ -45,6 +46,7 @@ def test_the_frame_is_accurate_in_long_steps_and_textbook_methods_are_of_order_t
     assert values(frame, eight, study.CHANGE, 15.0).max() < 0.1
 
 
+@pytest.mark.slow
 def test_peers_are_cheaper_at_an_error_of_1e_2_and_the_frame_at_1e_4(frame: pd.DataFrame) -> None:
     steps = frame[(frame["study"] == study.RESONANCE) & (frame["quantity"] == study.ERROR)]
     ours = steps["contender"].str.startswith("galvi")

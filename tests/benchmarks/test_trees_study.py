@@ -29,6 +29,7 @@ def misses(frame: pd.DataFrame) -> list[float]:
     ]
 
 
+@pytest.mark.slow
 def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> None:
     assert tuple(frame.columns) == study.COLUMNS and (frame["status"] == "").all()
     found = misses(frame)

@@ -135,6 +135,7 @@ def test_slopes_that_are_slightly_wrong_are_caught(monkeypatch: pytest.MonkeyPat
     assert {f"{l18.OF_ORDERED}, departure", f"{l18.MENDED}, departure", l18.STAGES} <= found
 
 
+@pytest.mark.slow_cases(but=["velocity"])
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize("part", ["carried", "velocity", "tangent"])
 def test_a_chart_that_is_not_scaled_throughout_is_caught(

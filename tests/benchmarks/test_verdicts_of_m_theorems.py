@@ -46,6 +46,7 @@ def little_pull(self: Stability, du: Any, dp: Any) -> Any:
     return abs(dp) + 0.5 * self.pull * self.path(du, dp)
 
 
+@pytest.mark.slow_cases(but=["momentum"])
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize(
     ("name", "wrong", "quantity", "places"),
@@ -156,6 +157,7 @@ def stopped(t: float, h: float) -> float:
     return h * np.floor(t / h + 1e-9)
 
 
+@pytest.mark.slow_cases("mass")
 @pytest.mark.usefixtures("one_rule")
 @pytest.mark.parametrize(
     ("timed", "late"), [(GROWING_MASS, late_mass), (DRIVEN, late_potential)], ids=["mass", "V"]

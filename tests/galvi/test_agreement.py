@@ -107,6 +107,15 @@ def distance(found: State, truth: State) -> float:
     return max(float(np.abs(a - b).max() / (1.0 + np.abs(b).max())) for a, b in pairs)
 
 
+@pytest.mark.slow_cases(
+    "brownout-as many points, two vectors-member alone",
+    "se2-as many points, two vectors-in lanes",
+    "se2 x r1-as many points, two vectors-in lanes",
+    "five_rods-as many points, one vector-member alone",
+    "five_rods-as many points, two vectors-member alone",
+    "five_rods-more points, one vector-member alone",
+    "branching_body-as many points, two vectors-in lanes",
+)
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("law", LAWS)

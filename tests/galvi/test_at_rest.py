@@ -85,6 +85,7 @@ def test_what_rests_is_stepped_in_ensembles(kind: str, turning: Any, members: li
     assert set(found.status) == {"Completed."}
 
 
+@pytest.mark.slow_cases("ensemble-1000000.0")
 @pytest.mark.parametrize("size", [1e6, 1e12])
 @pytest.mark.parametrize("solver", ["auto", "newton", "ensemble"])
 def test_what_no_mass_couples_is_solved_as_if_alone(size: float, solver: str) -> None:

@@ -94,6 +94,7 @@ def test_the_functions_of_a_kernel_are_the_derivatives_of_the_potential(potentia
         assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-11)
 
 
+@pytest.mark.slow_cases(but=["centre", "chain"])
 @pytest.mark.parametrize("kind", ["centre", "cosine", "spring", "chain", "field"])
 @settings(max_examples=8)
 @given(data=st.data())

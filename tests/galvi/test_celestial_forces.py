@@ -88,6 +88,7 @@ def test_the_order_is_that_of_the_method(name):
     assert np.all((orders > 3.7) & (orders < 4.3)), orders
 
 
+@pytest.mark.slow_cases("a function of time", "Python")
 @pytest.mark.parametrize("name", OF_VELOCITY)
 def test_the_energy_of_a_run_with_a_force_of_velocity_is_not_judged(name):
     run = galvi.integrate(bodies(OF_VELOCITY[name]), METHOD, 0.05, 20)
@@ -161,6 +162,7 @@ def test_in_the_plane_a_run_is_that_of_space():
 IN_CLOCK = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
 
 
+@pytest.mark.slow_cases("one source", "a function")
 @pytest.mark.parametrize("name", CASES)
 def test_a_clock_takes_forces(name):
     problem = bodies(CASES[name])
@@ -249,6 +251,7 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
     assert galvi.integrate(problem, METHOD, 0.05, 3).success
 
 
+@pytest.mark.slow_cases("a function of time-False")
 @pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
 @pytest.mark.parametrize("plane", [False, True])
 @pytest.mark.parametrize("name", [one for one in CASES if one != "a function"])

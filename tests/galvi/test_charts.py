@@ -64,6 +64,7 @@ def body_slope(chart, X, Y):
     return np.linalg.solve(there, slope)
 
 
+@pytest.mark.slow_cases("ModifiedRodrigues()-0.001-SE3")
 @each_group
 @each_size
 def test_the_chart_its_tangent_and_its_inverse_are_those_of_matrices(group, chart, size):

@@ -15,6 +15,7 @@ from tests.galvi.clock_problems import method as in_clock
 FREE = galvi.problems.free_body_se3()
 
 
+@pytest.mark.slow_cases(but=["Kepler, eccentric anomaly"])
 @pytest.mark.parametrize("case", list(CASES))
 def test_a_run_becomes_an_ode_result_with_its_own_times(case: str) -> None:
     problem, clock, duration, step = CASES[case]
@@ -25,6 +26,7 @@ def test_a_run_becomes_an_ode_result_with_its_own_times(case: str) -> None:
     assert np.max(np.abs(found.sol(at)[: run.q[0].size] - run(at).ravel())) < 1e-14
 
 
+@pytest.mark.slow_cases("three_bodies")
 @pytest.mark.parametrize("make", [three_bodies, sitnikov])
 def test_the_end_of_a_run_becomes_a_simulation(make: Any) -> None:
     pytest.importorskip("rebound")
@@ -51,6 +53,7 @@ def called(q: Any) -> Any:
     return along(q) if q[0, 1] < 1e9 else 1.0
 
 
+@pytest.mark.slow_cases("called")
 @pytest.mark.parametrize("function", [along, called])
 def test_a_body_that_moves_freely_does_so_in_any_clock(function: Any) -> None:
     run = galvi.integrate(FREE, in_clock(6, galvi.Clock(function)), 0.1, duration=2.0)
@@ -59,6 +62,7 @@ def test_a_body_that_moves_freely_does_so_in_any_clock(function: Any) -> None:
     assert np.ptp(galvi.energy(run)) < 1e-13 * galvi.energy(run)[0]
 
 
+@pytest.mark.slow_cases("3.0-along", "-5.0-called")
 @pytest.mark.parametrize("function", [along, called])
 @pytest.mark.parametrize("step", [3.0, -5.0, 1e3, 1e100, -1e300])
 def test_steps_of_any_size_end_in_a_status_and_without_a_warning(

@@ -213,6 +213,7 @@ def test_close_triples_are_followed_to_their_end() -> None:
     assert np.max(np.abs(taken.q[0, :2] - BURRAU_AT_63)) < 3e-5
 
 
+@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("s", [4, 8, 9])
 def test_steps_continue_reverse_and_change_nothing_given(s: int) -> None:
     problem = several([3.0, 4.0, 5.0, 0.0], 2)

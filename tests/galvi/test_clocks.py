@@ -42,6 +42,9 @@ def ends(case: str, s: int, kind: str, step: float) -> Any:
     return run.q[-1]
 
 
+@pytest.mark.slow_cases(
+    "elastic pendulum-gauss", "elastic pendulum-lobatto", "elastic pendulum-more points"
+)
 @pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
 @each
 def test_a_run_ends_at_its_time_with_the_order_of_the_method(case: str, kind: str) -> None:
@@ -61,6 +64,7 @@ def test_a_run_in_a_clock_is_the_motion_that_steps_in_time_find(case: str) -> No
     assert np.max(np.abs(ends(case, 8, GAUSS, 0.1) - run.q[-1])) < 1e-11
 
 
+@pytest.mark.slow_cases("three bodies-lobatto", "three bodies-more points")
 @pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
 @each
 def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) -> None:
@@ -179,6 +183,7 @@ def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
     assert slow.success and np.max(np.abs(slow.q[-1] - quick.q[-1])) < 1e-8
 
 
+@pytest.mark.slow_cases("system2-driven-gauss")
 @pytest.mark.parametrize(
     ("system", "equation", "kind"),
     [(DAMPED, damped, GAUSS), (DAMPED, damped, LOBATTO), (DRIVEN, driven, GAUSS)],

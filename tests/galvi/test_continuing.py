@@ -91,6 +91,7 @@ def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path
     assert np.array_equal(galvi.energy(part), galvi.energy(whole)[:26])
 
 
+@pytest.mark.slow_cases("three_bodies-4", "called-4")
 @pytest.mark.parametrize("points", [4, 5])
 @pytest.mark.parametrize("name", LAWS)
 def test_a_resumed_run_of_every_law_is_the_long_one_to_the_bit(name, points):

@@ -178,6 +178,7 @@ def test_at_no_times_there_is_no_energy(name):
     assert galvi.energy(run, []).shape == (0,) and run([]).shape == (0, *run.q.shape[1:])
 
 
+@pytest.mark.slow
 def test_a_rule_of_many_points_costs_no_more_than_its_points():
     sun = galvi.problems.solar_system()
     method = galvi.Galerkin(galvi.Polynomials(20), galvi.gauss(300))

@@ -36,6 +36,7 @@ def truth(timed_potential, timed_force, duration=4.0):
     return found.y[:2, -1]
 
 
+@pytest.mark.slow_cases("a compiled gradient", "a Lagrangian")
 @pytest.mark.parametrize("kind", SYSTEMS)
 def test_a_run_with_a_force_has_order_4_however_its_functions_are_given(kind):
     system, timed_potential, timed_force = SYSTEMS[kind]

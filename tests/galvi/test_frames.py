@@ -115,6 +115,7 @@ def test_every_frame_has_a_case_and_is_exported_and_stored() -> None:
         )
 
 
+@pytest.mark.slow_cases("Kepler", "Kepler, hierarchy")
 @each_case
 def test_a_frame_agrees_with_the_general_method_forwards_and_backwards(case: str) -> None:
     problem, frame, h = CASES[case]
@@ -150,6 +151,7 @@ def test_the_order_is_twice_the_number_of_stages(
     assert abs(order_of(case, s, steps) - 2 * s) < 0.35
 
 
+@pytest.mark.slow_cases("harmonic", "Kepler", "Kepler, hierarchy")
 @each_case
 def test_two_steps_are_symplectic_and_a_wrong_table_is_not(
     case: str, monkeypatch: pytest.MonkeyPatch

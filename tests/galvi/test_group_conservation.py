@@ -21,6 +21,11 @@ from tests.galvi.group_motions import (
 )
 
 
+@pytest.mark.slow_cases(
+    "free body on SE(3)-packed-Cayley",
+    "free body on SE(3)-packed-Exponential",
+    "free body on SE(3)-packed-ModifiedRodrigues",
+)
 @each_chart
 @pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
 @pytest.mark.parametrize("problem", [PENDULUM, galvi.problems.heavy_top(), FLYING], ids=title)
@@ -92,6 +97,12 @@ def test_a_million_steps_leave_the_momentum_and_the_rotation_at_round_off():
     assert off[-100:].max() < 10.0 * np.sqrt(10.0) * off[50:150].max()
 
 
+@pytest.mark.slow_cases(
+    "Cayley-free body on SE(3)",
+    "Exponential-free body on SE(3)",
+    "Exponential-pendulum and body",
+    "ModifiedRodrigues-free body on SE(3)",
+)
 @pytest.mark.parametrize("problem", ALL, ids=title)
 @each_chart
 def test_the_curve_goes_through_the_steps_without_a_gap(problem, chart):

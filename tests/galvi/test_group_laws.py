@@ -54,6 +54,7 @@ def compared(problem, method, step, steps):
     return [np.abs(one - other).max() / scale for one, other, scale in pairs]
 
 
+@pytest.mark.slow_cases(but=["SO2 x R2"])
 @each_group
 @settings(max_examples=2)
 @given(
@@ -80,6 +81,12 @@ def test_a_mass_that_depends_on_one_entry_alone_is_not_taken_for_a_constant(entr
     )
 
 
+@pytest.mark.slow_cases(
+    "-1-Exponential",
+    "-1-ModifiedRodrigues",
+    "free body on SE(3)-11-Exponential",
+    "free body on SE(3)-11-ModifiedRodrigues",
+)
 @each_chart
 @pytest.mark.parametrize(
     ("problem", "degree"),

@@ -191,6 +191,7 @@ def test_a_body_in_the_plane_moves_as_in_its_angle_and_place():
     assert np.allclose(galvi.energy(two), galvi.energy(one), rtol=0.0, atol=1e-11)
 
 
+@pytest.mark.slow_cases(but=["falling-Cayley"])
 @pytest.mark.parametrize("chart", CHARTS, ids=title)
 @pytest.mark.parametrize("g", [(0.0, 0.0, 0.0), (0.5, 0.0, -9.81)], ids=["drifting", "falling"])
 def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point(chart, g):

@@ -24,6 +24,7 @@ def assert_equal_runs(result, runs, tolerance=2e-13):  # measured: 6e-15
         assert np.abs(found - truth).max() <= tolerance * size
 
 
+@pytest.mark.slow_cases("free_body", "pendulum_3d", "free_body_se3", "se2", "se2 x r1")
 @pytest.mark.parametrize("name", CASES)
 def test_every_law_gives_the_runs_of_one_by_one(name):
     problem, step = CASES[name]
@@ -39,6 +40,7 @@ def test_every_law_gives_the_runs_of_one_by_one(name):
     assert np.abs(result.kept[0] - q).max() > 1e-3  # they move
 
 
+@pytest.mark.slow_cases("free_body-1-method2", "se2-1-method5")
 @pytest.mark.parametrize(
     ("name", "unit", "method"),
     [("brownout", 1, FOUR), ("polar", 1, FOUR), ("free_body", 1, FOUR), ("pendulum_3d", 1, FOUR),
@@ -91,6 +93,7 @@ def test_methods_and_steps_of_their_own(degree, more, fraction, backwards, name)
     assert_equal_runs(result, runs)
 
 
+@pytest.mark.slow_cases("Exponential", "ModifiedRodrigues")
 @pytest.mark.parametrize(
     ("name", "method"),
     [

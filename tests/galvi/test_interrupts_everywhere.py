@@ -60,6 +60,7 @@ JOBS = {
 }
 
 
+@pytest.mark.slow_cases("recommend-raised", "recommend-pressed")
 @pytest.mark.filterwarnings("ignore:overflow")
 @pytest.mark.parametrize("how", [raises, presses], ids=["raised", "pressed"])
 @pytest.mark.parametrize("name", JOBS)

@@ -94,6 +94,7 @@ def off(problem, own):
     return found
 
 
+@pytest.mark.slow_cases("motors")
 @pytest.mark.parametrize("kind", MODELS)
 def test_forces_of_a_model_accelerate_as_in_mujoco(kind):
     problem, own = read(kind)
@@ -147,6 +148,7 @@ def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
         read(kind)
 
 
+@pytest.mark.slow_cases("a path")
 @pytest.mark.parametrize("kind", ["servos", "a path"])
 def test_a_run_agrees_with_mujocos_rk4(kind):
     problem, own = read(kind)

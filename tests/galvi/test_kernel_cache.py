@@ -243,6 +243,7 @@ def test_without_sources_to_read_every_process_compiles(folder, monkeypatch):
     assert kept(folder) == []
 
 
+@pytest.mark.slow
 def test_galvi_is_imported_from_a_zip_file(tmp_path):
     whole = tmp_path / "galvi.zip"
     with zipfile.ZipFile(whole, "w") as packed:
@@ -378,6 +379,7 @@ def at_once(code, cache_folder, **more):
     return [out for out, _ in told]
 
 
+@pytest.mark.slow
 def test_two_processes_compile_at_once(tmp_path):
     source = (
         "from galvi.kernels.compile.jit import jit\n@jit\ndef kernel(x):\n    return x * x + 1.0\n"

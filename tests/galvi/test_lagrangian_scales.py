@@ -90,6 +90,7 @@ def test_a_constant_force_is_felt_at_the_origin_too(q):
     assert abs(force + 1.0) < 1e-11
 
 
+@pytest.mark.slow_cases("1.0-differenced", "1e-08-differenced")
 @pytest.mark.parametrize("slopes", [False, True], ids=["differenced", "slopes"])
 @pytest.mark.parametrize("c", [1.0, 1e-8])
 def test_relativistic_velocities_are_found_from_their_momenta(c, slopes):

@@ -276,6 +276,7 @@ BURRAU = galvi.Problem(
 )
 
 
+@pytest.mark.slow_cases("0.0001")
 @pytest.mark.parametrize("error", [1e-4, 1e-7])
 def test_steps_in_a_clock_keep_the_error_asked_for(error):
     orbit, duration = galvi.problems.kepler(0.95), 40.0

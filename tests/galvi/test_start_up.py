@@ -38,6 +38,9 @@ def folder():
         yield folder
 
 
+@pytest.mark.slow_cases(
+    but=["point masses: outer solar system", "spring: harmonic oscillator", "rigid body: free"]
+)
 @pytest.mark.parametrize(
     "start",
     [pytest.param(one, id=one.label, marks=[pytest.mark.slow] * (one in ALIKE)) for one in STARTS],
@@ -71,6 +74,7 @@ def test_after_warming_nothing_is_left_to_compile(tmp_path):
     assert {path for path in (tmp_path / "cache").rglob("galvi-kernels/*.nbc")} == kept
 
 
+@pytest.mark.slow
 def test_what_a_user_compiles_is_kept_too(folder):
     """Functions of the user's in a cache of their own, and no kernel compiled anew for them."""
     started(STARTS[-1], folder)
@@ -81,6 +85,7 @@ def test_what_a_user_compiles_is_kept_too(folder):
     assert {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")} == kept
 
 
+@pytest.mark.slow
 def test_memory_that_grows_would_be_seen(tmp_path, monkeypatch):
     monkeypatch.setattr(
         start_up, "TIMED", start_up.TIMED.replace("save_every=steps", "curves=False")
@@ -95,6 +100,7 @@ def test_a_start_that_fails_says_why(tmp_path):
         started(STARTS[-1], tmp_path)
 
 
+@pytest.mark.slow
 def test_two_processes_agree_to_the_last_bit_and_count():
     told = [
         subprocess.run(

@@ -89,6 +89,7 @@ print("from disk", sum(law.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
     def ran(seed):
         environment = {**os.environ, "PYTHONHASHSEED": seed}

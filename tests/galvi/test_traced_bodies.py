@@ -107,6 +107,7 @@ def twin(system: Any) -> Any:
     )
 
 
+@pytest.mark.slow_cases(but=["a compiled gradient"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_run_in_lanes_is_that_of_the_general_kernel_and_of_the_functions(name: str) -> None:
     problem = SYSTEMS[name]

@@ -101,6 +101,7 @@ def twin(system: Any) -> Any:
     )  # fmt: skip
 
 
+@pytest.mark.slow_cases(but=["magnetic", "slopes of Python", "braked"])
 @BY_NAME
 def test_a_run_in_lanes_is_that_of_the_general_kernel_and_of_the_functions(name: str) -> None:
     system, q0, v0 = SYSTEMS[name]

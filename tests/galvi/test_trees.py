@@ -154,6 +154,7 @@ def test_a_tree_of_more_than_40_velocities_has_no_law_for_lanes():
         assert problem.v0.size == joints and bool(lines_of(problem.system.tree)) is has_law
 
 
+@pytest.mark.slow_cases("a free joint, a slide and a ball")
 @pytest.mark.parametrize(
     ("joints", "seed", "kinds"),
     [(3, 8, ("hinge", "slide")), (3, 1, ("hinge", "slide", "ball", "free"))],
@@ -205,6 +206,7 @@ def test_the_momenta_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
     np.testing.assert_allclose(momenta, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
 
 
+@pytest.mark.slow_cases("Problem('floating arm', q0 of shape (15,))")
 @pytest.mark.parametrize("problem", [galvi.problems.skew_arm(), FLOATING], ids=str)
 def test_steps_of_a_tree_are_symplectic(problem):
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))

@@ -57,6 +57,7 @@ NAMES = [method.name for method in METHODS]
 ORBIT = galvi.problems.kepler(0.3)
 
 
+@pytest.mark.slow_cases("implicit Euler")
 @pytest.mark.parametrize("method", METHODS, ids=NAMES)
 def test_the_order_is_what_is_claimed_and_no_more(method):
     truth = KEPLER.run(ORBIT, 1.0, {})

@@ -29,6 +29,7 @@ def test_a_tree_written_as_mjcf_is_the_same_tree(joints, seed):
     assert np.max(defects(model, system, *random_state(model, seed))[[0, 2]]) < 1e-11
 
 
+@pytest.mark.slow_cases("floating arm")
 @pytest.mark.parametrize("problem", [ARM, FLOATING], ids=lambda problem: problem.name)
 def test_dop853_on_mujoco_s_accelerations_finds_galvi_s_motion(problem):
     ours = galvi.integrate(problem, EIGHT, 0.01, 50)

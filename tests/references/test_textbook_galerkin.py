@@ -54,6 +54,12 @@ def both(name, n, rule, points, h=0.1, steps=4):
     return ours, method.run(L, problem().q0, problem().v0, h, steps)
 
 
+@pytest.mark.slow_cases(
+    "body on a pivot-6-Gauss-6",
+    "body on a pivot-5-Gauss-8",
+    "body on a pivot-5-Lobatto-6",
+    "body on a pivot-4-Clenshaw-Curtis-7",
+)
 @pytest.mark.parametrize(("n", "rule", "points"), CASES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_galvi_computes_what_the_page_says(name, n, rule, points):
@@ -85,6 +91,7 @@ FAULTS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("weights that do not sum to 1", "a chart that stays")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_of_the_page_is_seen(fault, monkeypatch):
     part, change = FAULTS[fault]

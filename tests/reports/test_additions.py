@@ -89,6 +89,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy / "out"
 
 
+@pytest.mark.slow
 def test_a_study_is_a_file_and_an_entry(out: Path) -> None:
     assert (out / "mine.csv").read_text() == "n\n1\n2\n"
     assert (out / "tables" / "mine.md").exists()

@@ -177,6 +177,7 @@ def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_her
     assert set(store.results()) == {"V1", "V2", "V3"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
     studies = {name: broken if name == "b" else partial(quiet, 0.3) for name in "abcd"}
@@ -202,6 +203,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow_cases("kill")
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 @pytest.mark.parametrize("how", ["kill", pytest.param("end", marks=pytest.mark.slow)])
 def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:

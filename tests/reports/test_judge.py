@@ -56,6 +56,7 @@ def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     assert run(None, ["judge", *enough]) == 0, capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_same_from_python(model, tmp_path, monkeypatch):
     """In a process of its own, which must not import a user's own folder of the same name."""
     (tmp_path / "benchmarks").mkdir()

@@ -65,6 +65,7 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(folder, few, 
     assert not rows["status"].str.contains("differenced").any()
 
 
+@pytest.mark.slow
 def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
     from my_problem import gradient, potential
 
@@ -78,6 +79,7 @@ def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
         assert (said == (theirs & (given is None))).all()
 
 
+@pytest.mark.slow
 def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
     pytest.importorskip("rebound")
     problem = galvi.problems.kepler(0.3)

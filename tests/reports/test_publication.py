@@ -196,6 +196,7 @@ def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, widt
     assert math.isfinite(float(box[2])) and float(box[2]) < 72.0 * 8.0
 
 
+@pytest.mark.slow
 def test_a_figure_is_exported_from_kept_rows(make_suite, make_claim, tmp_path, capsys):
     suite = make_suite(make_claim("V1"))
     run(lambda: suite, ["build", "--out", str(tmp_path)])

@@ -21,6 +21,7 @@ print("status", status, *sys.modules)
 """
 
 
+@pytest.mark.slow_cases(but=["verify --clams V1-2-without1"])
 @pytest.mark.parametrize(
     ("words", "status", "without"),
     [

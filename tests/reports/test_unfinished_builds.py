@@ -60,6 +60,7 @@ def kept(out: Path) -> list[str]:
     return list((out / FOLDER).rglob("*.json"))
 
 
+@pytest.mark.slow_cases(but=["top"])
 @pytest.mark.parametrize("last", ["V1", "top", "study"])
 def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(bench, tmp_path, capsys, last):
     out, where = ["--out", str(tmp_path)], ALL.index(last)
@@ -85,6 +86,7 @@ def test_an_interrupted_build_says_that_it_can_be_resumed(bench, tmp_path, capsy
     assert len(kept(tmp_path)) == 2
 
 
+@pytest.mark.slow
 def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(bench, tmp_path):
     for part, folder in (("", "whole"), ("top", "two")):
         out = ["--out", str(tmp_path / folder)]
