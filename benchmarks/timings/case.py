@@ -6,8 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-STEP, TRAJECTORY, ROUND_OFF = "step", "trajectory", "round-off"
+STEP, TRAJECTORY, ROUND_OFF, LONG = "step", "trajectory", "round-off", "long"
+UNTIMED = (ROUND_OFF, LONG)
 DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What counts as worse in an integrator of one's own; see `Case`.
+
+    slower         relative growth of a median time; over all its benchmarks together, half of it
+    less_accurate  relative growth of an error
+    round_off      errors below it are never an alarm
+    """
+
+    slower: float = 0.10
+    less_accurate: float = DISCRETE
+    round_off: float = 1e-13
 
 
 @dataclass(frozen=True)
@@ -16,7 +31,8 @@ class Case:
 
     name       unique, for tables and command lines
     kind       STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding
-               dominates the error, given as RMS over several starts
+               dominates the error, given as RMS over several starts; LONG: one run of many steps,
+               whose end is compared and whose time is not
     problem    name in galvi.problems, called with the arguments
     degree     of the polynomials
     points     of the rule, the name of a function of galvi
@@ -50,8 +66,8 @@ class Case:
     quick: bool = False
     truth_tolerance: float = 0.0
     error_tolerance: float = DISCRETE
-    rounding: float = 1e-13
+    rounding: float = Thresholds.round_off
     count_tolerance: float = 0.0
-    slower: float = 0.10
+    slower: float = Thresholds.slower
     contender: str = ""
     setting: Mapping[str, Any] = field(default_factory=dict)

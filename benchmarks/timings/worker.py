@@ -7,8 +7,9 @@ values:
 
 {"do": "run", "case"}                          the end states, counts, status, seconds of the
                                                first call, numbers that identify the problem, the
-                                               file of galvi or of the integrator, and the memory
-                                               of the process afterwards, in bytes
+                                               file of galvi or of the integrator, the memory of
+                                               the process afterwards, and how much more it had at
+                                               most meanwhile, in bytes
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -25,6 +26,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 SPREAD = 1e-3  # difference between the starts of a case
+UNTIMED = ("round-off", "long")  # kinds of cases
 ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
@@ -148,23 +150,41 @@ def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str
 def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
     """Make the first call of a case, and store the call in `calls`."""
     start = time.perf_counter()
-    call = prepared(case)
+    call, before = prepared(case), peak(anew=True)
     runs = call()
     first = time.perf_counter() - start
+    need = peak() - before
     calls[case["name"]] = call
     # under `ulimit -t` the clock of processor time stands still for milliseconds
-    times = {"first_call": first, "warm": sample(call, 1)["wall"]}
+    warm = math.nan if case["kind"] in UNTIMED else sample(call, 1)["wall"]
+    times = {"first_call": first, "warm": warm}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
     origin = {"code": module.__file__, "problem": probed(problem_of(case))}
-    return described(runs) | times | origin | {"memory": memory()}
+    return described(runs) | times | origin | {"need": need, "memory": memory()}
 
 
 def memory() -> float:
     """The memory of this process in bytes; NaN where the system does not say."""
     gc.collect()
+    return _status("VmRSS:")
+
+
+def peak(anew: bool = False) -> float:
+    """The most memory this process has had, in bytes; `anew`: begin with what it has now."""
+    if anew:
+        gc.collect()
+        try:
+            with open("/proc/self/clear_refs", "w", encoding="ascii") as file:
+                file.write("5")
+        except OSError:
+            pass  # it goes on from the most of all earlier runs
+    return _status("VmHWM:")
+
+
+def _status(name: str) -> float:
     try:
         with open("/proc/self/status", encoding="ascii") as file:
-            return 1024.0 * int(file.read().partition("VmRSS:")[2].split()[0])
+            return 1024.0 * int(file.read().partition(name)[2].split()[0])
     except (OSError, IndexError):
         return math.nan
 

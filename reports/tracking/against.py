@@ -2,45 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+import statistics
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
+from benchmarks.statistics.calibration import yardstick
 from benchmarks.timings.case import Case
 from benchmarks.timings.truth import true_ends
 from reports.tracking.gates import judge, suspects
 from reports.tracking.outcome import Outcome
 from reports.tracking.project import Checkout
-from reports.tracking.rounds import SIDES, first_calls, interleave
-from reports.tracking.worker import Worker
+from reports.tracking.rounds import SIDES, first_calls, further_process, interleave, long_runs
+from reports.tracking.together import judge_together, suspected
+from reports.tracking.worker import SECONDS, Patience, Worker
+
+YARDSTICKS = 3  # samples before and after, as of `make bench`
 
 
-def compare(base: Checkout, head: Checkout, cases: Sequence[Case], studies: Any) -> Outcome:
-    """Time the first calls and one round of samples of all benchmarks, and a second round, in new
-    processes, of those that look slower: the memory layout of a process alone can cost percents.
+def compare(
+    base: Checkout,
+    head: Checkout,
+    cases: Sequence[Case],
+    studies: Any,
+    limit: float = SECONDS,
+) -> Outcome:
+    """Make the first calls and one round of samples of all benchmarks, then run each in a further
+    process, with a second round of samples where it looked slower, and a third where all of an
+    integrator did: the memory layout of a process alone can cost percents.
 
     studies  (name, title) -> a context that yields a progress callback
+    limit    seconds for each answer of a side; after two that miss it, the side is not asked again
     """
+    patience = {side: Patience(limit) for side in SIDES}
     truths = {}
     with studies("track", "truths") as report:
         for case in cases:
             report(case.name)
             truths[case.name] = _truth(case)
-    with studies("track", "first round") as report, workers(base, head) as both:
+    timed_beside = yardstick(YARDSTICKS) if any(case.contender for case in cases) else []
+    with studies("track", "first round") as report, workers(base, head, patience) as both:
         pairs = first_calls(both, cases, report)
         interleave(both, pairs, report)
-    slow = suspects(pairs, 0)
-    with studies("track", "second round") as report, workers(base, head) as both:
-        interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
-    return Outcome(base.name, head.name, judge(pairs, truths))
+        timed_beside += yardstick(YARDSTICKS) if timed_beside else []
+        long = long_runs(both, pairs, limit, report)
+    truths |= {pair.case.name: _truth(pair.case) for pair in long}
+    slow, all_slow = suspects(pairs, 0), suspected(pairs)
+    with studies("track", "second round") as report, workers(base, head, patience) as both:
+        further_process(both, [pair for pair in pairs if pair.repeatable], report)
+        interleave(both, [pair for pair in pairs if pair.case.name in slow | all_slow], report)
+    with studies("track", "third round") as report, workers(base, head, patience) as both:
+        doubtful = [pair for pair in pairs if pair.repeatable and any(map(pair.differs, SIDES))]
+        further_process(both, doubtful, report)
+        interleave(both, [pair for pair in pairs if pair.case.name in all_slow], report)
+    findings = judge([*pairs, *long], truths)
+    seconds = statistics.median(timed_beside) if timed_beside else math.nan
+    return Outcome(base.name, head.name, findings, judge_together(pairs), seconds)
 
 
 @contextmanager
-def workers(base: Checkout, head: Checkout) -> Iterator[dict[str, Worker]]:
-    """A worker process for each side."""
-    with Worker(base) as one, Worker(head) as other:
+def workers(
+    base: Checkout, head: Checkout, patience: Mapping[str, Patience]
+) -> Iterator[dict[str, Worker]]:
+    """A worker process for each side, whose patience it shares."""
+    with Worker(base, patience["base"]) as one, Worker(head, patience["head"]) as other:
         yield dict(zip(SIDES, (one, other), strict=True))
 
 

@@ -1,5 +1,5 @@
-"""Gates of a comparison: failed runs, other bits in a second one, grown counts, errors or memory,
-times slower by rank and size.
+"""Gates of a comparison: failed runs, other bits in a second run or process, grown counts, errors
+or memory, times slower by rank and size.
 
 A problem that differs between the sides is an alarm too: references solve the head's problem, so a
 wrong force in it would be in the truth as well, and the base would look wrong.
@@ -23,7 +23,9 @@ FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "t
 REPEATS, MEMORY = "not deterministic", "memory"
 NOTE = ""  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
-MUCH = 8e6  # bytes more that a second run leaves in memory, which count
+MUCH = 8e6  # bytes more that two calls leave in memory, which count
+CALLS = 2  # of the worker from one of its answers on the memory to the next
+PEAK = 50e6  # bytes more that a call needs meanwhile, which count
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
@@ -110,7 +112,7 @@ def _finding(
         said += _times(pair, growth, p, slow)
         visible = smallest_visible(pair.rounds[0]["base"], timed, pair.case.slower)
     alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
-    notes = tuple(sentence for gate, sentence in said if gate == NOTE)
+    notes = pair.notes + tuple(sentence for gate, sentence in said if gate == NOTE)
     return Finding(pair, errors, moved, growth, p, visible, alarms, notes)
 
 
@@ -134,6 +136,18 @@ def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
         far = plain(_moved(first[side], second[side]), 2) or "a number that is not finite"
         gate = REPEATS if side == "head" and "base" not in apart else NOTE
         yield gate, f"Two runs of the {side} differ by {far}: it is not deterministic."
+    if apart:
+        return
+    apart = [side for side in first if pair.differs(side)]
+    for side in apart:
+        gate = REPEATS if side == "head" and "base" not in apart else NOTE
+        yield (
+            gate,
+            (
+                f"Runs of the {side} in two processes differ: its result depends on the process, "
+                "as on the hash of a text, the order of a set, or an address."
+            ),
+        )
 
 
 def _memory(pair: Pair) -> Iterator[tuple[str, str]]:
@@ -144,7 +158,12 @@ def _memory(pair: Pair) -> Iterator[tuple[str, str]]:
     }
     base, head = (left.get(side, math.nan) for side in SIDES)
     if head > max(base, 0.0) + MUCH:
-        yield MEMORY, f"a run leaves {head / 1e6:.0f} MB in memory, where it left {base / 1e6:.0f}."
+        base, head = (each / CALLS / 1e6 for each in (base, head))
+        yield MEMORY, f"a run leaves {head:.0f} MB in memory, where it left {base:.0f}."
+        return
+    base, head = (pair.again.get(side, {}).get("need", math.nan) for side in SIDES)
+    if head > base + PEAK:
+        yield MEMORY, f"a run needs {head / 1e6:.0f} MB at most, where it needed {base / 1e6:.0f}."
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
@@ -183,10 +202,15 @@ def _errors(
 ) -> Iterator[tuple[str, str]]:
     base, head = errors
     allowed = max(base * (1.0 + pair.case.error_tolerance), pair.case.rounding)
-    if isinstance(truth, str):
-        yield NOTE, f"Its error is not known: {truth}"
-    elif math.isnan(base):
+    finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
+    if not finite["base"]:
         yield NOTE, "The base's ends are not finite, so that errors do not compare."
+    elif isinstance(truth, str):
+        yield NOTE, f"Its error is not known: {truth}"
+        if not finite["head"]:
+            yield ERROR, "the head's ends are not finite."
+    elif math.isnan(base):
+        yield ERROR, "the head's ends have another shape than the base's."
     elif not head <= allowed:
         now = plain(head) or "not a number"
         yield ERROR, f"error {plain(base)} became {now}, more than {plain(allowed)}."

@@ -12,9 +12,20 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.statistics.rank_test import LEVEL
+from reports.results.junit import JUnitCase, junit_xml
 from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown
-from reports.tracking.gates import Finding
+from reports.tracking.gates import (
+    COUNTS,
+    ERROR,
+    FAILS,
+    MEMORY,
+    PROBLEM,
+    REPEATS,
+    TIME,
+    Finding,
+)
+from reports.tracking.together import Together
 
 FILE = Path(__file__).with_name("known_changes.csv")
 COLUMNS = ("benchmark", "quantity", "commit", "reason")
@@ -60,20 +71,32 @@ LEGEND = (
     "Times are processor time, base and head interleaved; p is the probability that equal code "
     f"looks so (Mann-Whitney; below {LEVEL} after Holm's correction it counts), and a time is "
     "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
-    "processes. Visible from: the least growth of all times that would have counted. Counts are "
-    "summed for the table and compared one by one. Ends moved: the largest difference of a "
-    "coordinate; 0 means bit-identical. Each side runs twice: both runs must have the same bits, "
-    "and the second leave no more in memory than the base's."
+    "processes. The times of an integrator's benchmarks together are worse at half of that growth, "
+    "in three rounds. Visible from: the least growth of all times that would have counted. Counts "
+    "are summed for the table and compared one by one. Ends moved: the largest difference of a "
+    "coordinate; 0 means bit-identical. Each side runs twice, and in a further process: all must "
+    "have the same bits, and the second run leave and need no more memory than the base's."
 )
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Names of base and head, and a finding for each benchmark."""
+    """Names of base and head, and a finding for each benchmark.
+
+    together   the times of each integrator's benchmarks together, where it is not galvi
+    yardstick  seconds of the fixed workload, timed beside the first round; NaN where it was not
+    """
 
     base: str
     head: str
     findings: tuple[Finding, ...]
+    together: tuple[Together, ...] = ()
+    yardstick: float = math.nan
+
+    @property
+    def red(self) -> bool:
+        """Whether anything got worse."""
+        return bool(self.worse) or any(one.alarm for one in self.together)
 
     @property
     def worse(self) -> tuple[Finding, ...]:
@@ -88,13 +111,19 @@ class Outcome:
         rest = f" {left} could not be compared." if left else ""
         if not count:
             return f"Nothing of {self.head} could be compared with {self.base}.{rest}"
+        slower = "".join(f" {one.name}: {one.alarm}" for one in self.together if one.alarm)
+        if slower and not self.worse:
+            return (
+                f"{head} is worse than {self.base} by the times of {many} together.{slower}{rest}"
+            )
         if not self.worse:
             return (
                 f"{head} is not worse than {self.base} in {many}: no count, error or memory grew "
                 f"beyond its tolerance, and no time by rank and size{self._power()}.{rest}"
             )
         named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
-        return f"{head} is worse than {self.base} in {len(self.worse)} of {many}: {named}.{rest}"
+        which = f"{len(self.worse)} of {many}: {named}"
+        return f"{head} is worse than {self.base} in {which}.{slower}{rest}"
 
     def _power(self) -> str:
         """What growth of times could have been seen, as a clause."""
@@ -113,7 +142,9 @@ class Outcome:
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
         said = [f"{one.name}: {text}" for one in self.worse for text in one.alarms.values()]
+        said += [f"{one.name}: {one.alarm}" for one in self.together if one.alarm]
         said += [f"{one.name}: {note}" for one in self.findings for note in one.notes]
+        said += [f"{one.name}: {one.note}" for one in self.together if one.note]
         return "\n".join([as_markdown(self.table()), *(f"- {sentence}" for sentence in said)])
 
 
@@ -127,13 +158,50 @@ def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
     """Everything as JSON, including raw samples; null where unknown."""
     whole = {
         "verdict": str(outcome),
-        "worse": bool(outcome.worse),
+        "worse": outcome.red,
         "base": outcome.base,
         "head": outcome.head,
         "provenance": dict(provenance),
         "benchmarks": [{"name": one.name} | asdict(one) for one in outcome.findings],
+        "together": [asdict(one) for one in outcome.together],
     }
     return json.dumps(_finite(whole), indent=1) + "\n"
+
+
+FAMILIES = {  # of gates, as the test cases of a benchmark
+    "runs": (FAILS, PROBLEM),
+    "repeats its bits": (REPEATS,),
+    "counts": (COUNTS,),
+    "error": (ERROR,),
+    "memory": (MEMORY,),
+    "time": (TIME,),
+}
+TOGETHER = "time of all benchmarks together"
+
+
+def as_junit(outcome: Outcome, title: str) -> str:
+    """A JUnit file with a test case for each benchmark and family of gates.
+
+    title  the command as the user called it, such as "galvi track"
+    """
+    cases = [_junit_case(one, *family) for one in outcome.findings for family in FAMILIES.items()]
+    cases += [
+        JUnitCase(one.name, TOGETHER, outcome="failure" if one.alarm else "passed",
+                  message=one.alarm, details=one.note)
+        for one in outcome.together
+    ]  # fmt: skip
+    return junit_xml(title, {f"{outcome.head} against {outcome.base}": cases})
+
+
+def _junit_case(finding: Finding, family: str, gates: Sequence[str]) -> JUnitCase:
+    said = " ".join(finding.alarms[gate] for gate in gates if gate in finding.alarms)
+    notes = " ".join(finding.notes)
+    if said:
+        return JUnitCase(finding.name, family, outcome="failure", message=said, details=notes)
+    if not finding.compared or (family == "time" and not finding.pair.rounds):
+        why = "Not compared." if not finding.compared else "Its time is not compared."
+        return JUnitCase(finding.name, family, outcome="skipped", message=notes or why)
+    return JUnitCase(finding.name, family, details=notes)
 
 
 def _row(one: Finding) -> dict[str, str]:

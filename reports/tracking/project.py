@@ -9,16 +9,18 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.store.isolated_environment import NotHere, finished
-from benchmarks.timings.case import TRAJECTORY, Case
+from benchmarks.timings.case import TRAJECTORY, Case, Thresholds
 from benchmarks.timings.worker import problem_of
+from benchmarks.work_precision.participants import finest
 from galvi.command import places_in
 from galvi.kernels.compile.cache import FOLDER
 
@@ -66,6 +68,8 @@ class Checkout:
 
     folder  contains the package
     name    for messages, e.g. "a1b2c3d4e5f6"
+    commit  in full, "" where nobody asks
+    changed  whether it is not exactly that commit
     python  interpreter to run it with
     places  where it imports from; () for the folder alone
     """
@@ -74,6 +78,8 @@ class Checkout:
     name: str
     python: str = sys.executable
     places: tuple[Path, ...] = ()
+    commit: str = ""
+    changed: bool = False
 
 
 @contextmanager
@@ -174,16 +180,38 @@ def git(folder: Path, *arguments: str) -> bytes:
     return done.stdout
 
 
-PROBLEMS = {  # of galvi: arguments, duration, and the reference that is the truth
-    "harmonic_oscillator": ({}, 5.0, "oscillator, closed form"),
-    "kepler": ({"eccentricity": 0.3}, 5.0, "Kepler, closed form"),
-    "planar_pendulum": ({}, 5.0, "pendulum, closed form"),
-    "outer_solar_system": ({}, 7305.0, "REBOUND IAS15"),
-    "free_rigid_body": ({}, 5.0, "free rigid body, closed form"),
-    "pendulum_3d": ({}, 5.0, "stored truth, rigid bodies"),
-    "double_pendulum": ({}, 1.0, "stored truth, chains"),
-}
-PATIENCE = 60.0  # seconds for an import
+@dataclass(frozen=True)
+class TrackedProblem:
+    """A problem that every integrator which supports it is compared on.
+
+    name       in galvi.problems, called with the arguments
+    duration   in the problem's unit of time
+    truth      name of a reference, at its tolerance `tight`; 0 for its default
+    accuracy   times the least error that is compared: how large the motion is, or how much less
+               accurate the truth
+    """
+
+    name: str
+    duration: float
+    truth: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    tight: float = 0.0
+    accuracy: float = 1.0
+
+
+# All start in motion, so that a reversed time shows. The first that it supports is run long, too.
+PROBLEMS = (
+    TrackedProblem("harmonic_oscillator", 5.0, "oscillator, closed form", {"velocity": 0.5}),
+    TrackedProblem("kepler", 5.0, "Kepler, closed form", {"eccentricity": 0.3}),
+    TrackedProblem("planar_pendulum", 5.0, "pendulum, closed form", {"rate": -0.5}),
+    TrackedProblem("henon_heiles", 5.0, "SciPy DOP853", tight=1e-13, accuracy=30.0),
+    TrackedProblem("driven_oscillator", 5.0, "SciPy DOP853", tight=1e-13, accuracy=30.0),
+    TrackedProblem("outer_solar_system", 7305.0, "REBOUND IAS15", accuracy=100.0),
+    TrackedProblem("free_rigid_body", 5.0, "free rigid body, closed form"),
+    TrackedProblem("pendulum_3d", 5.0, "stored truth, rigid bodies", accuracy=10.0),
+    TrackedProblem("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13,
+                   30.0),
+)  # fmt: skip
 FEWEST = 100  # steps of an integrator that offers no settings
 LOOK = """
 import importlib, sys
@@ -219,58 +247,70 @@ def project_checkouts(revision: str, here: Path) -> Iterator[tuple[Checkout, Che
         extract(commit, top, folders[0])
         _copy(top, folders[1])
         changed = git(top, "status", "--porcelain")
-        name = git(top, "rev-parse", "HEAD").decode().strip()[:12]
+        own = git(top, "rev-parse", "HEAD").decode().strip()
+        name = own[:12]
         names = (commit[:12], f"the working tree ({name} with changes)" if changed else name)
         ours = Path(place) / "ours"  # galvi alone, before a file of that name in the repository
         ours.mkdir()
         (ours / "galvi").symlink_to(Path(galvi.__file__).parent, target_is_directory=True)
         sides = [
-            Checkout(folder, name, places=(ours, *places_in(folder, inner)))
-            for folder, name in zip(folders, names, strict=True)
+            Checkout(
+                folder, name, places=(ours, *places_in(folder, inner)), commit=own, changed=edited
+            )
+            for folder, name, own, edited in zip(
+                folders, names, (commit, own), (False, bool(changed)), strict=True
+            )
         ]
         yield sides[0], sides[1]
 
 
-def contender_cases(paths: Sequence[str]) -> tuple[Case, ...]:
+def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
     """Its finest setting on each problem that an integrator supports, in the working tree.
 
     paths  "package.module:Class"
+    limit  of each answer, in seconds
 
-    Raises ContenderError for one that cannot be loaded, CannotCompare where none takes a problem.
+    Raises ContenderError for one that cannot be loaded, CannotCompare where none takes a problem,
+    and where one fails to say which it takes.
     """
     found = []
     for path in dict.fromkeys(paths):
-        external = ExternalIntegrator.open(path)
+        external = ExternalIntegrator.open(path, limit)
         try:
-            for name, (arguments, duration, truth) in PROBLEMS.items():
-                problem = problem_of({"problem": name, "arguments": arguments})
-                if not external.supports(problem):
-                    continue
-                offered = external.settings(problem, duration, FEWEST)
-                if offered:
+            for tracked in PROBLEMS:
+                problem = problem_of({"problem": tracked.name, "arguments": tracked.arguments})
+                setting = finest(external, problem, tracked.duration, 1, FEWEST)
+                if external.faults:
+                    raise CannotCompare(external.faults[0])
+                if setting is not None:
                     case = Case(
-                        f"{external.name}, {problem.name}", TRAJECTORY, name, 0, 0, duration, 1,
-                        truth, arguments, contender=path, setting=dict(offered[-1]),
+                        f"{external.name}, {problem.name}", TRAJECTORY, tracked.name, 0, 0,
+                        tracked.duration, 1, tracked.truth, tracked.arguments,
+                        truth_tolerance=tracked.tight, contender=path, setting=dict(setting),
+                        slower=thresholds.slower, error_tolerance=thresholds.less_accurate,
+                        rounding=thresholds.round_off * tracked.accuracy,
                     )  # fmt: skip
                     found.append(case)
-            if external.faults:
-                raise CannotCompare(external.faults[0])
         finally:
             external.close()
     if not found:
         raise CannotCompare(
-            f"{' and '.join(paths)} take none of the problems compared on: {', '.join(PROBLEMS)}."
+            f"{' and '.join(paths)} take none of the problems compared on: "
+            f"{', '.join(tracked.name for tracked in PROBLEMS)}."
         )
     return tuple(found)
 
 
-def absent(checkout: Checkout, paths: Sequence[str]) -> tuple[str, ...]:
-    """The paths "package.module:Class" whose module, or class in it, a checkout does not have."""
+def absent(checkout: Checkout, paths: Sequence[str], limit: float) -> tuple[str, ...]:
+    """The paths "package.module:Class" whose module, or class in it, a checkout does not have.
+
+    limit  seconds for their import
+    """
     places = [str(one) for one in checkout.places]
     try:
         answer = subprocess.run(
             [checkout.python, "-P", "-c", LOOK, *paths], capture_output=True, text=True,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(places)}, timeout=PATIENCE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(places)}, timeout=limit,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return ()  # it is there, and hangs, which is told by its run

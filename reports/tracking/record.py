@@ -19,6 +19,7 @@ from reports.figures.style.layout import NoData
 from reports.figures.track_record import track_record
 from reports.page.render import PARTS, render
 from reports.page.site import Grid, contents, documented, grid, write_assets
+from reports.results.options import OUT, OWN_FOLDER
 from reports.results.section import Figure
 from reports.tables.number_format import known, plain, readable
 from reports.tables.writing import as_csv
@@ -129,9 +130,11 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
 
 
 def _no_bench(out: Path) -> str:
+    another = "`galvi track --against REV --contender package.module:Class`"
+    how = another if OWN_FOLDER in (OUT.name, *out.parts) else "`make bench`"
     return (
-        f"There is no bench yet in {out / STORE}: `make bench` makes one, and each further one "
-        "adds a point."
+        f"There is no bench yet in {out / STORE}: {how} makes one, and each further one adds a "
+        "point."
     )
 
 

@@ -1,21 +1,30 @@
-"""Interleaved samples of two sides, A B B A, so that disturbances affect both alike."""
+"""Runs of two sides: first calls, runs in further processes, long runs, and interleaved samples,
+A B B A, so that disturbances affect both alike."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from benchmarks.statistics.rank_test import samples_needed
-from benchmarks.timings.case import ROUND_OFF, Case
+from benchmarks.timings.case import LONG, UNTIMED, Case
+from benchmarks.work_precision.participants import sampled
 from reports.tracking.worker import Failed, Worker
 
 SIDES = ("base", "head")
 LEAST = 0.01  # shortest attempt in seconds
 ATTEMPTS = 3  # per sample, of which the fastest counts
-LONG = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
+ONE_ATTEMPT = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
 SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
+LONG_STEPS = 100_000
+LONG_RUNS = 50  # times the ordinary duration, of an integrator without a step
+LONG_SECONDS = 10.0  # of a long run, judged on the speed of the ordinary one
+LONG_ROUNDING = 1e-3  # of the floor of errors, times steps^1.5: a phase that errs at random
+LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothing
 
 Report = Callable[[str], None]
 
@@ -25,16 +34,30 @@ class Pair:
     """A benchmark on both sides; each mapping is by side.
 
     reached  results of the first calls, see the worker's program; without a side that failed
-    again    results of a second run of those that are no round-off runs
+    again    results of a second run of those that are timed
+    others   their end states in further processes
     why      the reasons of failed sides
     rounds   for each round, the samples in seconds
+    notes    sentences on what was run
     """
 
     case: Case
     reached: dict[str, dict[str, Any]] = field(default_factory=dict)
     again: dict[str, Any] = field(default_factory=dict)
+    others: dict[str, list[Any]] = field(default_factory=dict)
     why: dict[str, str] = field(default_factory=dict)
     rounds: list[dict[str, list[float]]] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether both sides ran it, and runs it twice."""
+        return not self.why and self.case.kind not in UNTIMED
+
+    def differs(self, side: str) -> bool:
+        """Whether a further process reached another end than the first one, by any bit."""
+        first = self.reached[side]["ends"]
+        return any(not np.array_equal(first, ends, True) for ends in self.others.get(side, ()))
 
 
 def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
@@ -46,7 +69,7 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
         for side in SIDES:
             try:
                 pair.reached[side] = workers[side].run(case)
-                if case.kind != ROUND_OFF:
+                if case.kind not in UNTIMED:
                     pair.again[side] = workers[side].run(case)
             except Failed as error:
                 pair.why[side] = str(error)
@@ -55,9 +78,59 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
     return pairs
 
 
+def further_process(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
+    """Run each pair's benchmark once in these workers, which are not those of its first call."""
+    for pair in pairs:
+        report(f"in another process: {pair.case.name}")
+        for side in SIDES:
+            try:
+                ends = workers[side].run(pair.case)["ends"]
+                pair.others.setdefault(side, []).append(ends)
+            except Failed as error:
+                pair.why[side] = str(error)
+
+
+def long_runs(
+    workers: Mapping[str, Worker], pairs: Sequence[Pair], limit: float, report: Report
+) -> list[Pair]:
+    """One run of LONG_STEPS steps of each integrator that is not galvi, on the first benchmark that
+    both sides ran; shorter where the ordinary run was so slow that it would exceed LONG_SECONDS,
+    or a third of the time limit of an answer.
+    """
+    first: dict[str, Pair] = {}
+    for pair in pairs:
+        if pair.case.contender and pair.repeatable and len(pair.reached) == len(SIDES):
+            first.setdefault(pair.case.contender, pair)
+    longer = [_longer(pair, limit) for pair in first.values()]
+    done = first_calls(workers, [case for case, _ in longer if case is not None], report)
+    for (case, note), pair in zip(longer, first.values(), strict=True):
+        of = next((one for one in done if one.case is case), pair)
+        of.notes += (note,) if note else ()
+    return done
+
+
+def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
+    """The long run that a pair's speed allows, None without one; and what is to be said of it."""
+    case = pair.case
+    duration, step = case.step * case.steps, case.setting.get("step")
+    wanted = float(LONG_RUNS) if step is None else LONG_STEPS * step / duration
+    seconds = max(reached["warm"] for reached in pair.reached.values())
+    times = int(min(wanted, min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
+    if wanted <= LEAST_LONGER:
+        return None, ""
+    if times < LEAST_LONGER:
+        return None, f"No longer run was made, since this one takes {seconds:.2g} s."
+    setting = sampled(duration * times, case.setting, 1)
+    name = f"{case.name}, {times} times as long"
+    floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
+    long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
+    shorter = times < int(wanted)
+    return long, f"Of {wanted:.0f} times, as many as fit the time." if shorter else ""
+
+
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
     """Add a round of samples to each timed pair that both sides can run."""
-    able = [pair for pair in pairs if not pair.why and pair.case.kind != ROUND_OFF]
+    able = [pair for pair in pairs if pair.repeatable]
     for pair in able:
         pair.rounds.append({side: [] for side in SIDES})
     count = max(SAMPLES, samples_needed(len(able)))
@@ -71,7 +144,7 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
 
 def _sample(worker: Worker, pair: Pair, side: str) -> None:
     seconds = max(min(reached["warm"] for reached in pair.reached.values()), 1e-7)
-    repeats, attempts = max(1, math.ceil(LEAST / seconds)), 1 if seconds > LONG else ATTEMPTS
+    repeats, attempts = max(1, math.ceil(LEAST / seconds)), 1 if seconds > ONE_ATTEMPT else ATTEMPTS
     try:
         pair.rounds[-1][side].append(worker.time(pair.case, repeats, attempts))
     except Failed as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -14,7 +14,9 @@ from benchmarks.timings import worker
 from benchmarks.timings.case import Case
 from reports.tracking.project import Checkout
 
-SECONDS = 600.0  # time limit of an answer; a first call compiles
+SECONDS = 600.0  # time limit of an answer of galvi, whose first call compiles
+CONTENDER_SECONDS = 60.0  # of another integrator
+TIME_OUTS = 2  # of a side, after which it is not asked again
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
 
@@ -23,18 +25,27 @@ class Failed(Exception):
     """A worker's request failed; the message gives the reason."""
 
 
+@dataclass
+class Patience:
+    """The time limit of an answer in seconds, and how many more answers of a side may miss it."""
+
+    limit: float = SECONDS
+    left: int = TIME_OUTS
+
+
 class Worker:
     """A context manager: `with Worker(checkout) as worker` ends the process afterwards.
 
     Both sides run the worker program of this suite, which uses only galvi's public interface, so
     that a revision with another suite is measured alike. The process starts with the first request;
-    one that died or hung is replaced at the next.
+    one that died or hung is replaced at the next, unless the side's patience, which its workers
+    share, is at an end: then each request fails at once.
     """
 
     pipe: Connection  # to the process, while it runs
 
-    def __init__(self, checkout: Checkout) -> None:
-        self.checkout = checkout
+    def __init__(self, checkout: Checkout, patience: Patience | None = None) -> None:
+        self.checkout, self.patience = checkout, patience or Patience()
         self.process: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> Worker:
@@ -65,12 +76,18 @@ class Worker:
             self.process = None
 
     def _ask(self, order: dict[str, Any]) -> dict[str, Any]:
+        limit = self.patience.limit
+        if self.patience.left <= 0:
+            raise Failed(
+                f"It was not asked: {TIME_OUTS} answers did not come within {limit:g} seconds."
+            )
         process = self.process or self._start()
         try:
             self.pipe.send(order)
-            if not self.pipe.poll(SECONDS):
+            if not self.pipe.poll(limit):
                 self.stop()
-                raise Failed(f"It gave no answer within {SECONDS:.0f} seconds and was ended.")
+                self.patience.left -= 1
+                raise Failed(f"It gave no answer within {limit:g} seconds and was ended.")
             answer: dict[str, Any] = self.pipe.recv()
         except (EOFError, OSError):
             status = process.wait()

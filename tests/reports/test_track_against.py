@@ -13,19 +13,26 @@ import sys
 import time
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
-from benchmarks.timings.case import TRAJECTORY, Case
+from benchmarks.timings.case import TRAJECTORY, Case, Thresholds
 from benchmarks.timings.catalogue import CASES
 from galvi.command import put_suite_first
 from galvi.kernels.compile.cache import FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
-from reports.tracking import worker
-from reports.tracking.project import CannotCompare, Checkout, checkouts
-from reports.tracking.worker import Failed, Worker
+from reports.tracking.project import (
+    CannotCompare,
+    Checkout,
+    TrackedProblem,
+    checkouts,
+    contender_cases,
+)
+from reports.tracking.series import TIME, read_history
+from reports.tracking.worker import Failed, Patience, Worker
 
 ROOT = Path(__file__).parents[2]
 STUB = """
@@ -174,17 +181,16 @@ def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None
         compared(checkout)
 
 
-def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path: Path) -> None:
     write(tmp_path, "import os\nclass problems:\n    kepler = staticmethod(lambda: os._exit(3))\n")
     with Worker(Checkout(tmp_path, "base")) as one:
         with pytest.raises(Failed, match="ended with status 3"):
             one.run(CASE)
         write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-        with monkeypatch.context() as patch, pytest.raises(Failed, match="no answer within 1 sec"):
-            patch.setattr(worker, "SECONDS", 1.0)
+        one.patience.limit = 1.0
+        with pytest.raises(Failed, match="no answer within 1 sec"):
             one.run(CASE)
+        one.patience.limit = 60.0
         write(tmp_path, "class problems:\n    pass\n")
         with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
             one.run(CASE)
@@ -194,6 +200,20 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
         assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
 
 
+def test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers(tmp_path: Path) -> None:
+    write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
+    patience = Patience(0.5)
+    for _ in range(2):
+        one = Worker(Checkout(tmp_path, "head"), patience)
+        with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"), one:
+            one.run(CASE)
+    with Worker(Checkout(tmp_path, "head"), patience) as one:
+        with pytest.raises(Failed, match=r"was not asked: 2 answers did not come within 0.5 sec"):
+            one.run(CASE)
+        assert one.process is None
+
+
+@pytest.mark.slow
 def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
     write(checkout, stub(iterations=7))
     with checkouts("HEAD", checkout) as (base, head):
@@ -205,6 +225,7 @@ def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
             one.run(CASE)
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
 @pytest.mark.parametrize(
@@ -269,9 +290,10 @@ class Mine:
         return isinstance(problem.system, galvi.Canonical)
 
     def settings(self, problem, duration):
-        return [{{"samples": 1}}]
+        return [{{"tolerance": 1e-9}}]
 
     def run(self, problem, duration, setting):
+        assert setting["samples"] == 1
         t, a = problem.t0 + np.array([0.0, duration]), duration * {rate}
         q = np.stack([problem.q0, np.cos(a) * problem.q0 + np.sin(a) * problem.v0])
         p = np.stack([problem.v0, np.cos(a) * problem.v0 - np.sin(a) * problem.q0])
@@ -293,11 +315,12 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     monkeypatch.setattr(
         "reports.tracking.project.PROBLEMS",
-        {"harmonic_oscillator": ({}, 5.0, "oscillator, closed form")},
+        (TrackedProblem("harmonic_oscillator", 5.0, "oscillator, closed form"),),
     )
     return inner
 
 
+@pytest.mark.slow
 def test_another_projects_integrator_is_compared_with_its_own_revision(
     make_suite: Any, project: Path
 ) -> None:
@@ -305,10 +328,33 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(
     asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
     found = json.loads((project / "out" / "against.json").read_text())
-    (row,) = found["benchmarks"]
+    row, long = found["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
+    assert long["name"].startswith(f"{row['name']}, ") and "error" in long["alarms"]
     assert row["alarms"]["counts"] == "force evaluations 7 became 8, 14 % more."
     assert found["head"].endswith("with changes)")
+    failures = ElementTree.parse(project / "out" / "track.xml").getroot().iter("failure")
+    assert {one.get("message") for one in failures} >= set(row["alarms"].values())
+
+
+def test_each_comparison_of_another_project_adds_a_point_to_its_history(
+    make_suite: Any, project: Path, capsys: pytest.CaptureFixture
+) -> None:
+    """Else only galvi's own checkout has one; without a bench, a sentence names the way to it."""
+    out = str(Path("galvi-out") / "deep")
+    assert run(make_suite, ["track", "--out", out]) == 0
+    said = capsys.readouterr().out
+    assert "`galvi track --against REV --contender package.module:Class` makes one" in said
+    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine", "--out", out]
+    assert run(make_suite, asked) == 0
+    assert run(make_suite, asked) == 0
+    assert run(make_suite, ["track", "--out", out]) == 0
+    assert "2 benches; the page is" in capsys.readouterr().out
+    rows = read_history(Path(out) / "benchmarks")
+    head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    assert set(rows["commit"]) == {head.stdout[:12]}
+    assert {TIME, "force_evaluations", "error"} < set(rows["quantity"])
+    assert (Path(out) / "figures" / "track-mine-harmonic-oscillator.svg").is_file()
 
 
 @pytest.mark.parametrize(
@@ -342,6 +388,35 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
 
 
+HANGS = "        import time; time.sleep(99)\n        t, a ="
+
+
+@pytest.mark.slow
+def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
+    """After two answers of a side that miss the limit, nothing more is asked of it."""
+    module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)
+
+    def tracked() -> int:
+        named = ("mine_to_track:Mine",)
+        return command.track_command(project / "out", {}, "HEAD", (), False, False, named, 15.0)
+
+    module.write_text(sound.replace("        t, a =", HANGS))
+    assert tracked() == 1
+    said = (project / "out" / "against.md").read_text()
+    assert "The head cannot run it: It gave no answer within 15 seconds and was ended." in said
+    git(project.parent, "commit", "--quiet", "-am", "hangs")
+    module.write_text(sound)
+    assert tracked() == 0
+    assert "the base: It gave no answer" in (project / "out" / "against.md").read_text().lower()
+
+
+def test_thresholds_of_a_project_are_those_of_its_benchmarks(project: Path) -> None:
+    (case,) = contender_cases(["mine_to_track:Mine"], 60.0, Thresholds(0.2, 0.05, 1e-12))
+    assert (case.slower, case.error_tolerance, case.rounding) == (0.2, 0.05, 1e-12)
+    assert case.setting == {"tolerance": 1e-9, "samples": 1}
+
+
+@pytest.mark.slow
 def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(
     make_suite: Any, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -378,5 +453,5 @@ def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, pro
     (project / "mine_to_track.py").write_text(leaks)
     asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
-    (row,) = json.loads((project / "out" / "against.json").read_text())["benchmarks"]
+    row, *_ = json.loads((project / "out" / "against.json").read_text())["benchmarks"]
     assert "memory" in row["alarms"]
