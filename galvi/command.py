@@ -16,6 +16,7 @@ from typing import Any
 
 HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
+INSTALL = "pip install 'galvi[suite]'"
 
 
 def called(program: str) -> list[str]:
@@ -25,20 +26,27 @@ def called(program: str) -> list[str]:
 
 
 def main() -> int:
-    """Run the suite's command line; returns its exit status, 2 where a package is missing."""
+    """Run the suite's command line; returns its exit status, 2 where it cannot be imported."""
     put_suite_first()
     try:
         runpy.run_module("reports", {"CALLED": called(sys.argv[0])}, "__main__", alter_sys=True)
     except ModuleNotFoundError as error:
-        print(
-            f"the command needs the packages of the suite, of which {error.name} is not installed. "
-            f"Install them: pip install 'galvi[suite]'.",
-            file=sys.stderr,
-        )
+        print(missing_package(error), file=sys.stderr)
+        return 2
+    except ImportError as error:
+        print(f"The command cannot be imported: {error}. Repair it: {INSTALL}.", file=sys.stderr)
         return 2
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return 0
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """A sentence on the package that is not installed, and how it is."""
+    return (
+        f"The command needs the packages of the suite, of which {error.name} is not installed. "
+        f"Install them: {INSTALL}."
+    )
 
 
 def unpickled_call(work: bytes) -> Any:

@@ -17,7 +17,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
 from reports.results.claim_results import NOT_RUN, ClaimResult, Elsewhere, Finished, check
 from reports.results.comparison import marked, merged, written
-from reports.results.junit import JUnitCase, Outcome, junit_xml
+from reports.results.junit import JUnitCase, Outcome, github_annotations, junit_xml
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
@@ -29,8 +29,10 @@ from reports.tables.number_format import plain
 from reports.tables.writing import as_csv, write_table
 
 
-def junit(checked: Sequence[ClaimResult], engines: Engines, command: str) -> str:
-    """One test suite per claim and one for the engines, as XML text.
+def junit_suites(
+    checked: Sequence[ClaimResult], engines: Engines
+) -> Mapping[str, Sequence[JUnitCase]]:
+    """One test suite per claim and one for the engines, by name.
 
     failure  a verdict other than the expected one, or a missing required engine
     error    a row that should have been measured but was not
@@ -43,7 +45,7 @@ def junit(checked: Sequence[ClaimResult], engines: Engines, command: str) -> str
         for one in checked
     }
     suites["engines"] = [_engine(name, engines) for name in engines.absence]
-    return junit_xml(command, suites)
+    return suites
 
 
 def details(row: Row) -> str:
@@ -91,10 +93,11 @@ def _engine(name: str, engines: Engines) -> JUnitCase:
 HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", "expected")
 
 
-def markdown(seen: Summary, changed: Sequence[Change], engines: Engines) -> str:
+def markdown(found: Verified) -> str:
     """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
-    passed = seen.as_expected and not engines.wanting
-    parts = [f"## verify: {'passed' if passed else 'failed'}", str(seen)]
+    seen, changed, engines = found.summary, found.changed, found.engines
+    parts = [f"## verify: {'passed' if found.passed else 'failed'}", str(seen)]
+    parts += filter(None, [share_sentence(found)])
     parts += [f"- {sentence}" for sentence in engines.sentences()]
     if seen.differing:
         parts += ["### Not as expected", _table(_lines(seen.differing, reason=True))]
@@ -108,6 +111,16 @@ def markdown(seen: Summary, changed: Sequence[Change], engines: Engines) -> str:
     folded = _table(_lines(seen.rows))
     parts += [f"<details><summary>All {len(seen.rows)} checks</summary>\n\n{folded}\n\n</details>"]
     return "\n\n".join(parts) + "\n"
+
+
+def share_sentence(found: Verified) -> str:
+    """How many checks came out as expected, where fewer than all are enough; else ""."""
+    if found.fail_under == 100.0:
+        return ""
+    return (
+        f"{found.summary.share:.4g} % of the checks came out as expected; --fail-under asks for "
+        f"{found.fail_under:.4g} %."
+    )
 
 
 def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:
@@ -145,17 +158,24 @@ def _cell(text: str) -> str:
 class Verified:
     """The result of `verify`.
 
-    changed  differences from the previous rows
+    changed     differences from the previous rows
+    fail_under  percent of the checks that must come out as expected
     """
 
     checked: tuple[ClaimResult, ...]
     engines: Engines
     changed: tuple[Change, ...]
+    fail_under: float = 100.0
+
+    @property
+    def summary(self) -> Summary:
+        """The summary of all rows."""
+        return summary(self.checked)
 
     @property
     def passed(self) -> bool:
-        """Whether every verdict is the expected one, and every required engine is there."""
-        return summary(self.checked).as_expected and not self.engines.wanting
+        """Whether enough verdicts are the expected ones, and every required engine is there."""
+        return self.summary.passes(self.fail_under) and not self.engines.wanting
 
 
 def verify(
@@ -178,15 +198,18 @@ def verify(
         chosen, suite.make_method, options.quick, suite.unavailable(), cache,
         _in_workers(suite, options.quick, cache, beside),
     )  # fmt: skip
-    found = Verified(tuple(checked), engines, tuple(_write(checked, suite, options)))
-    seen = summary(checked)
-    text = markdown(seen, found.changed, engines)
-    write(options.out / "verify.xml", junit(checked, engines, f"{options.called} verify"))
+    changed = tuple(_write(checked, suite, options))
+    found = Verified(tuple(checked), engines, changed, options.fail_under)
+    suites = junit_suites(checked, engines)
+    text = markdown(found)
+    write(options.out / "verify.xml", junit_xml(f"{options.called} verify", suites))
     write(options.out / "verify.md", text)
     write_job_summary(text)
-    show(seen)
+    show(found.summary)
     show_changes(found.changed)
     show_engines(engines)
+    lines = [share_sentence(found), *([] if found.passed else github_annotations(suites))]
+    print("".join(f"{line}\n" for line in lines if line), end="")
     return found
 
 

@@ -8,42 +8,48 @@ from typing import Any
 import typer
 
 from references.setting import nearest
+from reports.cli.project import CONTENDERS_CLAIMS
 
 OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.applications.external.checks`
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 
 
+def words(text: str) -> tuple[str, ...]:
+    """The words of a list with commas."""
+    return tuple(word.strip() for word in text.split(",") if word.strip())
+
+
 def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
     """Parse claim ids such as "V3,V5"; returned in the order of `known`, all of them for "".
 
-    Raises typer.BadParameter for an unknown id.
+    The word CONTENDERS_CLAIMS stands for all that belong to external integrators. Raises
+    typer.BadParameter for an unknown id, and for that word where there are none.
     """
     known = tuple(known)
-    asked = [word.strip() for word in text.split(",") if word.strip()]
+    asked = words(text)
     if text and not asked:
         raise typer.BadParameter(
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."
         )
+    theirs = tuple(claim for claim in known if claim.startswith(OF_CONTENDERS))
     for word in asked:
-        joined = any(claim.startswith(OF_CONTENDERS) for claim in known)
-        if word.startswith(OF_CONTENDERS) and not joined:
+        if (word == CONTENDERS_CLAIMS or word.startswith(OF_CONTENDERS)) and not theirs:
             raise typer.BadParameter(
-                f"there is no claim {word!r}; claims that begin with {OF_CONTENDERS} belong to an "
-                "external integrator: add it with --contender package.module:Class."
+                f"there is no claim {word!r}; such claims belong to an external integrator: add it "
+                "with --contender package.module:Class."
             )
-        if word not in known:
-            raise typer.BadParameter(
-                f"there is no claim {word!r}; did you mean {nearest(word, known)!r} "
-                f"(known: {', '.join(known)})?"
-            )
-    return tuple(claim for claim in known if not asked or claim in asked)
+        if word != CONTENDERS_CLAIMS and word not in known:
+            near = nearest(word, (*known, CONTENDERS_CLAIMS) if theirs else known)
+            raise typer.BadParameter(f"there is no claim {word!r}; did you mean {near!r}?")
+    chosen = {*asked, *(theirs if CONTENDERS_CLAIMS in asked else ())}
+    return tuple(claim for claim in known if not asked or claim in chosen)
 
 
 def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
     """Parse engines such as "rebound,mujoco". Raises typer.BadParameter for none or unknown."""
     known = tuple(known)
-    asked = [word.strip() for word in text.split(",") if word.strip()]
+    asked = words(text)
     if not asked:
         raise typer.BadParameter(
             f"--require expects engines of {', '.join(known)}, separated by commas; "
@@ -64,10 +70,10 @@ def sentence(error: Any, commands: Iterable[str]) -> str:
     if "\n  " not in message:  # else it has one line an item
         message = " ".join(message.split())
     if hasattr(error, "possibilities"):
-        known = [name for param in error.ctx.command.params for name in param.opts]
-        known = [name for name in (*known, "--help") if name.startswith("--")]
+        options = [name for param in error.ctx.command.params for name in param.opts]
+        options = [name for name in (*options, "--help") if name.startswith("--")]
         word = error.option_name
-        return f"There is no option {word!r}; did you mean {nearest(word, known)!r}?"
+        return f"There is no option {word!r}; did you mean {nearest(word, options)!r}?"
     if message.startswith("No such command"):
         word = message.split("'")[1]
         known = tuple(commands)

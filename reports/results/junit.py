@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,8 @@ from typing import Literal
 from xml.etree import ElementTree as tree
 
 FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
+
+MOST = 10  # annotations that GitHub shows of a step
 
 Outcome = Literal["passed", "failure", "error", "skipped"]
 TOTALS = {"failures": "failure", "errors": "error", "skipped": "skipped"}
@@ -47,6 +50,24 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
     root.attrib |= _totals([case for cases in suites.values() for case in cases])
     tree.indent(root)
     return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def github_annotations(suites: Mapping[str, Sequence[JUnitCase]]) -> list[str]:
+    """Lines by which a job on GitHub shows what failed, at most MOST; none in other places."""
+    if os.environ.get("GITHUB_ACTIONS") != "true":
+        return []
+    cases = [case for suite in suites.values() for case in suite]
+    failed = [case for case in cases if case.outcome in ("failure", "error")]
+    return [
+        f"::error title={_escaped(f'{case.class_name}: {case.name}', ':,')}"
+        f"::{_escaped(case.message)}"
+        for case in failed[:MOST]
+    ]
+
+
+def _escaped(text: str, more: str = "") -> str:
+    """As GitHub's workflow commands want it; `more` signs are escaped in a title."""
+    return "".join(f"%{ord(sign):02X}" if sign in f"%\r\n{more}" else sign for sign in text)
 
 
 def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:

@@ -20,6 +20,7 @@ class Options:
     out         output folder
     command     as typed
     called      the words before the command, such as "galvi"
+    fail_under  percent of the checks that must come out as expected
     require     engines that must be available
     contenders  external integrators, as package.module:Class
     anew        do not resume an interrupted build
@@ -33,3 +34,4 @@ class Options:
     contenders: tuple[str, ...] = ()
     anew: bool = False
     called: str = "python -m reports"
+    fail_under: float = 100.0

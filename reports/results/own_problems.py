@@ -13,7 +13,7 @@ import pandas as pd
 import typer
 
 from benchmarks.applications.external.checks import contender_checks
-from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.own_problems import load_problem
 from benchmarks.work_precision.cost import COLUMNS
@@ -48,8 +48,10 @@ class Engines:
 
 
 @contextmanager
-def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
+def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> Iterator[Suite]:
     """The suite with these external integrators in its checks and in every open comparison.
+
+    timeout  seconds for each of their answers; None for the default
 
     Their processes end with the context. Raises typer.BadParameter for a path that cannot be
     loaded, and for two integrators of the same name.
@@ -61,7 +63,7 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
         externals: list[ExternalIntegrator] = []
         for path in dict.fromkeys(paths):
             try:
-                external = ExternalIntegrator.open(path)
+                external = ExternalIntegrator.open(path, LIMIT if timeout is None else timeout)
             except ContenderError as error:
                 raise typer.BadParameter(f"--contender {path}: {error}") from None
             stack.callback(external.close)

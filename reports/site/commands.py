@@ -10,7 +10,6 @@ from typing import Any
 import typer
 
 from reports.cli import commands
-from reports.contents import load
 
 FILE = "commands.md"
 INTRODUCTION = """# Command line
@@ -24,7 +23,7 @@ builds the report, as `galvi build` does. Outside of a checkout the default outp
 
 def pages() -> Iterator[tuple[str, str]]:
     """(file, text) of the page."""
-    group: Any = typer.main.get_command(commands.application(load, ""))
+    group: Any = typer.main.get_command(commands.application())
     lines = [INTRODUCTION, "## Exit status", "", *_exit_codes(), ""]
     for name, command in group.commands.items():
         lines += [f"## galvi {name}", "", command.help, "", *_usage(name, command), ""]

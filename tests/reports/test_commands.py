@@ -17,7 +17,8 @@ from galvi.charts import CHARTS
 from galvi.command import called, main
 from galvi.fast.lanes import vectors
 from reports.build.warm import run_all
-from reports.cli.commands import check_folder, run
+from reports.cli.commands import run
+from reports.cli.invocation import check_folder
 
 ROOT = Path(__file__).parents[2]
 

@@ -12,7 +12,7 @@ import typer
 
 from benchmarks.work_precision.problems import work_precision_problems
 from reports.cli.commands import application
-from reports.contents import SECTIONS, load
+from reports.contents import SECTIONS
 from reports.figures.style.identities import OURS, TABLE, identity
 from reports.page.render import PARTS, render
 from reports.page.site import DOCUMENTATION, documented
@@ -26,7 +26,7 @@ A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
 
 
 def test_the_page_of_commands_holds_every_command_option_and_exit_status() -> None:
-    group = typer.main.get_command(application(load, ""))
+    group = typer.main.get_command(application())
     for name, command in group.commands.items():
         _, _, section = COMMANDS.partition(f"## galvi {name}\n")
         section = section.partition("\n## ")[0]

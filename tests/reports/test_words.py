@@ -186,10 +186,10 @@ def test_orders_whose_stated_errors_are_too_small_are_no_success(make_row):
     sound = [make_row(id=f"V{k}", measured=4.0 + k, misses=1.0) for k in range(10)]
     off = [make_row(id=f"V{k}", measured=4.0 + k, misses=3.0) for k in range(10, 20)]
     seen = Summary((*sound, *off[:1]))
-    assert seen.as_expected
+    assert seen.passes()
     assert "The stated errors cover: of 11 fitted orders" in str(seen)
     seen = Summary((*sound, *off))
-    assert not seen.as_expected and not seen.differing
+    assert not seen.passes() and not seen.differing
     assert (
         "The stated errors are too small: of 20 fitted orders whose true value is known, 10 miss it"
         in str(seen)

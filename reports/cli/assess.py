@@ -1,0 +1,126 @@
+"""The commands that assess what is a user's: track and judge."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import typer
+
+from reports.cli.invocation import FOLDER, QUICK, TIMEOUT, TRACKED, invocation, typed, within
+from reports.results.options import OUT
+
+JUDGE = "judge"  # folder in the output folder
+
+
+def track_performance(
+    context: typer.Context,
+    against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
+    only: list[str] = typer.Option(
+        [], "--only", metavar="TEXT", help="Benchmarks with this in their names."
+    ),
+    isolate: bool = typer.Option(
+        False, "--isolate", help="Give each side its own environment (minutes)."
+    ),
+    contender: list[str] = TRACKED,
+    timeout: float = TIMEOUT,
+    slower: float = typer.Option(
+        None,
+        "--slower",
+        metavar="PERCENT",
+        callback=within(0.0, math.inf, "percent"),
+        help="Growth of a contender's median time that is worse. Default: `10`.",
+    ),
+    less_accurate: float = typer.Option(
+        None,
+        "--less-accurate",
+        metavar="PERCENT",
+        callback=within(0.0, math.inf, "percent"),
+        help="Growth of a contender's error that is worse. Default: `1`.",
+    ),
+    quick: bool = QUICK,
+    out: Path = FOLDER,
+) -> int:
+    """Show the benchmark history; with --against, compare with a revision."""
+    from benchmarks.timings.case import Thresholds
+    from reports.cli.track import THRESHOLDS, track_command
+
+    given = invocation(context)
+    if against is None and not typed(context, "contender"):
+        contender = []  # those of the project's table take part in comparisons
+    thresholds = Thresholds(
+        THRESHOLDS.slower if slower is None else slower / 100.0,
+        THRESHOLDS.less_accurate if less_accurate is None else less_accurate / 100.0,
+    )
+    return track_command(
+        given.folder(out), given.load().provenance(given.command), against, only, quick, isolate,
+        contender, timeout, thresholds,
+    )  # fmt: skip
+
+
+def judge_model(
+    context: typer.Context,
+    file: Path = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb, .urdf).",
+    ),
+    duration: float = typer.Option(
+        None,
+        "--duration",
+        metavar="T",
+        help="In the model's time; without it 100 revolutions of the fastest body, or 10 s.",
+    ),
+    error: float = typer.Option(
+        None,
+        "--error",
+        metavar="E",
+        help="Largest error allowed; exit 1 when your run is worse.",
+    ),
+    own: str = typer.Option(
+        "",
+        "--own",
+        metavar="integrator=whfast,dt=0.1",
+        help="Integrator, step and options of the run to judge, where not as in the file.",
+    ),
+    snapshot: int = typer.Option(
+        -1, "--snapshot", metavar="N", help="Of an archive; -1: the last."
+    ),
+    key: str = typer.Option(
+        None, "--key", metavar="NAME|N", help="Keyframe of a model to start at."
+    ),
+    ignore: str = typer.Option(
+        "", "--ignore", metavar="contacts,limits", help="What of a model to leave out."
+    ),
+    qpos: str = typer.Option("", "--qpos", metavar="1,0.5", help="Start of a model: positions."),
+    qvel: str = typer.Option("", "--qvel", metavar="0,0.1", help="Start of a model: velocities."),
+    ctrl: str = typer.Option(
+        "", "--ctrl", metavar="0,0.1", help="Constant controls of a model's actuators."
+    ),
+    quick: bool = typer.Option(
+        False, "--quick", help="Shorter looks at other sources and integrators."
+    ),
+    extras: str = typer.Option(
+        "",
+        "--extras",
+        metavar="FILE",
+        help="Forces of REBOUNDx in a simulation, as rebx.save(FILE) writes.",
+    ),
+    request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.judge
+    out: Path = typer.Option(
+        None, "--out", metavar="DIR", help=f"Output folder. Default: `{OUT / JUDGE}`."
+    ),
+) -> int:
+    """How wrong a model's own run is, and what reaches an error cheapest."""
+    from galvi.interop.judge import JudgeRequest
+    from reports.cli.judge import judge_command, request_of
+
+    given = invocation(context)
+    folder = given.folder(out, JUDGE)
+    states = {"qpos": qpos, "qvel": qvel, "ctrl": ctrl}
+    asked = (
+        request_of(duration, error, own, snapshot, ignore, key, states, quick, extras)
+        if request is None
+        else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
+    )
+    return judge_command(file, asked, folder, given.command)

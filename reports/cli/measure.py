@@ -1,0 +1,173 @@
+"""The commands that measure: verify, compare, build, studies and warm."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from reports.cli.invocation import (
+    CLAIMS,
+    CONTENDER,
+    FOLDER,
+    QUICK,
+    REQUIRE,
+    SCHEDULER,
+    TIMEOUT,
+    invocation,
+    within,
+)
+
+if TYPE_CHECKING:
+    from reports.results.section_result import SectionResult
+
+ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
+
+
+def verify_claims(
+    context: typer.Context,
+    quick: bool = QUICK,
+    claims: str = CLAIMS,
+    require: str = REQUIRE,
+    contender: list[str] = CONTENDER,
+    timeout: float = TIMEOUT,
+    fail_under: float = typer.Option(
+        100.0,
+        "--fail-under",
+        metavar="PERCENT",
+        callback=within(0.0, 100.0, "percent"),
+        help="Exit 1 when fewer of the checks come out as expected.",
+    ),
+    scheduler: str = SCHEDULER,
+    out: Path = FOLDER,
+) -> int:
+    """Check the claims; exit 1 when a verdict is not as expected."""
+    from reports.build.verify import verify
+    from reports.build.workers import on_scheduler
+    from reports.results.own_problems import joined
+
+    given = invocation(context)
+    with joined(given.load(), contender, timeout) as known, on_scheduler(known, scheduler) as suite:
+        options = given.options(suite, quick, out, claims, require, fail_under=fail_under)
+        passed = verify(suite, options).passed
+        faults = list(suite.faults())
+    _tell(faults)
+    return int(not passed or (bool(faults) and fail_under == 100.0))
+
+
+def compare_methods(
+    context: typer.Context,
+    quick: bool = QUICK,
+    only: str = typer.Option(
+        "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
+    ),
+    contender: list[str] = CONTENDER,
+    problem: list[str] = typer.Option(
+        [],
+        "--problem",
+        metavar="package.module:function",
+        help="A problem of your own to compare on, in place of the suite's; may be repeated.",
+    ),
+    timeout: float = TIMEOUT,
+    out: Path = FOLDER,
+) -> int:
+    """Time galvi and other codes at matched error."""
+    from reports.build.compare import compare, compare_sections
+    from reports.results.only import narrowed
+    from reports.results.own_problems import joined, with_problems
+
+    given = invocation(context)
+    known = with_problems(given.load(), problem, bool(contender)) if problem else given.load()
+    if only:
+        try:
+            known = narrowed(known, only, quick)
+        except ValueError as error:
+            raise typer.BadParameter(f"--only: {error}") from None
+    below = "only" if only else "own" if problem else ""  # full results stay
+    with joined(known, contender, timeout) as suite:
+        options = given.options(suite, quick, out, below=below)
+        failures = [
+            *compare(suite, options).measured.failures,
+            *_failures(compare_sections(suite, options)),
+            *suite.faults(),
+        ]
+    _tell(failures)
+    print(f"Tables are in {options.out / 'tables'}.")
+    return int(bool(failures))
+
+
+def build_all(
+    context: typer.Context,
+    quick: bool = QUICK,
+    claims: str = CLAIMS,
+    require: str = REQUIRE,
+    contender: list[str] = CONTENDER,
+    timeout: float = TIMEOUT,
+    anew: bool = ANEW,
+    kept: bool = typer.Option(
+        False, "--kept", help="Only draw and write the pages, from kept rows."
+    ),
+    single: bool = typer.Option(False, "--single-file", help="Also write all pages as one file."),
+    scheduler: str = SCHEDULER,
+    out: Path = FOLDER,
+) -> int:
+    """Everything, with figures and the page; resumes an interrupted build."""
+    from reports.build.build import build, build_kept
+    from reports.build.workers import on_scheduler
+    from reports.results.own_problems import joined
+
+    given = invocation(context)
+    known = given.load()
+    if kept:
+        try:
+            build_kept(known, given.options(known, quick, out), single)
+        except ValueError as error:
+            raise typer.BadParameter(f"--kept: {error}") from None
+        return 0
+    with joined(known, contender, timeout) as here, on_scheduler(here, scheduler) as suite:
+        options = given.options(suite, quick, out, claims, require, contender, anew)
+        verified, compared, sections = build(suite, options, single)
+        failures = [*compared.measured.failures, *_failures(sections), *suite.faults()]
+    _tell(failures)
+    return int(not verified.passed or bool(failures))
+
+
+def long_studies(
+    context: typer.Context,
+    only: str = typer.Option("", "--only", metavar="mutants,turning", help="Only these studies."),
+    minutes: float = typer.Option(math.inf, metavar="M", help="Start no run after so many."),
+    out: Path = FOLDER,
+) -> int:
+    """Run the long studies (hours); resumes after an interruption."""
+    from reports.build.sections import run_long_forms
+
+    given = invocation(context)
+    suite = given.load()
+    try:
+        failures = run_long_forms(suite, given.options(suite, False, out), only, minutes)
+    except ValueError as error:
+        raise typer.BadParameter(f"--only: {error}") from None
+    _tell(failures)
+    return int(bool(failures))
+
+
+def warm_kernels() -> int:
+    """Compile the kernels of galvi.problems: about two minutes, once."""
+    from reports.build.warm import warm
+
+    warm()
+    return 0
+
+
+def _failures(sections: Iterable[SectionResult]) -> list[str]:
+    return [section.failure for section in sections if section.failure]
+
+
+def _tell(failures: Iterable[str]) -> None:
+    """Each sentence once, on stderr."""
+    for failure in dict.fromkeys(failures):
+        print(failure, file=sys.stderr)
