@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics.convergence_fits import algebraic
+from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT
 from benchmarks.studies.engine_versions import NESTED, NESTED_ON, engine_versions, stored
 from references.rebound import defects as of_rebound
@@ -134,9 +135,9 @@ def main(folder: Path) -> None:
     older = stored(folder, print)
     older = older[~older["engine"].isin(installed["engine"])]
     table = signatures(pd.concat([older, installed], ignore_index=True))
-    table.to_csv(VERSIONS, index=False)
+    write(VERSIONS, table.to_csv(index=False))
     found = defects(table).assign(date=today)
-    found.to_csv(DEFECTS, index=False)
+    write(DEFECTS, found.to_csv(index=False))
     print(found.to_string())
 
 

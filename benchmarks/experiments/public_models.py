@@ -22,6 +22,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 
+from benchmarks.store.atomic import write
 from galvi.interop import from_mujoco
 from galvi.interop.mujoco_limits import BeyondTrees
 from galvi.interop.mujoco_model import misfits, some_states
@@ -90,7 +91,7 @@ def _rows(root: Path, folder: Path, version: str) -> list[dict[str, Any]]:
 if __name__ == "__main__":
     logging.getLogger("galvi").setLevel(logging.ERROR)
     found = table()
-    found.to_csv(TABLE, index=False, float_format="%.0e")
+    write(TABLE, found.to_csv(index=False, float_format="%.0e"))
     read = found[found["why_not"] == ""]
     print(f"{len(read)} of {len(found)} models are read; of {(read['left_out'] != '').sum()} parts")
     print(f"are left out; largest difference {read['difference'].max():.0e}; see {TABLE}")

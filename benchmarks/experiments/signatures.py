@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.store.atomic import write
 from benchmarks.store.provenance import versions
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.participants import readable_setting
@@ -75,7 +76,7 @@ def differences(here: pd.DataFrame, other: pd.DataFrame) -> Iterator[str]:
 def main(arguments: list[str]) -> int:
     """Write, or compare; the exit status."""
     if arguments[0] == "--write":
-        signatures().to_csv(arguments[1], index=False)
+        write(Path(arguments[1]), signatures().to_csv(index=False))
         return 0
     other = pd.read_csv(Path(arguments[0]), converters={"status": str})
     here = signatures()

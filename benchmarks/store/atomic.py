@@ -1,15 +1,15 @@
-"""Atomic writes: to a temporary file in the same folder, then renamed."""
+"""Write files of a report, with the folder that they are in."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from galvi.run.saving.files import write_whole
+from galvi.run.saving.whole_files import write_whole
 
 
 def write(path: Path, content: str | bytes) -> Path:
-    """Write content (text as UTF-8) to path atomically, creating its folder; returns the path."""
+    """Write content (text as UTF-8) to path as `write_whole` does, creating its folder; returns the
+    path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    data = content.encode() if isinstance(content, str) else content
-    write_whole(path, lambda partial: partial.write_bytes(data))
+    write_whole(path, content)
     return path

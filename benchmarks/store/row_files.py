@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from galvi.run.saving.files import write_whole
+from benchmarks.store.atomic import write
 
 MARK = "# sha256 "
 DAMAGED = ".damaged"
@@ -39,9 +39,7 @@ class RowFiles:
     def write(self, name: str, frame: pd.DataFrame) -> None:
         """Write the frame, replacing an earlier one."""
         text = frame[list(self.columns)].to_csv(index=False, lineterminator="\n")
-        self.folder.mkdir(parents=True, exist_ok=True)
-        content = f"{text}{MARK}{_digest(text)}\n".encode()
-        write_whole(self.path(name), lambda partial: partial.write_bytes(content))
+        write(self.path(name), f"{text}{MARK}{_digest(text)}\n")
 
     def read(self, name: str) -> pd.DataFrame | None:
         """The rows with all digits; None when the file is missing or damaged."""

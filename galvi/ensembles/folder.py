@@ -25,7 +25,7 @@ from numba.core.dispatcher import Dispatcher
 
 from galvi.arrays import Array
 from galvi.input_checks import shown
-from galvi.run.saving.files import write_whole
+from galvi.run.saving.whole_files import write_whole
 
 ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
 OTHERS = {"analysis", "diagnostics", "interop", "properties", "recommend"}  # no run needs them
@@ -171,7 +171,7 @@ class Folder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             tried = self.path / f".tried-{uuid.uuid4().hex}"
-            write_whole(tried, lambda target: target.touch())
+            write_whole(tried, b"")
             tried.unlink()
         except OSError as error:
             raise ValueError(
@@ -196,7 +196,7 @@ class Folder:
             return known
         text = json.dumps({"members": found})
         self.make_writable()
-        write_whole(self._about, lambda target: target.write_text(text))
+        write_whole(self._about, text)
         return found
 
     def _known_members(self) -> int | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import pandas as pd
 import typer
 
 from benchmarks.store.atomic import write
+from galvi.run.saving.whole_files import open_descriptor
 from references.setting import nearest
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.figures.drawing import drawable
@@ -28,6 +30,7 @@ from reports.tables.writing import as_csv, as_markdown
 FORMATS = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
 PICTURES = ("pdf", "svg", "png")
 NUMBERS = "numbers"  # the name of the macros
+STDOUT = Path("-")  # as `--to`
 WITHOUT_PARQUET = (
     "Parquet needs pyarrow: pip install pyarrow, or make install EXTRAS=suite,dev,parquet"
 )
@@ -53,6 +56,8 @@ def exported(
 ) -> Iterator[str | Path]:  # fmt: skip
     """Lines of a list, or the paths of files written: one table or figure, or all of them.
 
+    to  of one table or figure: the output file, or STDOUT, which then holds nothing else
+
     Raises typer.BadParameter as `export` and `export_figure`, and without a name.
     """
     _check_form(form)
@@ -61,7 +66,7 @@ def exported(
     if choice != Choice() and (not name or form in PICTURES):
         raise typer.BadParameter("--sort, --where and --columns are for one table.")
     if form not in PICTURES and name in (*tables(out), NUMBERS):
-        yield export(out, name, form, choice, to)
+        yield from export(out, name, form, choice, to)
         return
     suite = load()
     figures = _figures(suite, out)
@@ -73,13 +78,13 @@ def exported(
             raise typer.BadParameter("--all does not take --to.")
         yield from _all(suite, out, form, width, figures)
     elif form in PICTURES:
-        yield export_figure(suite, out, name, form, width, to)
+        yield from export_figure(suite, out, name, form, width, to)
     elif name in figures:
         raise typer.BadParameter(
             f"{name!r} is a figure, in the formats {', '.join(PICTURES)}; received --format {form}."
         )
     else:
-        yield export(out, name, form, choice, to)
+        yield from export(out, name, form, choice, to)
 
 
 def _all(
@@ -92,14 +97,14 @@ def _all(
             raise typer.BadParameter(f"the rows of no figure are kept in {out}; run build first.")
         for name in kept:
             try:
-                yield export_figure(suite, out, name, form, width, None)
+                yield from export_figure(suite, out, name, form, width, None)
             except NotDrawn as error:
                 yield error.message
         return
     if not tables(out):
         raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
     for name in tables(out):
-        yield export(out, name, form, Choice(), None)
+        yield from export(out, name, form, Choice(), None)
 
 
 class NotDrawn(typer.BadParameter):
@@ -114,8 +119,8 @@ def _check_form(form: str) -> None:
         )
 
 
-def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> Path:
-    """Write the table `name` of the report in `out`; returns the path of the file.
+def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> Sequence[Path]:
+    """Write the table `name` of the report in `out`; returns the path of the file, as `_exported`.
 
     name    a table, or NUMBERS for the numbers of the report as LaTeX macros
     form    one of FORMATS
@@ -131,19 +136,21 @@ def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> 
     if name == NUMBERS and form == "latex":
         if not (out / CLAIMS).is_file():
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
-        return write(path, numbers(out))
+        return _exported(path, numbers(out))
     table = chosen(_read(out, name), choice)
     origin = read_origins(out)
     known = origin.get(f"{name}.csv") or origin.get("work_precision.csv") or {}
-    return write(path, _written(table, form, name, caption_of(name, known)))
+    return _exported(path, _written(table, form, name, caption_of(name, known)))
 
 
 def export_figure(
     suite: Suite, out: Path, name: str, form: str, width: str, to: Path | None
-) -> Path:
+) -> Sequence[Path]:
     """Draw the figure `name` from kept rows, in the width of a column or a page, fonts embedded.
 
     to  the output file; None for figures/NAME-WIDTH.FORM in `out`
+
+    Returns its path, as `_exported`; its caption lies beside it where it is a file.
 
     Raises typer.BadParameter for an unknown figure or width, and where its rows are not kept.
     """
@@ -161,14 +168,36 @@ def export_figure(
     if frame is None:
         raise typer.BadParameter(f"the rows of {name!r} are not kept in {out}; run build first.")
     try:
-        written = write(path, sized(figure, frame, form, WIDTHS[width]))
+        picture = sized(figure, frame, form, WIDTHS[width])
     except NoData as error:
         raise NotDrawn(f"{name!r} cannot be drawn: {error}") from None
+    written = _exported(path, picture)
+    if not (written and path.is_file()):
+        return written
     said = f"{figure.title}. {figure.caption}".strip()
     beside = path.with_name(f"{path.stem}-caption")
     write(beside.with_suffix(".txt"), f"{said}\n")
     write(beside.with_suffix(".tex"), f"\\caption{{{escape(said)}}}\\label{{fig:{name}}}\n")
     return written
+
+
+def _exported(path: Path, content: str | bytes) -> Sequence[Path]:
+    """Write what is exported; returns its path, and nothing where it is in standard output.
+
+    Raises typer.BadParameter where it cannot be written.
+    """
+    if path == STDOUT:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(content.encode() if isinstance(content, str) else content)
+        sys.stdout.flush()
+        return ()
+    try:
+        write(path, content)
+    except BrokenPipeError:  # whoever reads has seen enough
+        raise
+    except OSError as error:
+        raise typer.BadParameter(f"--to expects a file that can be written; {error}.") from None
+    return () if open_descriptor(path) == 1 else (path,)
 
 
 def _figures(suite: Suite, out: Path) -> dict[str, tuple[Figure, pd.DataFrame | None]]:

@@ -17,7 +17,7 @@ from galvi import Problem
 from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import MODELS, PROGRESS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
-from reports.judge.page import write
+from reports.judge.page import write_judgement
 from reports.judge.sentences import own_run, sentences
 from reports.tables.number_format import capital
 
@@ -39,7 +39,7 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) ->
     except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
         raise typer.BadParameter(str(refused)) from None
     _progress("")
-    page = write(found, file.name, provenance(command), out)
+    page = write_judgement(found, file.name, provenance(command), out)
     for sentence in (*found.notes, *sentences(found)):
         print(sentence)
     print(f"See {page}.")

@@ -13,27 +13,26 @@ from markupsafe import Markup
 
 from benchmarks.applications.judging.judgement import Judgement
 from benchmarks.applications.judging.truth import time_text
+from benchmarks.store.atomic import write
 from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences
 from reports.page.render import page_environment, style
 from reports.page.site import grid
 from reports.tables.number_format import readable, seconds
+from reports.tables.writing import as_csv
 
 HERE = Path(__file__).parent
 MOST_PARTS, MOST_MEETINGS = 30, 50
 NUMBER = "number"
 
 
-def write(found: Judgement, name: str, facts: Mapping[str, Any], folder: Path) -> Path:
+def write_judgement(found: Judgement, name: str, facts: Mapping[str, Any], folder: Path) -> Path:
     """Write judge.html, judge.json and the tables; returns the page."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "judge.json").write_text(json.dumps(as_json(found), indent=1) + "\n")
-    found.table.to_csv(folder / "integrators.csv", index=False)
-    found.parts.to_csv(folder / "parts.csv", index=False)
-    page = folder / "judge.html"
-    page.write_text(rendered(found, name, facts), encoding="utf-8")
-    return page
+    write(folder / "judge.json", json.dumps(as_json(found), indent=1) + "\n")
+    write(folder / "integrators.csv", as_csv(found.table))
+    write(folder / "parts.csv", as_csv(found.parts))
+    return write(folder / "judge.html", rendered(found, name, facts))
 
 
 def as_json(found: Judgement) -> dict[str, Any]:

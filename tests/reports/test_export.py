@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib.util
 import math
 import os
+import stat
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -224,3 +226,100 @@ def test_an_empty_folder_and_a_damaged_table_are_told(make_suite, tmp_path, caps
 
 def test_every_form_has_a_suffix_of_its_own():
     assert len(set(FORMATS.values())) == len(FORMATS) == 4
+
+
+# Targets of --to that are no files of their own: standard output, pipes, devices, links.
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A folder with one table, and its text."""
+    folder = tmp_path / "report"
+    frame = pd.DataFrame({"who": ["née", "b"], "x": [0.1 + 0.2, np.nan]})
+    return folder, write(folder / "t.csv", as_csv(frame)).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("to", ["-", "/dev/stdout", "/dev/fd/1"])
+def test_a_table_alone_is_in_standard_output_as_utf_8(make_suite, small, capfdbinary, to):
+    if to != "-" and not os.path.exists(to):
+        pytest.skip(f"this system has no {to}")
+    folder, text = small
+    assert run(make_suite, ["export", "t", "--to", to, "--out", str(folder)]) == 0
+    assert capfdbinary.readouterr().out == text.encode()
+    words = ["export", "t", "--format", "markdown", "--to", to, "--out", str(folder)]
+    assert run(make_suite, words) == 0
+    assert "née" in capfdbinary.readouterr().out.decode()
+    assert sorted(path.name for path in folder.parent.rglob("*")) == ["report", "t.csv"]
+
+
+def a_figure(make_suite, out, capsys) -> str:
+    """The name of the first figure that was drawn of all."""
+    assert run(make_suite, ["export", "--all", "--format", "svg", "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    lines = (printed if isinstance(printed, str) else printed.decode()).splitlines()
+    return Path(next(line for line in lines if line.endswith(".svg"))).stem.removesuffix("-page")
+
+
+def test_a_figure_in_standard_output_or_a_pipe_has_no_captions_beside_it(
+    make_suite, out, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    figure = a_figure(make_suite, out, capsys)
+    words = ["export", figure, "--format", "pdf", "--out", str(out), "--to"]
+    assert run(make_suite, [*words, "a.pdf"]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "a-caption.tex", "a-caption.txt", "a.pdf",
+    ]  # fmt: skip
+    capsys.readouterr()
+    os.mkfifo("pipe")
+    received = list[bytes]()
+    reader = threading.Thread(target=lambda: received.append(Path("pipe").read_bytes()))
+    reader.start()
+    assert run(make_suite, [*words, "pipe"]) == 0
+    reader.join(30)
+    assert received[0][:5] == b"%PDF-" and capsys.readouterr().out == "pipe\n"
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+@pytest.mark.parametrize("form", ["png", *(["parquet"] if ARROW else [])])
+def test_bytes_in_standard_output_are_those_of_the_file(
+    make_suite, out, tmp_path, capsysbinary, form
+):
+    name = "work_precision" if form == "parquet" else a_figure(make_suite, out, capsysbinary)
+    words = ["export", name, "--format", form, "--out", str(out), "--to"]
+    assert run(make_suite, [*words, str(tmp_path / "file")]) == 0
+    capsysbinary.readouterr()
+    assert run(make_suite, [*words, "-"]) == 0
+    assert capsysbinary.readouterr().out == (tmp_path / "file").read_bytes()
+
+
+def test_a_pipe_a_link_and_a_device_stay_what_they_are(make_suite, small, capsys):
+    folder, text = small
+    pipe, link, target = (folder.parent / name for name in ("pipe", "link", "target"))
+    words = ["export", "t", "--out", str(folder), "--to"]
+    os.mkfifo(pipe)
+    received = list[str]()
+    reader = threading.Thread(target=lambda: received.append(pipe.read_text(encoding="utf-8")))
+    reader.start()
+    assert run(make_suite, [*words, str(pipe)]) == 0
+    reader.join(30)
+    assert received == [text] and stat.S_ISFIFO(pipe.stat().st_mode)
+    link.symlink_to("target")
+    for _ in range(2):  # of a link to nothing, and to a file
+        assert run(make_suite, [*words, str(link)]) == 0
+        assert link.is_symlink() and target.read_text(encoding="utf-8") == text
+        target.write_text("old")
+        target.chmod(0o600)
+    assert target.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_target_that_cannot_be_written_is_told_in_a_sentence(make_suite, small, capsys):
+    folder, _ = small
+    (folder / "a").symlink_to("b")
+    (folder / "b").symlink_to("a")
+    for to in (folder / "a", folder / "t.csv" / "c"):
+        words = ["export", "t", "--out", str(folder), "--to", str(to)]
+        assert run(make_suite, words) == 2
+        told = capsys.readouterr().err
+        assert told.startswith("--to expects a file that can be written; ")
+        assert len(told.splitlines()) == 1

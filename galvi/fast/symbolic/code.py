@@ -11,7 +11,6 @@ import hashlib
 import os
 import re
 import shutil
-import uuid
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -23,6 +22,7 @@ import numpy as np
 from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.run.saving.whole_files import write_whole
 
 POWER = "power"  # of galvi.fast.lanes.elementary
 KEPT = 1000  # most expressions whose code is kept on disk, 60 kB each
@@ -162,9 +162,7 @@ def _kept(text: str) -> Path | None:
         path = place / "expression.source"
         if not path.exists() or path.read_text("utf-8") != text:
             place.mkdir(parents=True, exist_ok=True)
-            partial = place / f"{uuid.uuid4().hex}.part"
-            partial.write_text(text, "utf-8")
-            partial.replace(path)
+            write_whole(path, text)
             _tidy(folder)
         os.utime(path)
         return path

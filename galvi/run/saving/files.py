@@ -11,13 +11,10 @@ import json
 import os
 import sys
 import tokenize
-import uuid
 import zipfile
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from decimal import Decimal
-from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -31,24 +28,8 @@ from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
+from galvi.run.saving.whole_files import write_whole
 from galvi.trajectory import Restarts, Trajectory
-
-
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under another name, and then rename it; nothing is left when that fails.
-
-    write  (a path) writes it
-
-    Its permissions are those of any new file, as the user's umask has them.
-    """
-    partial = path.with_name(f".{uuid.uuid4().hex}.partial")
-    try:
-        write(partial)
-        os.replace(partial, path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
-
 
 VERSION = 4
 FOUND: list[Any] = []  # `galvi.Found`, which stands above: registered by galvi/__init__
@@ -65,10 +46,11 @@ UNREADABLE = (
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Of a run that actions changed the curves are not written.
+    Of a run that actions changed the curves are not written. Of a symbolic link the file that it
+    points to is written; a pipe or a device is written as it is.
 
     Raises ValueError for a run of a reference, and for one whose space, chart or clock is not
-    galvi's own.
+    galvi's own; OSError where the file cannot be written.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
@@ -78,7 +60,6 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
             f"received {shown(run.method)}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
-    target = Path(path)
     problem, end = run.problem, run.checkpoint
     facts = {
         "version": VERSION,
@@ -124,11 +105,10 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         facts["last"] = run.curves.last
     contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
 
-    def write(partial: Path) -> None:
-        with partial.open("wb") as stream:
-            np.savez(stream, **contents)
+    def write(stream: BinaryIO) -> None:
+        np.savez(stream, **contents)
 
-    write_whole(target, write)
+    write_whole(path, write)
 
 
 def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
