@@ -136,11 +136,12 @@ def interruptible() -> Iterator[None]:
 def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """`galvi.judge` runs its command here, without the seconds that a new process imports for."""
 
-    def here(arguments: list[str]) -> str:
-        from galvi.interop.judge import PROGRESS
+    def here(arguments: list[str], digest: str) -> str:
+        from galvi.interop.judge import HANDED_OVER, PROGRESS
         from reports.cli.commands import run
 
         told = io.StringIO()
+        monkeypatch.setenv(HANDED_OVER, digest)
         with redirect_stdout(io.StringIO()), redirect_stderr(told):
             run(None, ["judge", *arguments])  # type: ignore[arg-type]
         lines = told.getvalue().splitlines()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pickle
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import pandas
 
 MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
+HANDED_OVER = "GALVI_JUDGED_PROBLEM"  # environment variable: SHA-256 of the pickle to be loaded
 SILENT, PROGRESS = 10.0, "judge: "  # seconds before lines of progress are shown; how they begin
 
 
@@ -34,7 +36,8 @@ SILENT, PROGRESS = 10.0, "judge: "  # seconds before lines of progress are shown
 class JudgeRequest:
     """What is asked of a judgement, as of `judge`, which the command reads from its options.
 
-    is_problem  whether the file is a pickled `galvi.Problem`
+    is_problem  whether the file is a pickled `galvi.Problem`; it is loaded by a process whose
+                environment has its digest, as that of `judge` has, and refused by any other
     extras      path of a file of REBOUNDx's with the simulation's forces; "" for none
     """
 
@@ -187,9 +190,11 @@ def judge(
             f"{shown(source)}. Leave it out."
         )
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "model"
+        file, digest = Path(folder) / "model", ""
         if isinstance(source, Problem):
-            file.write_bytes(_pickled(source))
+            pickled = _pickled(source)
+            file.write_bytes(pickled)
+            digest = hashlib.sha256(pickled).hexdigest()
         elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
             is_file and Path(source).suffix in MODELS
         ):  # fmt: skip
@@ -214,7 +219,7 @@ def judge(
                 extras.save(request.extras)
         asked = Path(folder) / "request.json"
         asked.write_text(request.to_json(), encoding="utf-8")
-        refusal = _run([str(file), "--request", str(asked), "--out", folder])
+        refusal = _run([str(file), "--request", str(asked), "--out", folder], digest)
         result = Path(folder) / "judge.json"
         if not result.is_file():
             raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
@@ -240,11 +245,15 @@ def _pickled(problem: Problem) -> bytes:
         ) from None
 
 
-def _run(arguments: Sequence[str]) -> str:
-    """Run the command; returns what it said on stderr beside its progress."""
+def _run(arguments: Sequence[str], digest: str) -> str:
+    """Run the command; returns what it said on stderr beside its progress.
+
+    digest  of the pickle that it may load; "" for none
+    """
     process = subprocess.Popen(
         [sys.executable, "-m", "galvi", "judge", *arguments],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, HANDED_OVER: digest},
     )  # fmt: skip
     begun, said = time.monotonic(), list[str]()
     with process:

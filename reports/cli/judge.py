@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import pickle
 import sys
 from collections.abc import Mapping
@@ -15,7 +17,7 @@ from benchmarks.applications.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
 from galvi import Problem
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.judge import MODELS, PROGRESS, JudgeRequest
+from galvi.interop.judge import HANDED_OVER, MODELS, PROGRESS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
 from reports.judge.page import write_judgement
 from reports.judge.sentences import own_run, sentences
@@ -92,8 +94,18 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
 
 
 def _unpickled(file: Path) -> Problem:
+    """The problem of the `galvi.judge` that started this process.
+
+    Raises ValueError for any other file, since loading a pickle runs whatever it says.
+    """
+    pickled = file.read_bytes()
+    if os.environ.get(HANDED_OVER) != hashlib.sha256(pickled).hexdigest():
+        raise ValueError(
+            f"a file of a problem is loaded for galvi.judge alone, which writes it; received "
+            f"{file}. Call galvi.judge(problem) in Python."
+        )
     try:
-        return cast(Problem, pickle.loads(file.read_bytes()))
+        return cast(Problem, pickle.loads(pickled))
     except (AttributeError, ImportError) as error:
         raise ValueError(
             f"a problem is judged in another process, which does not find its functions: {error}. "

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.interop.judge import JudgeRequest
+from galvi.interop.judge import HANDED_OVER, JudgeRequest
 from reports.cli.commands import run
 from reports.cli.judge import read_own
 
@@ -232,3 +234,35 @@ def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence() ->
     pair = galvi.NBody([1.0, 1e-3], forces=(galvi.Force(lambda q: 0.0 * q),))
     with pytest.raises(ValueError, match="Define them by name in a module"):
         galvi.judge(galvi.Problem(pair, [[0, 0], [1, 0]], [[0, 0], [0, 1]]), 1.0)
+
+
+class Opened:
+    """A pickle that makes a file where it is loaded."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self):
+        return Path.touch, (self.path,)
+
+
+@pytest.mark.parametrize("digest", [None, "", "0" * 64, "of another file"])
+def test_a_pickle_named_on_the_command_line_is_never_loaded(tmp_path, monkeypatch, capsys, digest):
+    trace, file, request = (tmp_path / name for name in ("trace", "model", "request.json"))
+    file.write_bytes(pickle.dumps(Opened(trace)))
+    request.write_text(JudgeRequest(is_problem=True).to_json())
+    monkeypatch.delenv(HANDED_OVER, raising=False)
+    if digest is not None:
+        other = hashlib.sha256(file.read_bytes() + b".").hexdigest()
+        monkeypatch.setenv(HANDED_OVER, digest.replace("of another file", other))
+    words = ["judge", str(file), "--request", str(request), "--out", str(tmp_path / "out")]
+    assert run(None, words) == 2
+    assert "Call galvi.judge(problem) in Python." in capsys.readouterr().err
+    assert not trace.exists()
+
+
+def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
+    body = galvi.Problem(galvi.RigidBody((1, 2, 2)), np.eye(3), [0.1, 0.2, 0.3])
+    with pytest.raises(ValueError, match="RigidBody") as refused:
+        galvi.judge(body, 1.0)
+    assert "galvi.judge alone" not in str(refused.value)
