@@ -14,7 +14,7 @@ from pathlib import Path
 from llvmlite import binding
 from numba import config
 
-from galvi.interop.release import galvi_version
+from galvi.interop.release import commit_in, galvi_version
 
 ENGINES = (
     "numpy",
@@ -63,10 +63,13 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> str:
-    """Hash of the checked-out commit, with '+dirty' for changed files; 'unknown' without git."""
-    head = _git("rev-parse", "HEAD")
+    """Hash of the checked-out commit, with '+dirty' for changed files.
+
+    Of an installation the digits that its version has of it, 'unknown' where it has none.
+    """
+    head = _git("rev-parse", "HEAD") if (ROOT / ".git").exists() else None
     if head is None:
-        return "unknown"
+        return commit_in(galvi_version()) or "unknown"
     return head + ("+dirty" if _git("status", "--porcelain") else "")
 
 

@@ -25,6 +25,12 @@ def galvi_version() -> str:
         return f"{RELEASE}+unknown"
 
 
+def commit_in(version: str) -> str:
+    """The commit that a version names, with '+dirty' for changed files; "" where it names none."""
+    named = re.search(r"\+g([0-9a-f]+)(\.dirty)?$", version)
+    return named[1] + ("+dirty" if named[2] else "") if named else ""
+
+
 def version_in_git(top: Path) -> str:
     """The version of a git checkout with this top folder; "" where git does not tell."""
     if not (top / ".git").exists():

@@ -15,6 +15,7 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import COLUMNS
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
+from reports.results.options import OF_CONTENDERS
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
 from reports.tables.claims_table import COLUMNS as OF_ROWS
@@ -52,13 +53,18 @@ TEXTS = ("status", "settings", "note", "reference", "remark", "name", "contender
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """Every claim with rows in claims.csv, and its frame; the rows as they were judged then."""
+    """Every claim with rows in claims.csv, and its frame; the rows as they were judged then.
+
+    First `claims`, in their order, then those of external integrators that are not among them.
+    """
     rows = read(out / CLAIMS)
     if rows is None:
         return []
     times = durations(out)
     found = []
-    for claim in claims:
+    known = {claim.id for claim in claims}
+    others = [_without_study(id) for id in rows["id"].unique() if id not in known]
+    for claim in (*claims, *others):
         own = rows[rows["id"] == claim.id]
         if len(own):
             path = out / "frames" / f"{claim.id}.csv"
@@ -67,6 +73,13 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
             date = str(own["date"].iloc[0])
             found.append(ClaimResult(claim, frame, judged, times.get(claim.id, float("nan")), date))
     return found
+
+
+def _without_study(id: str) -> Claim:
+    """A claim of which rows are kept and nothing else is known."""
+    theirs = id.startswith(OF_CONTENDERS)
+    title = "an external integrator and the truth" if theirs else "a claim of another version"
+    return Claim(id, title, lambda *given: pd.DataFrame(), lambda measured: [])
 
 
 def kept_comparison(out: Path) -> Comparison:

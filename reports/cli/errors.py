@@ -9,8 +9,8 @@ import typer
 
 from references.setting import nearest
 from reports.cli.project import CONTENDERS_CLAIMS
+from reports.results.options import OF_CONTENDERS
 
-OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.applications.external.checks`
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 

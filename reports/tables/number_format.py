@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import Any
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -14,8 +15,8 @@ TIMES = "\u2009\u00d7"
 
 
 def known(number: Any) -> bool:
-    """Whether this is a finite number; None, NaN and infinities are not."""
-    return isinstance(number, (int, float)) and math.isfinite(number)
+    """Whether this is a finite number, of numpy too; None, NaN and infinities are not."""
+    return isinstance(number, Real) and math.isfinite(number)
 
 
 def capital(text: str) -> str:

@@ -42,10 +42,28 @@ def test_the_command_is_the_one_typed_without_folders(monkeypatch: pytest.Monkey
     assert provenance.provenance()["command"] == "pytest -q"
 
 
-def test_outside_git_the_commit_is_unknown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(provenance, "ROOT", tmp_path)
-    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    assert provenance.commit() == "unknown"
+@pytest.mark.parametrize(
+    ("version", "commit"),
+    [
+        ("0.1.0.dev0+gf6e5c5a015ae", "f6e5c5a015ae"),
+        ("0.1.0.dev0+gf6e5c5a015ae.dirty", "f6e5c5a015ae+dirty"),
+        ("0.1.0", "unknown"),
+        ("0.1.0+unknown", "unknown"),
+    ],
+)
+def test_the_commit_of_an_installation_is_that_of_its_version(
+    version: str, commit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also inside of another project's checkout, whose commit is none of galvi's."""
+    subprocess.run(["git", "init", "-q", tmp_path], check=True)
+    identity = ["-c", "user.name=me", "-c", "user.email=me@localhost"]
+    words = ["commit", "-q", "--allow-empty", "-m", "theirs"]
+    subprocess.run(["git", "-C", tmp_path, *identity, *words], check=True)
+    installed = tmp_path / "site-packages"
+    installed.mkdir()
+    monkeypatch.setattr(provenance, "ROOT", installed)
+    monkeypatch.setattr(provenance, "galvi_version", lambda: version)
+    assert provenance.commit() == commit
 
 
 def test_an_engine_that_is_absent_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from reports.cli.commands import run
@@ -211,6 +212,20 @@ def test_the_pages_are_written_again_from_kept_rows(make_suite, make_claim, out,
     assert "holds no rows yet" in capsys.readouterr().err
 
 
+def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_checked(
+    make_suite, make_claim, tmp_path
+):
+    theirs = make_suite(make_claim("V1"), make_claim("A-my-leapfrog"), make_claim("W9"))
+    words = ["verify", "--claims", "A-my-leapfrog,W9", "--out", str(tmp_path)]
+    assert run(lambda: theirs, words) == 0
+    for more in ([], ["--contender", "mine:Leapfrog"], ["--claims", "V1"]):
+        assert run(make_suite, ["build", "--kept", *more, "--out", str(tmp_path)]) == 0
+        page = (tmp_path / "claims.html").read_text(encoding="utf-8")
+        assert "2 claims in 2 checks: 2 holds" in page
+        assert "</a> an external integrator and the truth</h3>" in page
+        assert "</a> a claim of another version</h3>" in page
+
+
 def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
     make_suite, make_claim, tmp_path
 ):
@@ -260,3 +275,7 @@ def test_a_whole_number_is_shown_as_one_on_every_python(make_row) -> None:
     """`int.is_integer` is of Python 3.12: a contender's counts ended the build on 3.11."""
     assert _measured(make_row(measured=12, uncertainty=None)) == "12"
     assert _measured(make_row(measured=12.0, uncertainty=None)) == "12"
+    assert _measured(make_row(measured=np.int64(12), uncertainty=None)) == "12"
+    assert (
+        _measured(make_row(measured=np.float32(0.5), uncertainty=np.float32(0.25))) == "0.50 ± 0.25"
+    )
