@@ -123,4 +123,4 @@ def judge_model(
         if request is None
         else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     )
-    return judge_command(file, asked, folder, given.command)
+    return judge_command(file, asked, folder, given.command, given.called)

@@ -14,21 +14,28 @@ import typer
 
 from benchmarks.applications.judging.candidate import Model
 from benchmarks.applications.judging.judgement import Judgement, judge, kind_of
+from benchmarks.store.atomic import write
 from benchmarks.store.provenance import provenance
 from galvi import Problem
 from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import HANDED_OVER, MODELS, PROGRESS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
+from reports.judge.cases import junit_suites
 from reports.judge.page import write_judgement
 from reports.judge.sentences import own_run, sentences
+from reports.results.junit import github_annotations, junit_xml
 from reports.tables.number_format import capital
 
 FLAGS = {"true": True, "false": False}
 LEFT = "other sources of the truth, neighbouring starts, other integrators"
 
 
-def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) -> int:
-    """0, or 1 when an error was asked for that the user's own run does not reach."""
+def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, called: str) -> int:
+    """0, or 1 when an error was asked for that the user's own run does not reach.
+
+    command  as typed
+    called   its words before "judge", such as "galvi"
+    """
     try:
         model = read_model(file, request)
         found = judge(
@@ -42,9 +49,11 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str) ->
         raise typer.BadParameter(str(refused)) from None
     _progress("")
     page = write_judgement(found, file.name, provenance(command), out)
+    suites = junit_suites(found, file.name, request.error)
+    write(out / "judge.xml", junit_xml(f"{called} judge", suites))
     for sentence in (*found.notes, *sentences(found)):
         print(sentence)
-    print(f"See {page}.")
+    print(f"See {page}.", *github_annotations(suites), sep="\n")
     return int(request.error is not None and not found.passed)
 
 

@@ -23,7 +23,7 @@ ENCOUNTERS = (
 def sentences(found: Judgement) -> list[str]:
     """What a reader wants to know first, the user's own run before all."""
     length = found.kind.unit(found.problem, "length")
-    result = [*own_run(found), _truth(found)]
+    result = [*own_run(found), truth(found)]
     asked, best = f"an error of {readable(found.error)}{length}", found.recommended
     if best is not None:
         result.append(_cheapest(found, best, asked))
@@ -98,7 +98,8 @@ def _times(own: Mapping[str, Any], best: Mapping[str, Any]) -> str:
     return " to ".join(dict.fromkeys(f"{float(f'{one:.2g}'):g}" for one in ratios))
 
 
-def _truth(found: Judgement) -> str:
+def truth(found: Judgement) -> str:
+    """What the truth is, and how well it is known."""
     text = f"The truth is {found.source.label}; runs of galvi are never the truth."
     compared = [one for one in found.agreements if one.t.size > 1]
     agreeing = [one for one in compared if one.largest <= found.error]

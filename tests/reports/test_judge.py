@@ -8,6 +8,8 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree as tree
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ import galvi
 from galvi.interop.judge import HANDED_OVER, JudgeRequest
 from reports.cli.commands import run
 from reports.cli.judge import read_own
+from reports.judge.cases import junit_suites
 
 OWN = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.05) "
 rebound = pytest.importorskip("rebound")
@@ -54,8 +57,40 @@ def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     for word in ("Inner", "<svg", "What reaches the error", "REBOUND SABA", "rebound"):
         assert word in page
     assert ">nan<" not in page.lower()
+    assert outcomes(tmp_path / "out") == ["failure", "passed"]
     enough = [str(model), "--error", "1.0", "--duration", "5", "--out", str(tmp_path)]
     assert run(None, ["judge", *enough]) == 0, capsys.readouterr().err
+    assert outcomes(tmp_path) == ["passed", "passed"]
+
+
+def outcomes(folder: Path) -> list[str]:
+    """In judge.xml, of the own run and of the truth."""
+    cases = tree.parse(folder / "judge.xml").getroot().iter("testcase")
+    tags = [[child.tag for child in case if child.tag != "system-out"] for case in cases]
+    return [(tag or ["passed"])[0] for tag in tags]
+
+
+@pytest.mark.parametrize(
+    ("error", "own", "agreement", "until", "expected"),
+    [
+        (None, 1.0, 1e-9, np.inf, ["skipped", "passed"]),
+        (1e-3, np.nan, np.nan, np.inf, ["failure", "skipped"]),
+        (1e-3, 1e-4, 1e-2, np.inf, ["passed", "skipped"]),
+        (1e-3, 1e-4, 1e-4, 3.0, ["passed", "skipped"]),
+    ],
+)
+def test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_is_none(
+    error, own, agreement, until, expected, monkeypatch
+):
+    monkeypatch.setattr("reports.judge.cases.own_run", lambda found: ["It is off."])
+    monkeypatch.setattr("reports.judge.cases.truth", lambda found: "The truth is another's.")
+    found = SimpleNamespace(
+        kind=SimpleNamespace(unit=lambda problem, what: " au"), problem=None, error=error or 1.0,
+        own={"error": own, "seconds": np.nan, "integrator": "WHFast"}, passed=own <= (error or 1.0),
+        truth_agreement=agreement, trusted_until=until,
+    )  # fmt: skip
+    ((name, cases),) = junit_suites(found, "model.bin", error).items()
+    assert name == "model.bin" and [case.outcome for case in cases] == expected
 
 
 @pytest.mark.slow
