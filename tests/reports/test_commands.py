@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import platform
 import subprocess
 import sys
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
+import numba
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -16,6 +19,7 @@ import galvi
 from galvi.charts import CHARTS
 from galvi.command import called, main
 from galvi.fast.lanes import vectors
+from galvi.interop.release import galvi_version
 from reports.build.warm import run_all
 from reports.cli.commands import run
 from reports.cli.invocation import check_folder
@@ -179,6 +183,44 @@ def test_an_out_that_is_a_file_is_refused(make_suite, tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     assert run(make_suite, ["verify", "--out", str(tmp_path / "file")]) == 2
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_an_out_that_is_a_link_to_nothing_is_refused(make_suite, tmp_path, capsys):
+    (tmp_path / "link").symlink_to("nothing")
+    assert run(make_suite, ["verify", "--out", str(tmp_path / "link")]) == 2
+    assert capsys.readouterr().err == (
+        f"--out expects a folder; received {tmp_path / 'link'}, a link to nothing, which does not "
+        "exist.\n"
+    )
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_the_version_is_shown_with_those_that_results_depend_on(make_suite, capsys):
+    assert run(make_suite, ["--version"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == f"galvi {galvi_version()}"
+    assert second.split() == [
+        "Python", f"{platform.python_version()},", "numpy", f"{np.__version__},", "numba",
+        numba.__version__,
+    ]  # fmt: skip
+
+
+def test_the_version_is_shown_before_anything_large_is_imported():
+    code = (
+        "import sys\nfrom reports.cli.commands import run\nstatus = run(None, ['--version'])\n"
+        "print(status, [name for name in ('pandas', 'matplotlib', 'mujoco', 'rebound', 'sympy', "
+        "'reports.contents') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "0 []", done.stderr
+
+
+def test_a_claim_that_is_not_there_names_the_nearest_and_not_all(make_suite, make_claim, capsys):
+    suite = make_suite(*(make_claim(f"V{n}") for n in range(1, 100)))
+    assert run(lambda: suite, ["verify", "--claims", "V333"]) == 2
+    assert capsys.readouterr().err == "There is no claim 'V333'; did you mean 'V33'?\n"
+    assert run(lambda: suite, ["verify", "--claims", "contenders"]) == 2
+    assert "add it with --contender package.module:Class." in capsys.readouterr().err
 
 
 def test_the_module_is_the_command_and_help_names_what_was_called():
