@@ -3,6 +3,7 @@ overrides."""
 
 from __future__ import annotations
 
+import re
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import pandas as pd
 import pytest
 
 from reports.cli.commands import run
-from reports.cli.project import KEYS
+from reports.cli.project import KEYS, read_project
 from reports.results.options import OUT
 
 VALUES = {
@@ -195,5 +196,9 @@ def test_a_number_out_of_range_is_refused_in_a_sentence(value, tmp_path, suite, 
         assert line.startswith(option)
 
 
-def test_every_key_has_a_value_here():
+def test_every_key_has_a_value_here_and_stands_on_the_page(tmp_path):
     assert set(VALUES) == set(KEYS)
+    page = (Path(__file__).parents[2] / "docs" / "suite.md").read_text()
+    (table,) = re.findall(r"^```toml\n(\[tool\.galvi\]\n.*?)^```$", page, re.M | re.S)
+    (tmp_path / "pyproject.toml").write_text(re.sub("^# ", "", table, flags=re.M))
+    assert set(read_project(tmp_path).table) == set(KEYS)
