@@ -17,7 +17,7 @@ class Thresholds:
 
     slower         relative growth of a median time; over all its benchmarks together, half of it
     less_accurate  relative growth of an error
-    round_off      errors below it are never an alarm
+    round_off      growth of an error that is never an alarm
     """
 
     slower: float = 0.10
@@ -44,7 +44,7 @@ class Case:
     quick      whether it belongs to the quick benchmarks and comparisons
     error_tolerance  tolerated relative growth of the error: small for discretisation errors, a
                factor for rounding errors
-    rounding   errors below this are rounding, of the run or the truth, and never an alarm
+    rounding   growth of an error up to this is rounding, of the run or the truth, and no alarm
     count_tolerance  the same for each count; 0, since counts are exact on one build and machine
     slower     relative growth of the median time required for an alarm besides the rank test
     contender  "package.module:Class" of another integrator, run at `setting` over step * steps in

@@ -17,7 +17,7 @@ from reports.tracking.gates import judge, suspects
 from reports.tracking.outcome import Outcome
 from reports.tracking.project import Checkout
 from reports.tracking.rounds import SIDES, first_calls, further_process, interleave, long_runs
-from reports.tracking.together import judge_together, suspected
+from reports.tracking.together import FURTHER, judge_together, suspected
 from reports.tracking.worker import SECONDS, Patience, Worker
 
 YARDSTICKS = 3  # samples before and after, as of `make bench`
@@ -31,8 +31,8 @@ def compare(
     limit: float = SECONDS,
 ) -> Outcome:
     """Make the first calls and one round of samples of all benchmarks, then run each in a further
-    process, with a second round of samples where it looked slower, and a third where all of an
-    integrator did: the memory layout of a process alone can cost percents.
+    process, with a second round of samples where it looked slower, and further ones where all of
+    an integrator did: the memory layout of a process alone can cost percents.
 
     studies  (name, title) -> a context that yields a progress callback
     limit    seconds for each answer of a side; after two that miss it, the side is not asked again
@@ -50,14 +50,17 @@ def compare(
         timed_beside += yardstick(YARDSTICKS) if timed_beside else []
         long = long_runs(both, pairs, limit, report)
     truths |= {pair.case.name: _truth(pair.case) for pair in long}
-    slow, all_slow = suspects(pairs, 0), suspected(pairs)
+    slow = suspects(pairs, 0) | suspected(pairs)
     with studies("track", "second round") as report, workers(base, head, patience) as both:
         further_process(both, [pair for pair in pairs if pair.repeatable], report)
-        interleave(both, [pair for pair in pairs if pair.case.name in slow | all_slow], report)
-    with studies("track", "third round") as report, workers(base, head, patience) as both:
-        doubtful = [pair for pair in pairs if pair.repeatable and any(map(pair.differs, SIDES))]
-        further_process(both, doubtful, report)
-        interleave(both, [pair for pair in pairs if pair.case.name in all_slow], report)
+        interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
+    with studies("track", "further rounds") as report:
+        for number in range(1, FURTHER):
+            doubtful = [pair for pair in pairs if number == 1 and pair.depends_on_process]
+            slow = suspected(pairs)
+            with workers(base, head, patience) as both:
+                further_process(both, doubtful, report)
+                interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
     findings = judge([*pairs, *long], truths)
     seconds = statistics.median(timed_beside) if timed_beside else math.nan
     return Outcome(base.name, head.name, findings, judge_together(pairs), seconds)

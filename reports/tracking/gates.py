@@ -201,7 +201,7 @@ def _errors(
     pair: Pair, errors: tuple[float, float], truth: Sequence[np.ndarray] | str
 ) -> Iterator[tuple[str, str]]:
     base, head = errors
-    allowed = max(base * (1.0 + pair.case.error_tolerance), pair.case.rounding)
+    allowed = base * (1.0 + pair.case.error_tolerance) + pair.case.rounding
     finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
     if not finite["base"]:
         yield NOTE, "The base's ends are not finite, so that errors do not compare."

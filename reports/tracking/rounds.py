@@ -54,6 +54,11 @@ class Pair:
         """Whether both sides ran it, and runs it twice."""
         return not self.why and self.case.kind not in UNTIMED
 
+    @property
+    def depends_on_process(self) -> bool:
+        """Whether a side does."""
+        return self.repeatable and any(map(self.differs, SIDES))
+
     def differs(self, side: str) -> bool:
         """Whether a further process reached another end than the first one, by any bit."""
         first = self.reached[side]["ends"]

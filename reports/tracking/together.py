@@ -4,7 +4,7 @@ scatter, or that is below the size required of each.
 Sample k of a side is the geometric mean over the benchmarks of their k-th times, each over the
 median of both sides, so that what disturbs all benchmarks of one moment counts once. Memory layout
 slows a whole process by some percent, with equal code: therefore the first round of samples only
-raises suspicion, and the sizes that two further rounds of fresh processes show decide.
+raises suspicion, and the mean size that four further rounds of fresh processes show decides.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from reports.tracking.rounds import SIDES, Pair
 
 FEWEST = 3  # benchmarks
 SHARE = 0.5  # of the growth required of one benchmark
-ROUNDS = 3
+FURTHER = 4  # rounds after a suspicious one
+CONFIRMS = 0.05  # largest p of a further round
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,10 @@ def groups(pairs: Iterable[Pair]) -> dict[str, list[Pair]]:
     return {name: group for name, group in timed.items() if len(group) >= FEWEST}
 
 
-def means(
-    samples: Sequence[tuple[Sequence[float], Sequence[float]]],
-) -> tuple[list[float], list[float]]:
+Samples = tuple[Sequence[float], Sequence[float]]  # of base and head
+
+
+def means(samples: Sequence[Samples]) -> Samples:
     """The samples of base and head, each the geometric mean of those of the benchmarks.
 
     samples  of base and head, for each benchmark; of equal numbers
@@ -66,20 +68,23 @@ def looks_slower(base: Sequence[float], head: Sequence[float], size: float) -> b
     return relative_growth(base, head) > size and p_value(base, head) < LEVEL
 
 
-def is_slower(rounds: Sequence[tuple[Sequence[float], Sequence[float]]], size: float) -> bool:
-    """Whether two rounds after a suspicious one confirm it: each by rank, their mean by size."""
-    later = rounds[1:ROUNDS]
-    return (
-        len(rounds) >= ROUNDS
-        and all(p_value(*both) < LEVEL for both in later)
-        and float(np.mean([relative_growth(*both) for both in later])) > size
-    )
+def is_slower(further: Sequence[Samples], size: float) -> bool:
+    """Whether rounds after a suspicious one confirm it: each by rank, their mean by size."""
+    growth = [relative_growth(*both) for both in further]
+    return len(further) >= FURTHER and _by_rank(further) and float(np.mean(growth)) > size
+
+
+def _by_rank(further: Sequence[Samples]) -> bool:
+    return all(p_value(*both) < CONFIRMS for both in further)
 
 
 def suspected(pairs: Iterable[Pair]) -> set[str]:
     """Names of the benchmarks of integrators that look slower in all that was timed so far."""
     return {
-        pair.case.name for group in groups(pairs).values() if _suspicious(group) for pair in group
+        pair.case.name
+        for group in groups(pairs).values()
+        if _suspicious(group) and _by_rank(_rounds(group)[1:])
+        for pair in group
     }
 
 
@@ -98,10 +103,8 @@ def _judged(name: str, group: Sequence[Pair]) -> Together:
     )
     if not _suspicious(group):
         return Together(name, growth, "", "")
-    if is_slower(rounds, _size(group)):
-        return Together(
-            name, growth, f"{text}, in two further rounds by {' and '.join(later)}.", ""
-        )
+    if is_slower(rounds[1:], _size(group)):
+        return Together(name, growth, f"{text}, in further rounds by {', '.join(later)}.", "")
     return Together(name, growth, "", f"Together {text}, which further rounds did not confirm.")
 
 
@@ -113,7 +116,7 @@ def _size(group: Sequence[Pair]) -> float:
     return SHARE * max(pair.case.slower for pair in group)
 
 
-def _rounds(group: Sequence[Pair]) -> list[tuple[list[float], list[float]]]:
+def _rounds(group: Sequence[Pair]) -> list[Samples]:
     """The means of those rounds that all benchmarks have."""
     shared = min(len(pair.rounds) for pair in group)
     return [

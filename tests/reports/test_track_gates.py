@@ -69,8 +69,8 @@ def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
         cases: Any = (CASE,),
         base_again: Fake | None = None,
     ) -> Outcome:
-        heads = iter([head, *[again or head] * 2])
-        bases = iter([base, *[base_again or base] * 2])
+        heads = iter([head, *[again or head] * 4])
+        bases = iter([base, *[base_again or base] * 4])
 
         @contextmanager
         def workers(*checkouts: Checkout) -> Iterator[dict[str, Any]]:
@@ -279,6 +279,11 @@ JUDGED: dict[str, tuple[dict[str, Any], dict[str, Any], set[str]]] = {
     "an error within its tolerance": ({}, {"ends": [[1.0 + 1.005e-9, 0.0]]}, set()),
     "a smaller error": ({}, {"ends": [[1.0 + 0.5e-9, 0.0]]}, set()),
     "an error that is rounding": (EXACT, {"ends": [[1.0, 9e-15]]}, set()),
+    "an error that rounding moves by more than its tolerance": (
+        {"ends": [[1.0 + 2e-13, 0.0]]},
+        {"ends": [[1.0 + 2.08e-13, 0.0]]},
+        set(),
+    ),
     "an error above rounding": (EXACT, {"ends": [[1.0, 2e-14]]}, {"error"}),
     "an end that is not finite": ({}, {"ends": [[math.nan, 0.0]]}, {"error"}),
     "a force that the truth would hide": (

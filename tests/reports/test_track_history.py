@@ -16,6 +16,7 @@ from benchmarks.timings.catalogue import CASES
 from reports.tracking.outcome import KnownChange, known_changes, reason_of
 from reports.tracking.record import track
 from reports.tracking.series import COLUMNS, TIME, all_series, read_history
+from reports.tracking.together import FURTHER, Samples, is_slower, looks_slower, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -49,6 +50,46 @@ def test_a_thousand_comparisons_of_equal_code_raise_no_alarm():
     assert looked <= 4  # the level is 0.002 a comparison; 0 when this was written
 
 
+# Equal code in two processes differs by its memory layout, alike in all benchmarks of a process and
+# apart in each: standard deviations of the logarithm of a time.
+LAYOUT, APART = 0.015, 0.02
+
+
+def a_round(random: np.random.Generator, growth: float) -> Samples:
+    """The benchmarks of an integrator together, of which the head is so much slower."""
+    processes = np.array([1.0, 1.0 + growth]) * np.exp(LAYOUT * random.standard_normal(2))
+    benchmarks = [rows["seconds"].to_numpy() for _, rows in RECORDED.groupby("benchmark")]
+    chosen = random.choice(len(benchmarks), BENCHMARKS, replace=False)
+    drawn = []
+    for seconds in (benchmarks[k] for k in chosen):
+        own = processes * np.exp(APART * random.standard_normal(2))
+        drawn.append(tuple(random.choice(seconds, (2, 14)) * own[:, None]))
+    return means(drawn)
+
+
+BENCHMARKS = 6
+
+
+def alarms_together(comparisons: int, growth: float) -> int:
+    random, alarms = np.random.Generator(np.random.Philox(11)), 0
+    for _ in range(comparisons):
+        if looks_slower(*a_round(random, growth), 0.05):
+            alarms += is_slower([a_round(random, growth) for _ in range(FURTHER)], 0.05)
+    return alarms
+
+
+@pytest.mark.slow
+def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent():
+    """As in `track`, where the memory layout of a process is drawn anew in each round."""
+    equal, small, slow = (
+        alarms_together(*of) for of in ((COMPARISONS, 0.0), (100, 0.03), (100, 0.07))
+    )
+    print(f"{COMPARISONS} comparisons of equal code: {equal} alarms")
+    print(f"of 100 with 3 % more time: {small}; of 100 with 7 %: {slow}")
+    assert equal == 0
+    assert slow > 50
+
+
 def test_code_that_is_slower_is_seen_in_the_same_samples():
     random = np.random.Generator(np.random.Philox(8))
     for name in SIZES.keys() & set(RECORDED["benchmark"]):
@@ -57,6 +98,7 @@ def test_code_that_is_slower_is_seen_in_the_same_samples():
         assert name in slower({**drawn, name: (base, 2.0 * head)}, SIZES)
 
 
+@pytest.mark.slow
 def test_the_smallest_visible_change_grows_with_the_scatter_and_is_above_the_gate():
     random = np.random.Generator(np.random.Philox(9))
     quiet, loud = (1.0 + scatter * random.random((2, 14)) for scatter in (1e-3, 0.2))

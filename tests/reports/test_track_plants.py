@@ -54,9 +54,11 @@ class Yoshida6:
         counts = {"steps": steps, "force_evaluations": len(W) * steps}
         return galvi.Trajectory(problem, times, q, p, counts=counts)
 """
+DRIFT = "                q = q + 0.5 * w * h * v\n"
 KICK = "                v = v + w * h * problem.system.acceleration(q, t + 0.5 * w * h)\n"
 STEP = "            t = problem.t0 + (k + 1) * h\n"
 START = "        saved, t = [(q, v)], problem.t0\n"
+SLEEP = "import time; time.sleep(9999)"
 LEAK = "        KEPT.append(np.ones(2_500_000))\n"
 WASTE = "                for _ in range({}):\n                    q * v\n"
 
@@ -86,47 +88,91 @@ PLANTS = (
     Plant(
         "other last bits",
         (
-            ("q = q + 0.5 * w * h * v\n                v =", "q = q + v * (h * w) * 0.5\n                v ="),
-            ("v + w * h * problem.system.acceleration(", "v + h * (w * problem.system.acceleration("),
+            (
+                f"{DRIFT}                v",
+                DRIFT.replace("0.5 * w * h", "(h * w) * 0.5") + " " * 16 + "v",
+            ),
+            ("v + w * h * problem.system", "v + h * (w * problem.system"),
             ("(q, t + 0.5 * w * h)", "(q, t + 0.5 * w * h))"),
         ),
         0,
     ),
     Plant("adaptive, nothing", insert("import galvi\n", "# a comment\n"), 0, module="adaptive"),
-    Plant("adaptive, rtol x 1000", (('{"rtol": setting["tolerance"]', '{"rtol": 1e3 * setting["tolerance"]'),),
-          gates=("error",), module="adaptive"),
+    Plant(
+        "adaptive, rtol x 1000",
+        (('"rtol": setting', '"rtol": 1e3 * setting'),),
+        gates=("error",),
+        module="adaptive",
+    ),
     Plant(
         "order 6 to 4",
         (
-            ("W = np.array([*A, 1.0 - 2.0 * A.sum(), *A[::-1]])",
-             "W = np.array([1.3512071919596578, -1.7024143839193153, 1.3512071919596578])"),
+            (
+                "W = np.array([*A, 1.0 - 2.0 * A.sum(), *A[::-1]])",
+                "W = np.array([1.3512071919596578, -1.7024143839193153, 1.3512071919596578])",
+            ),
         ),
         gates=("error",),
         least=5,
     ),
-    Plant("a coefficient + 1e-7", (("0.78451361047755726382", "0.78451371047755726382"),),
-          gates=("error",), least=4),
-    Plant("-h", insert('q, v = setting["step"], setting["save_every"], problem.q0, problem.v0\n', "        h = -h\n"),
-          gates=("error", "status"), least=6),
-    Plant("a(q, -t)", (("acceleration(q, t + 0.5 * w * h)", "acceleration(q, -(t + 0.5 * w * h))"),),
-          gates=("error",)),
-    Plant("NaN after step 1500", insert(STEP, "            q = q * (np.nan if k > 1500 else 1.0)\n"),
-          gates=("error",), least=6),
-    Plant("NaN after step 3000", insert(STEP, "            q = q * (np.nan if k > 3000 else 1.0)\n"),
-          gates=("error",)),
+    Plant(
+        "a coefficient + 1e-7",
+        (("0.78451361047755726382", "0.78451371047755726382"),),
+        gates=("error",),
+        least=4,
+    ),
+    Plant("-h", insert(START, "        h = -h\n"), gates=("error", "status"), least=6),
+    Plant("a(q, -t)", (("(q, t + 0.5 * w * h)", "(q, -(t + 0.5 * w * h))"),), gates=("error",)),
+    Plant(
+        "NaN after step 1500",
+        insert(STEP, "            q = q if k < 1500 else q + np.nan\n"),
+        gates=("error",),
+        least=6,
+    ),
+    Plant(
+        "NaN after step 3000",
+        insert(STEP, "            q = q if k < 3000 else q + np.nan\n"),
+        gates=("error",),
+    ),
     Plant("30 % more time", insert(KICK, WASTE.format(4)), gates=("time",), least=3),
-    Plant("a leak of 20 MB", (("\n\nclass", "\n\nKEPT = []\n\n\nclass"), (START, LEAK + START)),
-          gates=("memory",), least=6),
-    Plant("200 MB more for a while", insert(START, "        np.ones(25_000_000)\n"), gates=("memory",), least=6),
-    Plant("noise of 1e-14", insert(KICK, "                v = v + 1e-14 * np.random.rand(*v.shape)\n"),
-          gates=("not deterministic",), least=6),
-    Plant("hash('a')", insert(START, "        q = q + 1e-15 * (hash('a') % 1000)\n"),
-          gates=("not deterministic",), least=5),
-    Plant("sleeps for ever", insert(START, "        import time; time.sleep(9999)\n"), gates=("status",),
-          least=6, timeout=20.0),
-    Plant("sleeps after step 3000", insert(STEP, "            if k > 3000: import time; time.sleep(9999)\n"),
-          gates=("status",), timeout=20.0),
-)  # fmt: skip
+    Plant(
+        "a leak of 20 MB",
+        (("\n\nclass", "\n\nKEPT = []\n\n\nclass"), (START, LEAK + START)),
+        gates=("memory",),
+        least=6,
+    ),
+    Plant(
+        "200 MB more for a while",
+        insert(START, "        np.ones(25_000_000)\n"),
+        gates=("memory",),
+        least=6,
+    ),
+    Plant(
+        "noise of 1e-14",
+        insert(KICK, "                v = v + 1e-14 * np.random.rand()\n"),
+        gates=("not deterministic",),
+        least=6,
+    ),
+    Plant(
+        "hash('a')",
+        insert(START, "        q = q + 1e-15 * (hash('a') % 1000)\n"),
+        gates=("not deterministic",),
+        least=5,
+    ),
+    Plant(
+        "sleeps for ever",
+        insert(START, f"        {SLEEP}\n"),
+        gates=("status",),
+        least=6,
+        timeout=20.0,
+    ),
+    Plant(
+        "sleeps after step 3000",
+        insert(STEP, f"            if k > 3000: {SLEEP}\n"),
+        gates=("status",),
+        timeout=20.0,
+    ),
+)
 
 
 def git(folder: Path, *words: str) -> None:
