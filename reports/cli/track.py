@@ -66,6 +66,8 @@ def track_command(
         raise typer.BadParameter(
             "--against expects a commit, a branch or a tag; received nothing: is a variable empty?"
         )
+    if thresholds != THRESHOLDS and not contenders:
+        raise typer.BadParameter("--slower and --less-accurate are for a --contender.")
     try:
         if contenders:
             if only or isolate:

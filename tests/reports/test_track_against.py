@@ -364,6 +364,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
         (["--against", "HEAD", "--contender", "no_such:Mine"], "there is no module 'no_such'"),
         (["--against", "none", "--contender", "mine_to_track:Mine"], "a revision that git knows"),
         (["--contender", "mine_to_track:Mine"], "require --against REV"),
+        (["--against", "HEAD", "--slower", "5"], "--less-accurate are for a --contender"),
         (["--against", "HEAD", "--contender", "mine_to_track:Mine", "--isolate"], "are not for a"),
     ],
 )
