@@ -13,6 +13,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
+from reports.results.options import OF_CONTENDERS
 
 HEADINGS = {
     "claimed": "claimed",
@@ -64,7 +65,9 @@ class ClaimSection:
     @property
     def command(self) -> str:
         """The command that repeats it."""
-        return f"galvi verify --claims {self.claim.id}"
+        theirs = self.claim.id.startswith(OF_CONTENDERS)
+        more = " --contender package.module:Class" if theirs else ""
+        return f"galvi verify --claims {self.claim.id}{more}"
 
 
 def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:

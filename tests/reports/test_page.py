@@ -224,6 +224,7 @@ def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_chec
         assert "2 claims in 2 checks: 2 holds" in page
         assert "</a> an external integrator and the truth</h3>" in page
         assert "</a> a claim of another version</h3>" in page
+        assert "--claims A-my-leapfrog --contender package.module:Class</code>" in page
 
 
 def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
