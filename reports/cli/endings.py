@@ -53,10 +53,23 @@ def explained(error: BaseException) -> str:
     """One sentence on an exception that nobody caught, and one on what to do."""
     if isinstance(error, ModuleNotFoundError):
         return missing_package(error)
-    words = " ".join(str(error).split())
+    words = _words(error)
     words = words if len(words) <= LONGEST else f"{words[:LONGEST]}..."
     named = f"{type(error).__name__}{': ' if words else ''}{words}".rstrip(".")
     return f"The command could not be carried out: {named}. {_remedy(error)}"
+
+
+def _words(error: BaseException) -> str:
+    """Its message on one line, control characters as escapes; "" where it has none."""
+    try:
+        words = " ".join(str(error).split())
+    except Exception:  # of a user's own class
+        return ""
+    with suppress(ImportError):  # of pandas, which may be what failed
+        from benchmarks.store.cells import visible
+
+        words = visible(words)
+    return words
 
 
 def _remedy(error: BaseException) -> str:

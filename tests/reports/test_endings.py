@@ -16,7 +16,16 @@ from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
 FULL_DISK = OSError(errno.ENOSPC, "No space left on device", "claims.csv")
+
+
+class Wordless(Exception):
+    def __str__(self):
+        raise RuntimeError("no words")
+
+
 RAISED = (
+    Wordless(),
+    ImportError("numpy.dtype size changed"),
     RuntimeError("two\nlines"),
     KeyError("samples"),
     MemoryError(),
@@ -41,6 +50,11 @@ def test_what_nobody_caught_is_no_verdict(error, tmp_path, capsys):
     assert run(raising(error), ["verify", "--out", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"The command could not be carried out: {type(error).__name__}")
+
+
+def test_control_characters_of_an_exception_are_escaped(tmp_path, capsys):
+    assert run(raising(ValueError("red \x1b[31m")), ["verify", "--out", str(tmp_path)]) == 2
+    assert "ValueError: red \\x1b[31m." in capsys.readouterr().err
 
 
 def test_a_full_disk_is_named_with_what_to_do(make_suite, tmp_path, monkeypatch, capsys):
