@@ -178,6 +178,7 @@ def copy(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_new_member_is_one_file_and_one_entry(copy: Path) -> None:
     table = rows()
     for kind, (file, text, imported, entry) in ADDED.items():

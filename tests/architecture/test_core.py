@@ -83,6 +83,7 @@ def test_the_core_runs_alone_and_agrees_with_what_is_fast() -> None:
         assert abs(float(one) - float(other)) < 1e-13
 
 
+@pytest.mark.slow
 def test_without_fast_its_names_are_refused_in_words() -> None:
     code = (
         "import galvi\n"
@@ -108,6 +109,7 @@ except ValueError as error:
 """
 
 
+@pytest.mark.slow
 def test_a_saved_run_in_a_frame_is_refused_in_words(tmp_path: Path) -> None:
     frame = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
     run = str(tmp_path / "run.npz")
@@ -117,6 +119,7 @@ def test_a_saved_run_in_a_frame_is_refused_in_words(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_mistyped_setting_is_refused() -> None:
     with pytest.raises(AssertionError, match=r"GALVI_FAST must be 0 or 1; received '2'\."):
         told("import galvi", "2")

@@ -65,6 +65,7 @@ def test_every_module_is_imported(package: Path) -> None:
     assert result.stdout.startswith(str(package))
 
 
+@pytest.mark.slow
 def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Path) -> None:
     first = run(package, "-c", RUN)
     assert first.stdout == "Completed.\n", first.stderr

@@ -49,6 +49,17 @@ def printed(code: str, first_line: int, names: dict[str, object]) -> str:
     return output.getvalue()
 
 
+@pytest.mark.slow_cases(
+    "docs/brownout.md",
+    "docs/clocks.md",
+    "docs/control.md",
+    "docs/forces.md",
+    "docs/judge.md",
+    "docs/models.md",
+    "docs/multibody.md",
+    "docs/overview.md",
+    "docs/restricted.md",
+)
 @pytest.mark.parametrize("page", PAGES)
 def test_the_code_of_a_page_prints_what_the_page_shows(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, judge_in_this_process: None

@@ -34,6 +34,7 @@ def dataclasses(package: str) -> list[tuple[str, dict[str, bool], bool]]:
     return found
 
 
+@pytest.mark.slow_cases(but=["references"])
 @pytest.mark.parametrize("package", PACKAGES)
 def test_values_are_frozen_and_those_with_arrays_compared_by_identity(package: str) -> None:
     """Arrays that are compared entry by entry have no truth value, and no digest."""

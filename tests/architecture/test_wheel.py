@@ -54,6 +54,7 @@ def contents(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_one_package(wheel: Path) -> None:
     top = {path.name for path in wheel.iterdir() if not path.name.endswith(".dist-info")}
     assert top == {"galvi"}
@@ -69,6 +70,7 @@ def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) 
     assert any(name.startswith("problems/data/") and name.endswith(".csv") for name in packed)
 
 
+@pytest.mark.slow
 def test_galvi_imports_from_the_wheel_without_the_packages_of_the_suite(wheel: Path) -> None:
     absent = ["pandas", "matplotlib", "sympy", "rebound", "jplephem", "jinja2", "typer", "pytest"]
     code = (
@@ -267,6 +269,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     assert version_in_git(tmp_path / "file") == ""
 
 
+@pytest.mark.slow
 def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     """Its version is that of the commit, although no git is there; wheels of both are equal."""
     clone = tmp_path / "clone"

@@ -34,6 +34,7 @@ def test_every_reference_is_met_once_on_a_problem_that_it_solves() -> None:
     assert [claim.id for claim in AGREEMENTS] == [f"A{k + 1}" for k in range(len(AGREEMENTS))]
 
 
+@pytest.mark.slow_cases("A1", "A2", "A3", "A4")
 @BY_ID
 def test_every_row_is_as_expected_and_says_what_it_was_held_against(claim: Claim) -> None:
     for row in rows(claim):
@@ -55,6 +56,7 @@ def slower(problem: Problem) -> Problem:
     return replace(problem, v0=0.9 * problem.v0 + 0.05)
 
 
+@pytest.mark.slow_cases("A3")
 @BY_ID
 def test_another_motion_agrees_with_none(claim: Claim, monkeypatch: pytest.MonkeyPatch) -> None:
     sound = Variational.run
@@ -106,6 +108,7 @@ def test_engines_are_known_by_what_is_installed() -> None:
     assert {text for text in engines().values() if text} <= set(unavailable())
 
 
+@pytest.mark.slow
 def test_each_truth_of_the_claims_is_confirmed_by_a_second_one() -> None:
     for row in rows(OF_TRUTHS):
         assert row.verdict == row.expected == HOLDS, row

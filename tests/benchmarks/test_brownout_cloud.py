@@ -112,6 +112,7 @@ def test_grains_that_no_wind_lifts_are_refused(monkeypatch: pytest.MonkeyPatch) 
         Emission(1e-2, UNTIL).starts(np.arange(4))
 
 
+@pytest.mark.slow_cases("Schiller-Naumann-speeds1")
 @pytest.mark.parametrize(
     ("drag", "speeds"), [(CONSTANT, (0.80, 2.54, 5.07)), (BY_REYNOLDS, (0.0080, 0.58, 3.08))]
 )
@@ -140,6 +141,7 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     assert 0.03 * length > BLUR
 
 
+@pytest.mark.slow
 def test_the_cost_of_a_step_has_a_row_for_each_drag_and_size(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -49,6 +49,35 @@ def test_a_row_has_the_texts_of_its_claim_but_for_its_own() -> None:
         MADE_UP.row("an error", AtMost(1.0), 0.5, colour="blue")
 
 
+@pytest.mark.slow_cases(
+    but=[
+        "V5",
+        "V17",
+        "V18",
+        "V21",
+        "V32",
+        "V35",
+        "V36",
+        "L1",
+        "L2",
+        "L3",
+        "L4",
+        "L5",
+        "L6",
+        "L7",
+        "L8",
+        "L9",
+        "L10",
+        "L11",
+        "L12",
+        "L13",
+        "L14",
+        "L15",
+        "L16",
+        "L17",
+        "L18",
+    ]
+)
 @BY_ID
 def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
     frame = quick(claim)

@@ -137,6 +137,7 @@ def test_what_a_clock_cannot_do_is_refused_in_words(call: Any, words: str) -> No
         call()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
 def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
     problem, chosen = three_bodies(), method(6, DYNAMICAL)
@@ -172,6 +173,7 @@ def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
         galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, [0.1, 0.2], duration=2.0)
 
 
+@pytest.mark.slow
 def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("galvi.run.clocked.loop.free_memory", lambda: 2e5)
     monkeypatch.setattr("galvi.run.clocked.loop.ALWAYS_FREE", 0)
@@ -182,6 +184,7 @@ def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.M
     assert fewer.success
 
 
+@pytest.mark.slow_cases("more0")
 @pytest.mark.parametrize("more", [{"save_every": 10}, {"save_every": 100, "duration": 90.0}])
 def test_a_run_whose_last_steps_are_not_saved_keeps_its_end(more: Any) -> None:
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7, **more)
@@ -219,6 +222,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     assert (end is not None) == met and bool(loop.reason) != met
 
 
+@pytest.mark.slow
 def test_a_step_that_is_shortened_at_once_is_judged() -> None:
     problem = galvi.problems.kepler(0.9)
     g = 0.1**1.5
@@ -247,6 +251,7 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
 
 
+@pytest.mark.slow
 def test_a_wrong_gradient_of_a_clock_is_refused() -> None:
     def branches(q: Any) -> float:
         return 1.0 if q[0] > 1e9 else float((q @ q) ** 0.75)

@@ -43,7 +43,12 @@ def ends(case: str, s: int, kind: str, step: float) -> Any:
 
 
 @pytest.mark.slow_cases(
-    "elastic pendulum-gauss", "elastic pendulum-lobatto", "elastic pendulum-more points"
+    "Kepler, eccentric anomaly-gauss",
+    "elastic pendulum-gauss",
+    "elastic pendulum-lobatto",
+    "elastic pendulum-more points",
+    "3D pendulum-gauss",
+    "three bodies-lobatto",
 )
 @pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
 @each
@@ -56,6 +61,7 @@ def test_a_run_ends_at_its_time_with_the_order_of_the_method(case: str, kind: st
     assert 3.6 < order < 4.7, (errors, order)
 
 
+@pytest.mark.slow_cases("elastic pendulum", "3D pendulum")
 @each
 def test_a_run_in_a_clock_is_the_motion_that_steps_in_time_find(case: str) -> None:
     problem, _clock, duration, _ = CASES[case]
@@ -64,7 +70,7 @@ def test_a_run_in_a_clock_is_the_motion_that_steps_in_time_find(case: str) -> No
     assert np.max(np.abs(ends(case, 8, GAUSS, 0.1) - run.q[-1])) < 1e-11
 
 
-@pytest.mark.slow_cases("three bodies-lobatto", "three bodies-more points")
+@pytest.mark.slow_cases(but=["three bodies-gauss"])
 @pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
 @each
 def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) -> None:
@@ -72,6 +78,7 @@ def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) 
     assert galvi.symplecticity_defect(problem, method(2, clock, kind), step) < 1e-10
 
 
+@pytest.mark.slow
 def test_a_clock_without_the_slope_of_g_is_not_symplectic(monkeypatch: pytest.MonkeyPatch) -> None:
     def fixed(problem: galvi.Problem, clock: Any, energy: float) -> galvi.Problem:
         base, rate = general.lagrangian_of(problem.system, problem), clock.rate(problem)
@@ -105,6 +112,7 @@ def test_momenta_are_kept_to_round_off_where_g_is_invariant() -> None:
     assert np.max(np.abs(galvi.energy(run) - galvi.energy(run)[0])) > 1e-12  # coarse, and not kept
 
 
+@pytest.mark.slow_cases("Kepler, Sundman", "elastic pendulum")
 @each
 def test_steps_back_cancel_steps_forward(case: str) -> None:
     problem, clock, duration, step = CASES[case]
@@ -118,6 +126,7 @@ def test_steps_back_cancel_steps_forward(case: str) -> None:
     assert np.max(np.abs(back.q[-1] - problem.q0)) < 1e-8
 
 
+@pytest.mark.slow
 def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() -> None:
     problem, clock, duration, _ = CASES["Kepler, Sundman"]
     times = np.linspace(0.01, 5.99, 401)
@@ -133,6 +142,7 @@ def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() ->
     assert 3.4 < orders[0] < 4.8 and 5.5 < orders[1] < 6.9, orders
 
 
+@pytest.mark.slow
 def test_states_at_are_those_of_a_run_in_time_too() -> None:
     problem = galvi.problems.kepler(0.3)
     run = galvi.integrate(problem, method(6, None), 0.2, 20, save_every=3)
@@ -143,6 +153,7 @@ def test_states_at_are_those_of_a_run_in_time_too() -> None:
         galvi.states_at(run, 4.1)
 
 
+@pytest.mark.slow
 @given(st.floats(0.05, 0.9), st.floats(0.1, 0.4), st.floats(0.5, 9.0))
 @settings(max_examples=15, deadline=None)
 def test_a_duration_of_any_length_is_met(e: float, step: float, duration: float) -> None:
@@ -173,6 +184,7 @@ def test_sitnikovs_body_stays_on_its_axis_and_where_quadruple_precision_has_it()
     assert np.max(np.abs(run.q[-1] - truth)) < 1e-10
 
 
+@pytest.mark.slow
 def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
     def branches(q: Any) -> float:
         return 1.0 if q[0] > 1e9 else float(1.0 / (1.5 + math.cos(q[0]) * 0.5))
@@ -183,7 +195,7 @@ def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
     assert slow.success and np.max(np.abs(slow.q[-1] - quick.q[-1])) < 1e-8
 
 
-@pytest.mark.slow_cases("system2-driven-gauss")
+@pytest.mark.slow_cases(but=["system0-damped-gauss"])
 @pytest.mark.parametrize(
     ("system", "equation", "kind"),
     [(DAMPED, damped, GAUSS), (DAMPED, damped, LOBATTO), (DRIVEN, driven, GAUSS)],

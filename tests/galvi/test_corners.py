@@ -15,6 +15,7 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
 
 
+@pytest.mark.slow_cases(but=["0.001"])
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-10, 1e8])
 def test_a_differenced_gradient_follows_the_length_scale(size):
     """A Kepler orbit of any size, V without gradient; times scale as size^(3/2)."""
@@ -65,6 +66,7 @@ def test_a_force_without_potential_is_seen_not_to_be_symplectic():
     assert galvi.symplecticity_defect(problem, EIGHT, 0.3) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_gradient_may_return_its_own_buffer():
     buffer = np.zeros(2)
 
@@ -114,6 +116,7 @@ def test_parameters_are_saved_as_numbers_texts_and_lists(tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_step_without_solution_is_a_status_not_a_stack_trace():
     unstable = galvi.Canonical(1.0, lambda q: -0.5 * q @ q, lambda q: -q)
     midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))

@@ -30,6 +30,7 @@ def angle_and_cart(q):
     return -np.cos(q[0]) + 0.5 * (q[1] - FAR) ** 2
 
 
+@pytest.mark.slow_cases(but=["1e-06-1e-07"])
 @pytest.mark.parametrize(
     ("q", "error"),  # relative; -cos q is rounded to 1e-16, so that a force of q is known to 1e-15
     [(0.5, 1e-12), (0.01, 1e-11), (1e-4, 1e-9), (1e-6, 1e-7), (1e-8, 1e-5), (2000 * np.pi, 1e-8)],
@@ -55,6 +56,7 @@ def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
                    - exact[0]) < 1e-3  # fmt: skip
 
 
+@pytest.mark.slow_cases(but=["cosine-q02-cosine"])
 @pytest.mark.parametrize(
     ("potential", "q0", "exact"),
     [
@@ -135,6 +137,7 @@ def at_a_pole(q):
     return 1e6 - 1.0 / abs(q[0])  # a longer step lands on 0
 
 
+@pytest.mark.slow_cases(but=["wall-0.99999-0.0"])
 @pytest.mark.parametrize(
     ("potential", "q", "slope"),
     [

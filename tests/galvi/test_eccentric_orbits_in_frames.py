@@ -111,6 +111,7 @@ def errors(start: Any, steps: float, back: bool = False) -> tuple[float, float]:
         return most[0], most[1]
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @example(e=0.9, E=0.0, ratio=0.3, turn=0.4, steps=2.0, third=True, back=False)
 @example(e=0.9, E=np.pi, ratio=0.3, turn=0.4, steps=0.79, third=False, back=True)
@@ -129,6 +130,7 @@ def test_up_to_the_limit_a_revolution_is_right_to_1e_12(
     assert place < 1e-12 and energy < 1e-13, (place, energy)  # 4e-13, 1e-14
 
 
+@pytest.mark.slow_cases("0.9001")
 @pytest.mark.parametrize("e", [0.9001, 0.99, 0.999_999])
 def test_orbits_beyond_the_limit_are_refused_by_name(e: float) -> None:
     masses, q, v = of_an_orbit(e, 1.0, 0.0, 0.3, True)

@@ -11,6 +11,7 @@ from galvi.kernels.nystrom.step import complete_step
 from galvi.run.nystrom_engine import kernel_tableau
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("node", range(4))
 def test_weights_and_state_count_to_twice_the_precision(node):
     """Where products with the acceleration and the step, powers of 2, are exact."""

@@ -99,6 +99,7 @@ def test_the_round_off_of_an_energy_is_taken_larger_where_a_body_is_at_rest():
         )
 
 
+@pytest.mark.slow
 def test_a_changed_energy_is_told_however_large_the_step():
     """Against bounds of the measure: T at the start, and that or the range of V over the run."""
     rng = np.random.default_rng(0)

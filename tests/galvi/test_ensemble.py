@@ -103,6 +103,7 @@ def test_no_problems_are_no_runs():
     assert galvi.integrate_many([], EIGHT, 0.1, 3) == ()
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):

@@ -49,6 +49,7 @@ def check_members_do_not_mix(name, parts, mark=""):
         assert np.array_equal(final(name, np.array(part), mark), together[part])
 
 
+@pytest.mark.slow
 @given(
     order=st.permutations(range(MEMBERS)), size=st.integers(3, MEMBERS),
     name=st.sampled_from(["henon_heiles", "double_pendulum", "brownout", "pendulum_3d"]),

@@ -95,6 +95,7 @@ def test_what_travels_is_text_and_numbers():
     assert all(np.array_equal(*pair) for pair in zip(there, run(16, 2).kept, strict=True))
 
 
+@pytest.mark.slow
 def test_a_folder_is_read_instead_of_computed(tmp_path, monkeypatch):
     one = run(folder=tmp_path)
     files = sorted(tmp_path.glob("*.parquet"))

@@ -65,6 +65,7 @@ class Potential:
         return 0.5 * float(q[0]) ** 2
 
 
+@pytest.mark.slow
 def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
     methods = [galvi.Galerkin(galvi.Polynomials(s), galvi.radau(s)) for s in (2, 3)]
     keeps = [galvi.FinalStates(), galvi.StatesAt([0.1]), galvi.StatesAt([0.2])]
@@ -298,6 +299,7 @@ def damaged(path, others, chance):
     return int(kind)
 
 
+@pytest.mark.slow
 def test_no_damage_is_believed(tmp_path, small_files):
     """Five hundred random damages: bits, cuts, zeros, additions, files of others, folders."""
     chance, first = np.random.default_rng(7), np.asarray(ensemble(tmp_path))

@@ -47,6 +47,7 @@ def by_itself(problem: galvi.Problem, k: int, masses: bool, steps: int = 5) -> g
     return galvi.integrate(galvi.Problem(system, *STARTS[k][:, None]), EIGHT, 0.02, steps)
 
 
+@pytest.mark.slow_cases(but=["a medium-masses"])
 @pytest.mark.parametrize("masses", [False, True], ids=["", "masses"])
 @pytest.mark.parametrize("kind", BRANCHES)
 def test_members_with_branches_are_runs_by_themselves(kind: str, masses: bool) -> None:
@@ -98,6 +99,7 @@ def test_forces_follow_masses_as_in_mujoco() -> None:
         assert system.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-12)  # 2e-14
 
 
+@pytest.mark.slow
 def test_members_with_other_masses_have_their_drag_and_held_weights() -> None:
     problem = galvi.from_mujoco(TREE)
     found = galvi.integrate_ensemble(

@@ -142,6 +142,7 @@ def hip_and_knee() -> Any:
     return galvi.integrate(galvi.Problem(legs, start, [1.0, 0.0, 0.0, 2.0]), EIGHT, 0.02, 50)
 
 
+@pytest.mark.slow
 def test_a_joint_beside_a_ball_joint_is_given_by_its_name(hip_and_knee: Any) -> None:
     named, numbered = (
         galvi.find_events(hip_and_knee, galvi.events.angle(joint, 0.0)) for joint in ("knee", 9)
@@ -216,6 +217,7 @@ def test_a_run_that_was_resumed_has_the_events_from_its_own_begin() -> None:
 FREE = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([0.0])), [0.0], [1.0], name="free")
 
 
+@pytest.mark.slow_cases("1-1")
 @pytest.mark.parametrize(("power", "many"), [(1, 1), (3, 1), (9, 1), (0, 0)])
 def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(power: int, many: int) -> None:
     run = galvi.integrate(FREE, EIGHT, 0.7, 10)

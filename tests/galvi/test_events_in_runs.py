@@ -37,6 +37,7 @@ def ball(t: Any) -> Any:
     return 1.0 - 0.5 * since**2
 
 
+@pytest.mark.slow_cases("0.3")
 @pytest.mark.parametrize("step", [0.3, -0.3])
 def test_a_ball_bounces_as_in_closed_form(step: float) -> None:
     run = galvi.integrate(BALL, EIGHT, step, 600, events=BOUNCE)
@@ -160,6 +161,7 @@ def test_actions_on_groups_and_of_driven_systems(case: str) -> None:
     assert np.max(np.abs(galvi.states_at(run, t + gap)[0] - other.q[-1])) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not galvi.FAST, reason="frames are of galvi.fast")
 def test_a_frame_ends_at_an_event() -> None:
     planets = galvi.problems.outer_solar_system()

@@ -86,6 +86,7 @@ def radial(q: Any, v: Any, t: Any) -> Any:
     return np.sum((q[:, 1] - q[:, 2]) * (v[:, 1] - v[:, 2]), axis=1)
 
 
+@pytest.mark.slow_cases(but=["frame, long steps", "clock backwards"])
 @pytest.mark.parametrize("name", RUNS)
 def test_events_of_many_steps_are_those_of_a_dense_search(name: str) -> None:
     run = RUNS[name]()

@@ -36,7 +36,7 @@ def truth(timed_potential, timed_force, duration=4.0):
     return found.y[:2, -1]
 
 
-@pytest.mark.slow_cases("a compiled gradient", "a Lagrangian")
+@pytest.mark.slow_cases("a potential known to galvi", "a compiled gradient", "a Lagrangian")
 @pytest.mark.parametrize("kind", SYSTEMS)
 def test_a_run_with_a_force_has_order_4_however_its_functions_are_given(kind):
     system, timed_potential, timed_force = SYSTEMS[kind]
@@ -98,6 +98,7 @@ def brake(R, v):
     return -0.2 * v
 
 
+@pytest.mark.slow_cases("Gauss 4-False")
 @pytest.mark.parametrize("linear", [False, True])
 @pytest.mark.parametrize("rule", [galvi.gauss(4), galvi.lobatto(5)], ids=lambda rule: rule.name)
 def test_momentum_changes_by_the_impulses_and_by_nothing_else(rule, linear):

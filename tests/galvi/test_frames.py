@@ -115,7 +115,7 @@ def test_every_frame_has_a_case_and_is_exported_and_stored() -> None:
         )
 
 
-@pytest.mark.slow_cases("Kepler", "Kepler, hierarchy")
+@pytest.mark.slow_cases("harmonic", "Kepler", "Kepler, hierarchy")
 @each_case
 def test_a_frame_agrees_with_the_general_method_forwards_and_backwards(case: str) -> None:
     problem, frame, h = CASES[case]
@@ -151,7 +151,7 @@ def test_the_order_is_twice_the_number_of_stages(
     assert abs(order_of(case, s, steps) - 2 * s) < 0.35
 
 
-@pytest.mark.slow_cases("harmonic", "Kepler", "Kepler, hierarchy")
+@pytest.mark.slow_cases(but=["Kepler, even, two"])
 @each_case
 def test_two_steps_are_symplectic_and_a_wrong_table_is_not(
     case: str, monkeypatch: pytest.MonkeyPatch
@@ -174,6 +174,7 @@ def test_two_steps_are_symplectic_and_a_wrong_table_is_not(
     clear()
 
 
+@pytest.mark.slow_cases(but=["harmonic"])
 @each_case
 def test_the_derivative_of_a_step_is_exact_and_symplectic(
     case: str, monkeypatch: pytest.MonkeyPatch

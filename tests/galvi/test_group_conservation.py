@@ -22,9 +22,14 @@ from tests.galvi.group_motions import (
 
 
 @pytest.mark.slow_cases(
+    "3D pendulum, m g = 9.81-packed-Exponential",
+    "3D pendulum, m g = 9.81-packed-ModifiedRodrigues",
     "free body on SE(3)-packed-Cayley",
     "free body on SE(3)-packed-Exponential",
     "free body on SE(3)-packed-ModifiedRodrigues",
+    "free body on SE(3)-H's-Cayley",
+    "free body on SE(3)-H's-Exponential",
+    "free body on SE(3)-H's-ModifiedRodrigues",
 )
 @each_chart
 @pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
@@ -37,6 +42,9 @@ def test_backwards_undoes_forwards_to_one_order_more_than_that_of_the_method(pro
         assert 2 * degree + 0.5 < measured < 2 * degree + 1.5, measured
 
 
+@pytest.mark.slow_cases(
+    "1-pendulum and body", "3-free rigid body", "3-pendulum and body", "H's-pendulum and body"
+)
 @pytest.mark.parametrize("problem", ALL, ids=title)
 @pytest.mark.parametrize(
     "method", [collocation(1), collocation(3, EXPONENTIAL), hall(4)], ids=["1", "3", "H's"]
@@ -45,6 +53,7 @@ def test_every_step_is_symplectic_in_left_trivialisation(problem, method):
     assert galvi.symplecticity_defect(problem, method, 0.1) < 2e-11
 
 
+@pytest.mark.slow_cases("collocation-Exponential", "collocation-ModifiedRodrigues")
 @each_chart
 @pytest.mark.parametrize("method", [collocation, hall])
 @given(turn=st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3))
@@ -99,9 +108,11 @@ def test_a_million_steps_leave_the_momentum_and_the_rotation_at_round_off():
 
 @pytest.mark.slow_cases(
     "Cayley-free body on SE(3)",
+    "Cayley-pendulum and body",
     "Exponential-free body on SE(3)",
     "Exponential-pendulum and body",
     "ModifiedRodrigues-free body on SE(3)",
+    "ModifiedRodrigues-pendulum and body",
 )
 @pytest.mark.parametrize("problem", ALL, ids=title)
 @each_chart

@@ -60,6 +60,7 @@ def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
     assert np.isnan(galvi.orthogonality_defect(run)[done:]).all()
 
 
+@pytest.mark.slow_cases("free rigid body-ModifiedRodrigues", "pendulum and body-ModifiedRodrigues")
 @each_chart
 @pytest.mark.parametrize("problem", ALL, ids=title)
 def test_huge_steps_end_at_once_in_a_status(problem, chart):

@@ -71,6 +71,7 @@ def test_a_run_in_lanes_is_that_of_the_general_kernel(name, chart, degree, more,
     assert max(places) < 2e-14 and velocity < 5e-13  # 2e-15, 5e-15
 
 
+@pytest.mark.slow_cases(but=["entry2"])
 @pytest.mark.parametrize("entry", [(0, 0), (1, 2), (2, 2)])
 def test_a_mass_that_depends_on_one_entry_alone_is_not_taken_for_a_constant(entry):
     inertia = np.diag([3.3, 2.5, 3.4])
@@ -82,8 +83,16 @@ def test_a_mass_that_depends_on_one_entry_alone_is_not_taken_for_a_constant(entr
 
 
 @pytest.mark.slow_cases(
+    "free body on SE(3)-4-Exponential",
+    "free body on SE(3)-4-ModifiedRodrigues",
     "-1-Exponential",
     "-1-ModifiedRodrigues",
+    "-4-Exponential",
+    "-4-ModifiedRodrigues",
+    "3D pendulum, m g = 9.81-8-Cayley",
+    "3D pendulum, m g = 9.81-8-Exponential",
+    "3D pendulum, m g = 9.81-8-ModifiedRodrigues",
+    "free body on SE(3)-11-Cayley",
     "free body on SE(3)-11-Exponential",
     "free body on SE(3)-11-ModifiedRodrigues",
 )
@@ -99,6 +108,7 @@ def test_halls_rule_and_rigid_motions_run_in_lanes(problem, degree, chart):
     assert max(compared(problem, hall(degree + 1, chart), min(0.15, 0.05 * degree), 24)) < close
 
 
+@pytest.mark.slow
 def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     """The series for lanes end at 2 radians, and these steps turn by 2.1."""
     method = hall(14, galvi.Exponential())
@@ -108,6 +118,7 @@ def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_method():
     """L = v^2 / 2 + a t v_z: a rotation by 10 t - 10 t^2, at most 2.5, and none after the step."""
 
@@ -239,6 +250,7 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
 
 
+@pytest.mark.slow
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
     """The kernels keep the sound formula, which they have compiled."""
     problem, method = swelling("SO3", 11), galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))

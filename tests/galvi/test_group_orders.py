@@ -52,6 +52,7 @@ def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, ch
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
 
 
+@pytest.mark.slow
 def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
@@ -61,6 +62,15 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
     assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
 
 
+@pytest.mark.slow_cases(
+    "9-free rigid body-Exponential",
+    "9-free rigid body-ModifiedRodrigues",
+    "13-free rigid body-Cayley",
+    "13-free rigid body-ModifiedRodrigues",
+    "13-3D pendulum, m g = 9.81-Cayley",
+    "13-3D pendulum, m g = 9.81-Exponential",
+    "13-3D pendulum, m g = 9.81-ModifiedRodrigues",
+)
 @each_chart
 @pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
 @pytest.mark.parametrize("stages", range(1, 25))

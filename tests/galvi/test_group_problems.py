@@ -28,6 +28,7 @@ def pace(problem):
     return {"NBody": 5.0}.get(type(problem.system).__name__, 0.1)
 
 
+@pytest.mark.slow_cases("chain of 5 rods")
 @pytest.mark.parametrize("problem", EVERY, ids=title)
 def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(problem, tmp_path):
     assert problem.name and problem.units and isinstance(problem.parameters, dict | type(

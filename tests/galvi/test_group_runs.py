@@ -27,6 +27,7 @@ from tests.galvi.group_motions import (
 KEPLER = galvi.problems.kepler(0.6)
 
 
+@pytest.mark.slow_cases("H's-pendulum and body")
 @pytest.mark.parametrize("problem", ALL, ids=title)
 @pytest.mark.parametrize(
     "method",

@@ -15,6 +15,7 @@ from tests.galvi.group_matrices import as_matrix, element, hat, title, vectors
 BODY_AND_CART = galvi.Product((galvi.SO3(), galvi.Rn(1)))
 
 
+@pytest.mark.slow_cases("Product")
 @pytest.mark.parametrize("group", GROUPS, ids=title)
 @given(data=st.data())
 def test_the_product_and_the_inverse_are_those_of_matrices(group, data):

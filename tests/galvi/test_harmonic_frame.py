@@ -31,6 +31,7 @@ STIFF = galvi.Problem(
 )
 
 
+@pytest.mark.slow
 @given(
     alpha=st.floats(-0.5, 0.5),
     beta=st.floats(-0.5, 0.5),

@@ -52,6 +52,7 @@ def test_counts_are_the_same_in_every_run():
     assert runs[0].counts["force_evaluations"] == 4 * runs[0].counts["iterations"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not galvi.FAST, reason="nothing is traced")
 def test_differenced_derivatives_are_counted():
     bare = galvi.Problem(galvi.Canonical(1.0, HENON.system.potential), HENON.q0, HENON.v0)
@@ -190,6 +191,7 @@ def test_a_long_run_does_not_grow_in_memory():
     assert time.process_time() - start < 30.0
 
 
+@pytest.mark.slow_cases("37-1.0", "45-1.0", "60-1.0")
 @pytest.mark.parametrize("mu", [1.0, 0.999, 1.001, 1.00001])
 @pytest.mark.parametrize("n", [16, 21, 37, 45, 60])
 def test_a_large_step_never_ends_on_another_branch(n, mu):

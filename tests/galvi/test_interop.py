@@ -67,6 +67,7 @@ def test_a_simulation_comes_in_and_goes_out_with_all_it_has(active):
     assert np.array_equal(again.v0, run.v[7])
 
 
+@pytest.mark.slow
 def test_snapshots_of_an_archive(tmp_path):
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
@@ -86,6 +87,7 @@ def test_snapshots_of_an_archive(tmp_path):
         galvi.from_rebound(tmp_path / "absent.bin")
 
 
+@pytest.mark.slow
 def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch):
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
@@ -174,6 +176,7 @@ def test_what_is_no_simulation_is_refused():
         galvi.integrate(galvi.from_rebound(simulation()), SIX, 0.1, 2).to_rebound(at=3)
 
 
+@pytest.mark.slow
 def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     code = (
         "import sys; sys.modules['rebound'] = sys.modules['matplotlib'] = None\n"
@@ -191,6 +194,7 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     ]
 
 
+@pytest.mark.slow
 def test_a_run_as_a_data_set_of_xarray():
     problem = galvi.from_rebound(simulation())
     run = galvi.integrate(problem, EIGHT, 0.1, 10)
@@ -278,6 +282,7 @@ def test_a_citation_names_what_was_used_and_nothing_else():
         galvi.cite(3)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(
     e=st.one_of(st.floats(0.0, 0.999), st.floats(1.001, 50.0)),

@@ -60,7 +60,9 @@ JOBS = {
 }
 
 
-@pytest.mark.slow_cases("recommend-raised", "recommend-pressed")
+@pytest.mark.slow_cases(
+    "recommend-raised", "recommend-pressed", "run that fails-raised", "run that fails-pressed"
+)
 @pytest.mark.filterwarnings("ignore:overflow")
 @pytest.mark.parametrize("how", [raises, presses], ids=["raised", "pressed"])
 @pytest.mark.parametrize("name", JOBS)
@@ -110,6 +112,7 @@ def fresh(number):
     return numba.njit(potential), numba.njit(gradient)
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_compiling_is_neither_printed_and_dropped_nor_lost(capfd):
     """The signal is delivered from a timer; a compilation is over before it takes effect."""
     before = signal.signal(signal.SIGALRM, lambda *_: presses())

@@ -279,6 +279,7 @@ def swirl(q, v, t):
 SMOOTH = numba.njit(lambda q, v: 0.1 * v * v[0])
 
 
+@pytest.mark.slow_cases(but=["swirl-True0"])
 @pytest.mark.parametrize(("force", "timed"), [(swirl, True), (SMOOTH, False),
                                               (numba.njit(swirl), True)])  # fmt: skip
 def test_a_force_of_the_users_acts_beside_damping(force, timed):
@@ -314,6 +315,7 @@ def test_a_bad_force_of_the_users_is_refused_in_words():
         galvi.integrate(galvi.Problem(wrong, [0.1], [0.0]), METHOD, 0.01, 2)
 
 
+@pytest.mark.slow
 def test_forces_are_pickled_stored_and_varied(tmp_path):
     problem, own = read("held weights")
     q, v = next(states(problem))

@@ -138,6 +138,7 @@ def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, ch
     assert stale == {name for name in CALLED if changed in CALLED[name] | {name}}
 
 
+@pytest.mark.slow
 def test_a_file_that_changes_in_a_running_process_is_still_the_one_that_was_imported(tmp_path):
     """What was imported before the edit must not be kept as the code of after."""
     ours, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
@@ -313,6 +314,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.slow_cases("released")
 @pytest.mark.parametrize("ends", ["released", "killed"])
 def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, monkeypatch, ends):
     """The code appears, and is loaded once the first has let go or was killed."""

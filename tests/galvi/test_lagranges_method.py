@@ -30,6 +30,7 @@ def swinging_mass(loads: bool):
     return me.LagrangesMethod(L, [x, a], forcelist=forces if loads else None, frame=frame)
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("loads", [False, True])
 def test_it_moves_as_its_own_equations_say(loads):
     method = swinging_mass(loads)

@@ -26,6 +26,7 @@ def canonical_end():
     return galvi.integrate(galvi.Problem(angle, [1.0], [0.3]), METHOD, 0.25, 8).q[-1]
 
 
+@pytest.mark.slow_cases(but=["1.0"])
 @pytest.mark.parametrize("l", [1e-12, 1e-8, 1e-4, 1e-2, 1.0, 1e3, 1e6])
 def test_a_differenced_lagrangian_moves_alike_in_all_units(l):
     run = galvi.integrate(swinging(l), METHOD, 0.25, 8)
@@ -44,6 +45,7 @@ def test_steps_of_fixed_length_are_caught():
     assert abs(right[0, 0] / exact - 1.0) < 1e-10
 
 
+@pytest.mark.slow
 def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
     GM, radius = 3.986e14, 7e6
     rate = np.sqrt(GM / radius**3)
@@ -56,6 +58,7 @@ def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
     assert np.allclose(run.q[-1] / radius, circle, rtol=0.0, atol=4e-11)  # 4e-12
 
 
+@pytest.mark.slow
 def test_a_body_far_from_the_origin_flies_as_a_free_body():
     def L(q, v):
         return 0.5 * v[:3] @ (MOMENTS * v[:3]) + v[3:] @ v[3:] - 2.0 * 9.81 * q[2, 3]
@@ -115,6 +118,7 @@ def test_the_velocity_of_a_momentum_that_no_velocity_has_is_missing():
     assert system.velocity(np.array([0.6]), np.zeros(1))[0] == pytest.approx(0.75, rel=1e-13)
 
 
+@pytest.mark.slow_cases("differenced")
 @pytest.mark.parametrize("given", [False, True], ids=["differenced", "slopes"])
 def test_very_different_masses_are_not_degenerate(given):
     def L(q, v):
@@ -129,6 +133,7 @@ def test_very_different_masses_are_not_degenerate(given):
     assert np.allclose(run.p[-1], [2e6, 1.8e-7], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_mass_matrix_with_nothing_on_its_diagonal_is_regular():
     def L(q, v):
         return v[0] * v[1] + 0.5 * v[2] ** 2 - q @ q
@@ -154,6 +159,7 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14
 
 
+@pytest.mark.slow
 def test_the_first_derivative_of_a_step_from_near_rest_has_the_scales_of_its_end():
     """Differences are taken again with them: 45 passes of four methods, else 116."""
 

@@ -57,6 +57,7 @@ def problem(name: str) -> galvi.Problem:
     return galvi.Problem(found, q0, v0, name=name)
 
 
+@pytest.mark.slow_cases(but=["Henon-Heiles"])
 @BY_NAME
 def test_a_run_in_lanes_is_that_of_the_general_kernel(name: str) -> None:
     given = problem(name)

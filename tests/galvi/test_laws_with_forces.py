@@ -42,12 +42,28 @@ FORCES: dict[str, tuple[str, Any]] = {
 }
 
 
+@pytest.mark.slow_cases(
+    but=[
+        "linear drag-Gauss collocation, 4 stages",
+        "linear drag-Galerkin degree 4, Gauss 5",
+        "quadratic drag-Gauss collocation, 4 stages",
+        "quadratic drag-Galerkin degree 4, Gauss 5",
+        "constant-Galerkin degree 4, Gauss 5",
+        "none-Galerkin degree 4, Gauss 5",
+    ]
+)
 @WITH_METHODS
 @pytest.mark.parametrize("name", FORCES)
 def test_a_forced_run_is_that_of_the_general_kernel(name: str, method: galvi.Galerkin) -> None:
     assert differences(forced(*FORCES[name]), method, 0.04, 30) < 1e-14
 
 
+@pytest.mark.slow_cases(
+    "1e-05-0.44-Gauss collocation, 4 stages",
+    "1e-05-0.44-Galerkin degree 8, Gauss 11",
+    "5e-05-None-Galerkin degree 4, Gauss 5",
+    "5e-05-None-Galerkin degree 8, Gauss 11",
+)
 @WITH_METHODS
 @pytest.mark.parametrize(
     ("diameter", "coefficient"),

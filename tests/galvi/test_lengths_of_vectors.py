@@ -58,6 +58,7 @@ def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monke
     assert vectors.lanes_for(stages) == 8
 
 
+@pytest.mark.slow_cases("a law on SE(3)-(10, 10)")
 @pytest.mark.parametrize("points", [(2, 2), (4, 4), (3, 4), (10, 10)], ids=str)
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_run_in_fours_is_that_in_eights(name, points, monkeypatch):

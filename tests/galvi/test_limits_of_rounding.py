@@ -64,6 +64,7 @@ def drag(q, v):
     return -0.1 * v
 
 
+@pytest.mark.slow_cases("1e-300-3")
 @pytest.mark.parametrize("points", [3, 5])
 @pytest.mark.parametrize("start", [1e-300, 1e-307])
 def test_a_motion_that_decays_below_the_smallest_normal_number_goes_on(points, start):

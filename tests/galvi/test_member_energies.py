@@ -32,6 +32,7 @@ def drift(name: str, members: int = 64, steps: int = 30_000) -> float:
     return abs(float(np.mean(errors))) / (float(np.std(errors)) / members**0.5)
 
 
+@pytest.mark.slow_cases("pendulum")
 @pytest.mark.parametrize("name", ["kepler", "pendulum"])
 def test_the_energy_of_members_does_not_drift(name: str) -> None:
     """Measured: 0.3 and 1.8 standard errors; 16 and 20 with sums that are not compensated."""

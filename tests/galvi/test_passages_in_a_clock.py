@@ -89,6 +89,7 @@ RIGHT = {
 }
 
 
+@pytest.mark.slow_cases("Kozai")
 @pytest.mark.parametrize("name", RIGHT)
 def test_a_run_that_resolves_its_passages_says_nothing(name: str) -> None:
     problem, duration = RIGHT[name]

@@ -98,6 +98,7 @@ def test_no_wrong_passage_of_the_earth_is_silent(step: float, save_every: int) -
     assert len(BOUND) > 3 and (wrong > 0 or step == 20.0)
 
 
+@pytest.mark.slow_cases("200.0-27")
 @pytest.mark.parametrize("seed", MET)
 @pytest.mark.parametrize("step", [400.0, 200.0])
 def test_no_wrong_passage_of_jupiter_is_silent(seed: int, step: float) -> None:

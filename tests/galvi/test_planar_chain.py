@@ -34,6 +34,7 @@ MASSES, LENGTHS = (1.2, 0.7, 2.1), (0.8, 1.3, 0.6)
 Q, V = np.array([0.4, -1.9, 2.7]), np.array([1.1, -0.3, 0.8])
 
 
+@pytest.mark.slow_cases("points")
 @pytest.mark.parametrize("rods", [False, True], ids=["points", "rods"])
 def test_its_slopes_and_its_value_are_those_that_sympy_derives_from_places(rods):
     own = galvi.Lagrangian(galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods), galvi.Rn(3))
@@ -52,6 +53,7 @@ def test_a_rod_taken_for_a_point_would_be_seen():
     assert np.max(np.abs(chain.slopes(Q, V) - derived.slopes(Q, V))) > 1.0
 
 
+@pytest.mark.slow_cases("False-1.0")
 @pytest.mark.parametrize(("rods", "reduced"), [(False, 1.0), (True, 2.0 / 3.0)])
 def test_one_link_is_a_pendulum_with_the_period_of_its_reduced_length(rods, reduced):
     chain = galvi.PlanarChain([1.7], [0.9], 9.81, rods)

@@ -134,6 +134,7 @@ def test_an_encounter_in_mercurius_is_read() -> None:
         galvi.from_rebound(sim)
 
 
+@pytest.mark.slow
 def test_a_heartbeat_and_a_patch_version_do_not_matter(
     tmp_path: Any, caplog: pytest.LogCaptureFixture
 ) -> None:

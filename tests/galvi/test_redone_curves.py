@@ -106,6 +106,9 @@ OF_A_NUMBER = {
 }
 
 
+@pytest.mark.slow_cases(
+    "None-a Lagrangian", "clock1-a potential", "clock1-its gradient", "clock1-a Lagrangian"
+)
 @pytest.mark.parametrize("name", OF_A_NUMBER)
 @pytest.mark.parametrize("clock", [None, galvi.Clock(lambda q: 1.0 + q[0] ** 2)])
 def test_a_run_whose_functions_have_changed_is_not_done_again(name, clock, monkeypatch):
@@ -139,6 +142,7 @@ def test_what_was_traced_is_kept(monkeypatch):
         run(0.42)
 
 
+@pytest.mark.slow_cases(but=["end0-problem2-clock2", "end1-problem2-clock2"])
 @pytest.mark.parametrize(
     ("problem", "clock"),
     [

@@ -78,6 +78,14 @@ PROBLEMS = {
 SOLVED = [(c, name) for c in PRESENT for name, p in PROBLEMS.items() if c.supports(p)]
 
 
+@pytest.mark.slow_cases(
+    "REBOUND MERCURIUS-orbit",
+    "REBOUND MERCURIUS-orbit in space",
+    "REBOUND MERCURIUS-two bodies, the light one first",
+    "REBOUND TRACE-orbit",
+    "REBOUND TRACE-orbit in space",
+    "REBOUND TRACE-two bodies, the light one first",
+)
 @pytest.mark.parametrize(
     ("contender", "name"), SOLVED, ids=[f"{c.name}-{name}" for c, name in SOLVED]
 )
@@ -119,6 +127,7 @@ def test_scipy_with_defaults_is_worse_than_tight():
     assert "rtol=0.001 atol=1e-06" in ODE45.run(problem, 6.0, {}).method
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_scipy_has_forces_of_point_masses(dimension):
     q, v = np.zeros((2, dimension)), np.zeros((2, dimension))

@@ -75,6 +75,9 @@ def product(a, b, k):
     return mp.fdot(a[: k + 1], b[k::-1])
 
 
+@pytest.mark.slow_cases(
+    but=["two short", "two long", "all equal", "steady about the middle axis", "at rest"]
+)
 @pytest.mark.parametrize("name", CASES)
 def test_every_kind_of_motion_is_the_taylor_series_rounded_once(name):
     problem = start(name)
@@ -191,6 +194,7 @@ def test_its_energy_stays(name):
     assert np.ptp(energy) < 1e-14 * max(np.abs(energy).max(), 100.0)
 
 
+@pytest.mark.slow_cases("falling")
 @every
 def test_galvi_comes_to_it(name):
     problem = PROBLEMS[name]

@@ -48,6 +48,7 @@ def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
     assert found.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(found.v[0, 2]) < 1e-11
 
 
+@pytest.mark.slow_cases("0.44")
 @pytest.mark.parametrize("coefficient", [0.44, None])
 def test_scipys_events_find_the_same_landings(coefficient):
     problem = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)

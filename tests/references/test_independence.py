@@ -50,6 +50,7 @@ def test_a_formula_is_minus_the_slope_of_its_potential(potential):
     np.testing.assert_allclose(force(Q, V, T), -gradient(potential, Q), rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.slow_cases("SpringChain")
 @every_potential
 def test_its_jacobian_is_exact(potential):
     problem = shaken(potential)
@@ -88,6 +89,7 @@ def test_a_derivative_by_differences_has_eleven_digits():
     assert derivative(lambda s: 0.0, 1.0) == 0.0
 
 
+@pytest.mark.slow
 def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     def refused(*arguments, **named):
         raise AssertionError("a reference asked galvi for a force")

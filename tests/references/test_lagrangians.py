@@ -126,6 +126,7 @@ def test_polar_kepler_is_the_orbit_in_other_coordinates():
     assert angle[-1] > 6.0 * np.pi  # it counts the turns
 
 
+@pytest.mark.slow_cases("fermi_pasta_ulam_tsingou")
 @pytest.mark.parametrize("case", STORED_LAGRANGIAN.cases)
 def test_others_come_to_the_stored_truth(case):
     problem, _ = STORED_LAGRANGIAN.cases[case]

@@ -65,6 +65,11 @@ def difference(run: galvi.Trajectory, exact: galvi.Trajectory) -> float:
     return max(np.abs(run.q[-1] - exact.q[-1]).max(), np.abs(run.p[-1] - exact.p[-1]).max() / size)
 
 
+@pytest.mark.slow_cases(
+    "SciPy RK45 (ode45), matrices-free box",
+    "SciPy RK45 (ode45), matrices-heavy top",
+    "SciPy RK45 (ode45), matrices-heavy, full inertia, tilted",
+)
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
 def test_every_contender_finds_the_motion(contender, name):

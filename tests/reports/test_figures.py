@@ -21,6 +21,7 @@ from tests.reports.figure_frames import lay_out
 NAMES = [figure.name for figure in FIGURES]
 
 
+@pytest.mark.slow_cases("fig-1-01")
 @pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
 def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, drawn_frames):
     failed = drawn_frames[figure.name].assign(value=np.nan, x=np.nan, y=np.nan)
@@ -29,6 +30,7 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
             lay_out(figure, table)
 
 
+@pytest.mark.slow
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
     first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
     assert (first.svg, first.png) == (again.svg, again.png)
@@ -85,6 +87,7 @@ def test_contenders_whose_errors_are_alike_share_a_line_and_others_do_not():
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
     errors = {"galvi degree 8": 1e-9, "peer": 1e-5, "useless": 1e-2}
     rows = pd.DataFrame(

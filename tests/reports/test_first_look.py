@@ -19,6 +19,7 @@ def bench(make_suite, make_claim, undrawn: None) -> Bench:
     return Bench(make_suite, make_claim)
 
 
+@pytest.mark.slow_cases("study-the studies")
 @pytest.mark.parametrize(
     ("part", "to_come"),
     [("ball", "all comparisons, the studies"), ("study", "the studies")],
@@ -32,6 +33,7 @@ def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(
     assert f"{NOTE}.</strong> To come: {to_come}." in page
 
 
+@pytest.mark.slow
 def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
 ) -> None:
@@ -53,6 +55,7 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     assert NOTE not in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow_cases("words1")
 @pytest.mark.parametrize("words", [["--quick"], ["--claims", "V1"]])
 def test_a_short_build_has_one_page(bench: Bench, tmp_path: Path, words: list[str]) -> None:
     _, calls = bench("build", "--out", str(tmp_path), *words)

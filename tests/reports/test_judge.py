@@ -41,6 +41,7 @@ def model(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     model, tmp_path, capsys
 ):
@@ -121,6 +122,7 @@ def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process)
         galvi.judge(model, own={"integrator": "none"})
 
 
+@pytest.mark.slow_cases("arguments6-Did you mean")
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -154,6 +156,7 @@ ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbod
 </body></worldbody><keyframe><key qpos="0.5"/></keyframe></mujoco>"""
 
 
+@pytest.mark.slow
 def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
     mujoco = pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(ARM)
@@ -176,6 +179,7 @@ BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true"
 <keyframe><key qpos="0"/><key name="up" qpos="0.5"/></keyframe></mujoco>"""
 
 
+@pytest.mark.slow
 def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, capsys):
     pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(BEYOND)
@@ -234,6 +238,7 @@ def test_the_own_setting_is_read():
         read_own("whfast")
 
 
+@pytest.mark.slow
 def test_the_command_without_the_suite_says_what_to_install(tmp_path):
     code = (
         "import sys; sys.modules['typer'] = None\n"

@@ -47,6 +47,7 @@ def test_the_words_of_a_summary_are_compared_and_its_errors() -> None:
     assert len(numbers(said)) >= 6 and numbers("up to 2.51·10⁻⁴ au") == [2.51e-4]
 
 
+@pytest.mark.slow_cases("archive")
 @pytest.mark.parametrize(("command", "shown"), SHOWN, ids=["archive", "arm"])
 def test_a_command_of_the_page_says_what_the_page_shows(
     command: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,

@@ -90,6 +90,7 @@ def overlap(a: Bbox, b: Bbox) -> bool:
             and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH)  # fmt: skip
 
 
+@pytest.mark.slow_cases(but=["fig-2-12"])
 @pytest.mark.parametrize("figure", FIGURES, ids=[figure.name for figure in FIGURES])
 def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
     for name, width in ALL.items():
@@ -98,6 +99,7 @@ def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
         assert canvas.get_figwidth() == (width or figure.size[0])
 
 
+@pytest.mark.slow_cases(but=["taxonomy"])
 @pytest.mark.parametrize("name", STUDIED)
 def test_a_figure_of_a_study_fits_in_any_width(name):
     figure, measure = STUDIED[name]
@@ -119,6 +121,7 @@ def compared(headline: Figure) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+@pytest.mark.slow
 def test_comparisons_fit_in_any_width(make_suite):
     suite = make_suite()
     history = pd.DataFrame({"commit": [f"{k:040x}" for k in range(30)]})

@@ -97,6 +97,7 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
     assert set(table["contender"]) >= {"REBOUND IAS15", "SciPy DOP853", "Stormer-Verlet"}
 
 
+@pytest.mark.slow
 def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
     monkeypatch.setattr(own, "TRUTHS", [one for one in own.TRUTHS if one[0] == "SciPy DOP853"])
     case = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True)

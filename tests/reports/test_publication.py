@@ -117,6 +117,7 @@ KINDS = re.compile(r"\\begin\{(?:tabular|longtable)\}\{(.*)\}\n")
 WORDS = st.text("abcdefghij MWX_m0123456789", max_size=90)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.lists(st.lists(WORDS, min_size=2, max_size=2) | st.lists(SIZES, min_size=2, max_size=2),
                 min_size=1, max_size=14))  # fmt: skip
@@ -171,6 +172,7 @@ def test_the_name_of_a_macro_has_letters_only(text):
     assert re.fullmatch("[A-Za-z]*", macro("claim", text))
 
 
+@pytest.mark.slow
 def test_the_numbers_of_a_report_are_macros_that_parse(make_suite, make_claim, tmp_path):
     suite = make_suite(make_claim("V1"))
     run(lambda: suite, ["build", "--out", str(tmp_path)])
@@ -185,6 +187,7 @@ def test_the_numbers_of_a_report_are_macros_that_parse(make_suite, make_claim, t
     assert "@software" not in bibliography() and "VERSION" not in bibliography()
 
 
+@pytest.mark.slow_cases(but=["fig-3-02-page"])
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("name", ["fig-3-02", "fig-2-06"])
 def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, width):

@@ -26,6 +26,19 @@ def test_every_public_name_has_an_example_and_nothing_else_has_one() -> None:
     assert set(examples()) == NAMES
 
 
+@pytest.mark.slow_cases(
+    "find_events",
+    "Exponential",
+    "ModifiedRodrigues",
+    "HarmonicFrame",
+    "Clock",
+    "Oblateness",
+    "Drag",
+    "integrate_ensemble",
+    "judge",
+    "Judged",
+    "recommend",
+)
 @pytest.mark.parametrize("name", examples())
 def test_an_example_is_short_and_prints_what_it_shows(
     name: str, judge_in_this_process: None

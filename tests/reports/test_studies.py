@@ -65,6 +65,7 @@ def suite_with(make_suite):
     return make
 
 
+@pytest.mark.slow
 def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path):
     long = walks(1e6, commit="feedfacecafe", drift=1.0)
     assert run(lambda: suite_with(long), ["build", "--out", str(tmp_path)]) == 0
@@ -88,6 +89,7 @@ def test_a_long_study_that_was_not_run_says_how_to(suite_with, tmp_path):
     assert "Short version; `make studies` runs the long one." in page
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, tmp_path, capsys):
     def broken(quick, report):
@@ -104,6 +106,7 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
         assert ("Round-off: not run (OSError: the lamp went out)." in left_out) is not shown
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_without_its_engine_is_named_and_no_failure(suite_with, tmp_path, capsys):
     def broken(quick, report):
@@ -154,6 +157,7 @@ NUMBERS = (
 )
 
 
+@pytest.mark.slow_cases("free-spin", "turning", "flybys")
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
     frame = FRAMES[study.name](True, print)

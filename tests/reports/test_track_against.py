@@ -114,6 +114,7 @@ def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.Capt
     assert list((checkout.parent / "spare").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> None:
     write(checkout, stub(work=60_000, iterations=6))
     assert compared(checkout) == 1
@@ -357,6 +358,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     assert (Path(out) / "figures" / "track-mine-harmonic-oscillator.svg").is_file()
 
 
+@pytest.mark.slow_cases("words1-there is no module 'no_such'")
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -376,6 +378,7 @@ def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
     assert said in error and error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     make_suite: Any, project: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -447,6 +450,7 @@ def test_modules_of_the_repository_are_found_from_any_folder(
     assert importlib.util.find_spec("only_here") is not None
 
 
+@pytest.mark.slow
 def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, project: Path) -> None:
     leaks = MINE.format(rate=1.0, count=7) + "\n\nKEPT = []\n"
     step = "        KEPT.extend(bytearray(b'1' * 16_384) for _ in range(4000 - len(KEPT) // 2))\n"

@@ -90,6 +90,7 @@ def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent
     assert slow > 50
 
 
+@pytest.mark.slow
 def test_code_that_is_slower_is_seen_in_the_same_samples():
     random = np.random.Generator(np.random.Philox(8))
     for name in SIZES.keys() & set(RECORDED["benchmark"]):
@@ -256,6 +257,7 @@ def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None
     assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
+@pytest.mark.slow
 def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) -> None:
     for k in range(3):
         store(tmp_path, f"{k}.json", bench(k))
@@ -271,6 +273,7 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
     assert len(frame) == 4 * 6
 
 
+@pytest.mark.slow
 def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

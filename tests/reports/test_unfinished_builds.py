@@ -111,6 +111,7 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(ben
     assert set(pd.read_csv(tmp_path / "two" / "study.csv")["date"]) == {"2026-01-01"}
 
 
+@pytest.mark.slow
 def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_path):
     out = ["--out", str(tmp_path)]
     stopped(bench, "study", *out)
@@ -137,6 +138,7 @@ def test_nothing_is_kept_of_a_build_with_external_integrators(bench, tmp_path):
     assert open_cache(bench.suite, Options(out=tmp_path, contenders=("mine:A",))).store is None
 
 
+@pytest.mark.slow_cases("False")
 @pytest.mark.parametrize("changes", [False, True])
 def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     bench, tmp_path, monkeypatch, capsys, changes
@@ -149,6 +151,7 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     assert (said in capsys.readouterr().err) == changes
 
 
+@pytest.mark.slow
 def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, capsys):
     states = iter("aaaaaa" + "b" * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
@@ -172,6 +175,7 @@ def held(out: Path) -> Iterator[None]:
         process.kill()
 
 
+@pytest.mark.slow
 def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(bench, tmp_path, capsys):
     with held(tmp_path):
         assert bench("--out", str(tmp_path)) == (2, [])
