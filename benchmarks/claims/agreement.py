@@ -12,6 +12,7 @@ from typing import Protocol
 
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.claims.kit import *
+from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.galvi_methods import Variational
 from references import Contender
 
@@ -113,7 +114,7 @@ def _study(
         try:
             rows.append(case.measured(make_method))
         except Exception as error:
-            why = f"{type(error).__name__}: {error}"
+            why = visible(f"{type(error).__name__}: {error}")
             rows.append(row(study=SOURCE, quantity=case.quantity, status=why))
     return frame(rows)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv, read_csv
 
 MARK = "# sha256 "
 DAMAGED = ".damaged"
@@ -38,7 +39,7 @@ class RowFiles:
 
     def write(self, name: str, frame: pd.DataFrame) -> None:
         """Write the frame, replacing an earlier one."""
-        text = frame[list(self.columns)].to_csv(index=False, lineterminator="\n")
+        text = as_csv(frame[list(self.columns)])
         write(self.path(name), f"{text}{MARK}{_digest(text)}\n")
 
     def read(self, name: str) -> pd.DataFrame | None:
@@ -54,7 +55,7 @@ class RowFiles:
         if not text or digest.strip() != _digest(text):
             self.set_aside(path, "its contents are not what was written")
             return None
-        frame = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+        frame = read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
         if tuple(frame.columns) != tuple(self.columns):
             self.set_aside(path, "it has other columns")
             return None

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
+from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.problem import Participant, Setting, WorkPrecisionProblem
 from galvi import Problem, Trajectory
 from references import Contender
@@ -101,13 +102,15 @@ def ensemble(
 
 
 def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
-    """Its name, marked where a contender of the suite has the same name."""
-    return f"{external.name}, external" if external.name in taken else external.name
+    """Its name, marked where one in the same table has it, in whatever case."""
+    same = external.name.casefold() in {label.casefold() for label in taken}
+    return f"{external.name}, external" if same else external.name
 
 
 def readable_setting(setting: Mapping[str, Any]) -> str:
-    """Text such as 'step=8.0003 corrector=17'; keys shared by all runs are omitted."""
+    """Text such as 'step=8.0003 corrector=17', without control characters; keys shared by all runs
+    are omitted."""
     shown = {k: v for k, v in setting.items() if k not in ("save_every", "samples")}
-    return " ".join(
-        f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in shown.items()
+    return visible(
+        " ".join(f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in shown.items())
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from reports.build.sections import write_sections
 from reports.build.terminal import show_ratios, show_targets
 from reports.results.cache import BuildCache
@@ -14,7 +15,7 @@ from reports.results.origins import note_origin
 from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import ComparisonTables, comparison_tables, write_comparison
-from reports.tables.writing import as_csv, write_table
+from reports.tables.writing import write_table
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ import typer
 from filelock import FileLock, Timeout
 
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.store.cells import read_csv
 from benchmarks.store.frames import COLUMNS
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
@@ -112,7 +113,7 @@ def read(path: Path, kinds: dict[str, str] | None = None) -> pd.DataFrame | None
         return None
     text = {name: str for name, kind in (kinds or {}).items() if kind == "object"}
     try:
-        table = pd.read_csv(path, dtype=text)
+        table = read_csv(path, dtype=text)
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
         why = " ".join(str(error).split())
         print(f"{path} is left out, since it cannot be read: {why}.", file=sys.stderr)

@@ -7,13 +7,15 @@ import sys
 import time
 from collections.abc import Sequence
 
+from benchmarks.applications.external.loading import describe_error
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.results.progress import Studies
 from reports.results.section_result import FOLDER, SectionResult
 from reports.results.suite import Suite
-from reports.tables.writing import as_csv, write_table
+from reports.tables.writing import write_table
 
 
 def write_sections(results: Sequence[SectionResult], suite: Suite, options: Options) -> None:
@@ -62,6 +64,6 @@ def run_long_forms(
                     with studies(section.name, one.title) as report:
                         failures += one.run(report) or ()
                 except Exception as error:
-                    failures.append(f"{one.title}: not run ({type(error).__name__}: {error}).")
+                    failures.append(f"{one.title}: not run ({describe_error(error)}).")
     print(f"The rows are in {folder}; build shows them.")
     return tuple(failures)

@@ -9,6 +9,7 @@ import pandas as pd
 
 from benchmarks.checks.claim import Row
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from reports.build.changes import Change, changes
 from reports.build.kept import CLAIMS, DURATIONS, durations
 from reports.build.terminal import show, show_changes, show_engines
@@ -26,7 +27,7 @@ from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame
 from reports.tables.convergence_table import convergence_frame
 from reports.tables.number_format import plain
-from reports.tables.writing import as_csv, write_table
+from reports.tables.writing import as_markdown, write_table
 
 
 def junit_suites(
@@ -134,14 +135,7 @@ def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:
 
 
 def _table(lines: Sequence[dict[str, str]]) -> str:
-    """GitHub Markdown; characters that would end a cell or start a tag are escaped."""
-    escaped = pd.DataFrame(lines).map(_cell)
-    return str(escaped.to_markdown(index=False, disable_numparse=True))
-
-
-def _cell(text: str) -> str:
-    plain_text = " ".join(str(text).split())
-    return plain_text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
+    return as_markdown(pd.DataFrame(lines)).rstrip("\n")
 
 
 # `verify`: check the claims and agreements; write and print the verdicts.

@@ -14,6 +14,7 @@ from typing import TextIO
 
 import typer
 
+from benchmarks.store.foreign_texts import visible
 from galvi.command import missing_package
 
 CANNOT, INTERRUPTED, NO_READER = 2, 130, 141  # 141: what a shell reports of a closed pipe
@@ -62,14 +63,9 @@ def explained(error: BaseException) -> str:
 def _words(error: BaseException) -> str:
     """Its message on one line, control characters as escapes; "" where it has none."""
     try:
-        words = " ".join(str(error).split())
+        return visible(" ".join(str(error).split()))
     except Exception:  # of a user's own class
         return ""
-    with suppress(ImportError):  # of pandas, which may be what failed
-        from benchmarks.store.cells import visible
-
-        words = visible(words)
-    return words
 
 
 def _remedy(error: BaseException) -> str:

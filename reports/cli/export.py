@@ -14,6 +14,7 @@ import pandas as pd
 import typer
 
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv, read_csv
 from galvi.run.saving.whole_files import open_descriptor
 from references.setting import nearest
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
@@ -25,7 +26,7 @@ from reports.results.section import Figure
 from reports.results.suite import Suite
 from reports.tables.latex import as_latex, caption_of, escape
 from reports.tables.macros import CLAIMS, numbers
-from reports.tables.writing import as_csv, as_markdown
+from reports.tables.writing import as_markdown
 
 FORMATS = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
 PICTURES = ("pdf", "svg", "png")
@@ -265,7 +266,7 @@ def _read(out: Path, name: str) -> pd.DataFrame:
             f"(known: {', '.join(known)})?"
         )
     try:
-        return pd.read_csv(known[name])
+        return read_csv(known[name])
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
         why = " ".join(str(error).split())
         raise typer.BadParameter(f"{known[name]} cannot be read: {why}.") from None

@@ -15,6 +15,7 @@ import typer
 from benchmarks.applications.judging.candidate import Model
 from benchmarks.applications.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.atomic import write
+from benchmarks.store.foreign_texts import visible
 from benchmarks.store.provenance import provenance
 from galvi import Problem
 from galvi.interop import from_mujoco, rebound
@@ -44,15 +45,15 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, ca
     except BeyondTrees as refused:
         *lines, _ = str(refused).splitlines()
         remedy = f'Leave them out with --ignore "{",".join(refused.names)}".'
-        raise typer.BadParameter("\n".join([*lines, remedy])) from None
+        raise typer.BadParameter(visible("\n".join([*lines, remedy]))) from None
     except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
-        raise typer.BadParameter(str(refused)) from None
+        raise typer.BadParameter(visible(str(refused))) from None
     _progress("")
     page = write_judgement(found, file.name, provenance(command), out)
     suites = junit_suites(found, file.name, request.error)
     write(out / "judge.xml", junit_xml(f"{called} judge", suites))
     for sentence in (*found.notes, *sentences(found)):
-        print(sentence)
+        print(visible(sentence))  # it has names of bodies, joints and parts of a model
     print(f"See {page}.", *github_annotations(suites), sep="\n")
     return int(request.error is not None and not found.passed)
 

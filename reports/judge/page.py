@@ -14,13 +14,13 @@ from markupsafe import Markup
 from benchmarks.applications.judging.judgement import Judgement
 from benchmarks.applications.judging.truth import time_text
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences
 from reports.page.render import page_environment, style
 from reports.page.site import grid
 from reports.tables.number_format import readable, seconds
-from reports.tables.writing import as_csv
 
 HERE = Path(__file__).parent
 MOST_PARTS, MOST_MEETINGS = 30, 50

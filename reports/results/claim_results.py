@@ -16,6 +16,7 @@ import pandas as pd
 
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.store.foreign_texts import visible
 from benchmarks.store.frames import frame
 from reports.results.cache import BuildCache, CachedResult
 from reports.results.progress import Studies
@@ -126,7 +127,7 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
 
 def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
     """The claim's rows without measurements, with the exception as reason."""
-    why = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
+    why = visible(f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}")
     try:
         rows = claim.judge(frame([]))
     except Exception:

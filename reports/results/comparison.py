@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.applications.external.loading import describe_error
+from benchmarks.store.cells import read_csv
 from reports.results.cache import BuildCache
 from reports.results.options import Options
 from reports.results.progress import Studies
@@ -34,7 +36,7 @@ def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | N
     if not path.is_file():
         return None
     try:
-        table = pd.read_csv(path)
+        table = read_csv(path)
         if key not in table:
             raise ValueError(f"it has no column {key!r}")
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
@@ -89,7 +91,7 @@ def measure_comparison(
             with studies(name, title) as report:
                 return cache.result(title, lambda: measure(options.quick, report)).frame
         except Exception as error:
-            failures.append(f"{title}: not run ({type(error).__name__}: {error}).")
+            failures.append(f"{title}: not run ({describe_error(error)}).")
             return None
 
     with Studies(len(races) + 1) as studies:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from benchmarks.applications.external.loading import describe_error
 from reports.results.cache import BuildCache
 from reports.results.options import Options
 from reports.results.progress import Studies
@@ -67,7 +68,7 @@ def _measured(
         if not absence:
             frames.append(_rows(section, suite, options, studies, cache))
     except Exception as error:
-        failure = f"{section.title}: not run ({type(error).__name__}: {error})."
+        failure = f"{section.title}: not run ({describe_error(error)})."
     note = absence
     if section.long_form is not None:
         rows = section.long_form.stored(options.out / FOLDER, _say)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.store.cells import read_csv
 from benchmarks.store.provenance import commit
 from galvi.interop.citations import entries
 from galvi.interop.release import galvi_version
@@ -36,10 +37,10 @@ def numbers(out: Path) -> str:
 
     Raises FileNotFoundError without claims.csv.
     """
-    claims = pd.read_csv(out / CLAIMS)
+    claims = read_csv(out / CLAIMS)
     found = [*_of_origin(out), *_of_claims(claims)]
     ratios = out / "tables" / "ratios.csv"
-    found += _of_ratios(pd.read_csv(ratios)) if ratios.is_file() else []
+    found += _of_ratios(read_csv(ratios)) if ratios.is_file() else []
     seen: dict[str, str] = {}
     for name, value, what in found:
         seen.setdefault(name, f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(what.split())}")

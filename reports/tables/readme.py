@@ -16,6 +16,7 @@ from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import counted, statements
 from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import read_csv
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
@@ -219,7 +220,7 @@ def _choice(row: pd.Series) -> str:
 def evidence(root: Path, out: Path) -> str:
     """What speaks for galvi's numbers, counted: statements, checks, truths, planted faults, and
     the mutants and calls at random where `make studies` has kept them."""
-    claims = pd.read_csv(out / "claims.csv")
+    claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
     lines = [
@@ -237,7 +238,7 @@ def evidence(root: Path, out: Path) -> str:
 def _mutants(file: Path) -> str:
     if not file.exists():
         return ""
-    rows, same = pd.read_csv(file), equivalents()
+    rows, same = read_csv(file), equivalents()
     changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
     rows = rows[[change not in same for change in changes]]
     found = int((rows["outcome"] == KILLED).sum())
@@ -247,7 +248,7 @@ def _mutants(file: Path) -> str:
 def _calls(file: Path) -> str:
     if not file.exists():
         return ""
-    rows = pd.read_csv(file, keep_default_na=False)
+    rows = read_csv(file, keep_default_na=False)
     found = rows.loc[rows["finding"] != "", ["target", "finding"]].drop_duplicates()
     calls = int(pd.to_numeric(rows["calls"]).sum())
     return f"{calls}; {len(found)} neither answered nor refused in a sentence"
@@ -304,7 +305,7 @@ def renew(root: Path, out: Path) -> list[str]:
     if problems >= set(PROBLEMS):
         tables["docs/which.md"][CHOICES] = choices(found[0].runs)
     if (out / "claims.csv").is_file():
-        claims = pd.read_csv(out / "claims.csv")
+        claims = read_csv(out / "claims.csv")
         tables["docs/trust.md"] |= {RESULTS: results(claims), EVIDENCE: evidence(root, out)}
     for name, texts in tables.items():
         page = (root / name).read_text()

@@ -1,4 +1,8 @@
-"""Write a table as CSV in full precision, and as readable Markdown and LaTeX."""
+"""Write a table as CSV in full precision, and as readable Markdown and LaTeX.
+
+A text that a spreadsheet would run, or that has control characters, is harmless in CSV and in
+Markdown as `benchmarks.store.foreign_texts` says, and in LaTeX by `escape`.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +12,16 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
+from benchmarks.store.foreign_texts import guarded
 from reports.tables.latex import as_latex, caption_of
 from reports.tables.number_format import plain
 
 
-def as_csv(frame: pd.DataFrame) -> str:
-    """CSV text with numbers in full precision: they are read back unchanged."""
-    return frame.to_csv(index=False, lineterminator="\n")
-
-
 def as_markdown(frame: pd.DataFrame) -> str:
-    """A GitHub Markdown table with few digits."""
-    escaped = _text(frame).map(lambda cell: cell.replace("|", "\\|"))
+    """A GitHub Markdown table with few digits; characters that would end a cell or start a tag are
+    escaped."""
+    escaped = _text(frame).map(_markdown_cell)
     return f"{escaped.to_markdown(index=False, disable_numparse=True)}\n"
 
 
@@ -44,6 +46,11 @@ def write_table(
 def _text(frame: pd.DataFrame) -> pd.DataFrame:
     """Every cell as text; missing values are empty."""
     return frame.map(_cell).astype(object)
+
+
+def _markdown_cell(text: str) -> str:
+    harmless = guarded(" ".join(text.split()))
+    return harmless.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
 
 
 def _cell(value: object) -> str:

@@ -54,6 +54,25 @@ class Stubborn(Whole):
         raise OSError("no licence")
 
 
+NAMES_OF_OTHERS = ["=1+1", "@SUM(A1)", "+a", "-a", " =1", "\uff1d1", "\x1b[31mred", "\u202ea",
+                   "a\x00", "REBOUND IAS15", "rebound  ias15", "REBOUND IAS15, GLOBAL", "heyoka",
+                   "Galvi, improved", " galvi"]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES_OF_OTHERS)
+def test_a_name_that_is_a_formula_or_another_code_s_is_refused(module, monkeypatch, name):
+    monkeypatch.setattr(Whole, "name", name)
+    with pytest.raises(ContenderError, match="that no other code of the suite has; received") as no:
+        load_class("outside_module:Whole")
+    assert str(no.value).isprintable()
+
+
+@pytest.mark.parametrize("name", ["my REBOUND IAS15", "IAS15", "a = b", "x-1", "heyoka's way"])
+def test_a_name_that_only_reminds_of_one_is_taken(module, monkeypatch, name):
+    monkeypatch.setattr(Whole, "name", name)
+    assert load_class("outside_module:Whole").name == name
+
+
 @pytest.fixture
 def module(monkeypatch):
     """Contenders, and none, in a module of their own."""

@@ -139,7 +139,8 @@ def test_an_integrator_with_our_name_says_where_it_is_from_and_one_that_is_slow_
     monkeypatch,
 ):
     external, body = Inside.of(Gauss()), free_rigid_body()
-    assert label_beside(external, ["a gauss"]) == "a gauss, external"
+    assert label_beside(external, ["A Gauss"]) == "a gauss, external"
+    assert label_beside(external, ["a gauss 2"]) == "a gauss"
     assert finest(external, body, 3.0, 10)["save_every"] == 8
     assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 3
     monkeypatch.setattr("benchmarks.work_precision.participants.PATIENCE", 0.0)

@@ -14,11 +14,12 @@ import pandas as pd
 import pytest
 
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from reports.cli.commands import run
 from reports.cli.export import FORMATS, WITHOUT_PARQUET
 from reports.results.origins import note_origin, read_origins
 from reports.tables.claims_table import COLUMNS, claims_frame
-from reports.tables.writing import as_csv, write_table
+from reports.tables.writing import write_table
 
 
 def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):

@@ -8,13 +8,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from benchmarks.store.cells import as_csv
 from reports.build.build import build_kept
 from reports.cli.commands import run
 from reports.results.machines import Machine, machines, merge
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.tables.readme import by_machine
-from reports.tables.writing import as_csv
 from tests.reports.small_reports import work_precision
 
 ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",

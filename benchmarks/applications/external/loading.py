@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.store.foreign_texts import STARTS, visible
+from references import REFERENCES
+
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
 OURS = "galvi"
@@ -44,7 +47,8 @@ def load_class(path: str) -> Any:
     if not (isinstance(contender.name, str) and _is_name(contender.name)):
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
-            f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods; received "
+            f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods, nor with a "
+            f"formula's {' '.join(STARTS[:4])}, and that no other code of the suite has; received "
             f"{contender.name!r}"
         )
     return contender
@@ -92,7 +96,10 @@ def _suggested_path(path: str) -> str:
 
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
-    return bool(one_line) and not set(name) & set(MARKUP) and not name.startswith(OURS)
+    word = " ".join(name.casefold().split())
+    ours = word.startswith((OURS, *STARTS))
+    taken = {code.name.casefold() for code in REFERENCES} & {word, word.partition(",")[0].rstrip()}
+    return bool(one_line) and not set(name) & set(MARKUP) and not ours and not taken
 
 
 def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
@@ -125,6 +132,6 @@ def is_positive(value: Any) -> bool:
 
 
 def describe_error(error: BaseException) -> str:
-    """Type and message of an exception, without a full stop."""
+    """Type and message of an exception, on one line, without control characters and full stop."""
     words = " ".join(str(error).split()).rstrip(".")
-    return f"{type(error).__name__}: {words}" if words else type(error).__name__
+    return visible(f"{type(error).__name__}: {words}" if words else type(error).__name__)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.external.loading import ContenderError, describe_error, is_positive
+from benchmarks.store.foreign_texts import visible
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.setting import fixed_steps, sample_times
@@ -111,7 +112,7 @@ def valid_run(
             raise ContenderError(
                 f"Its {name} must have the shape {(len(t), *start.shape)}; received {states.shape}."
             )
-    success, status = bool(run.success), str(run.status)
+    success, status = bool(run.success), visible(str(run.status))
     if not success and not status.strip():
         raise ContenderError("It says that it failed, and its status does not say why.")
     if success:
