@@ -14,6 +14,7 @@ import pandas as pd
 from benchmarks.statistics import change_points
 from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.style.layout import NoData
 from reports.figures.track_record import track_record
@@ -22,7 +23,6 @@ from reports.page.site import Grid, contents, documented, grid, write_assets
 from reports.results.options import OUT, OWN_FOLDER
 from reports.results.section import Figure
 from reports.tables.number_format import known, plain, readable
-from reports.tables.writing import as_csv
 from reports.tracking.outcome import known_changes, reason_of
 from reports.tracking.series import (
     COMPILE,
