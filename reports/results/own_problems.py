@@ -66,6 +66,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
                 external = ExternalIntegrator.open(path, LIMIT if timeout is None else timeout)
             except ContenderError as error:
                 raise typer.BadParameter(f"--contender {path}: {error}") from None
+            stack.callback(_say_printed, external)
             stack.callback(external.close)
             if external.name in [one.name for one in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
@@ -79,6 +80,12 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             sections=tuple(_with_externals(section, externals) for section in suite.sections),
             faults=lambda: [fault for external in externals for fault in external.faults],
         )
+
+
+def _say_printed(external: ExternalIntegrator) -> None:
+    """Say on standard error that the processes of an integrator, which have ended, printed."""
+    if printed := external.printed.sentence():
+        typer.echo(f"{external.name} {printed}", err=True)
 
 
 def _with_externals(one: Any, externals: Sequence[ExternalIntegrator]) -> Any:

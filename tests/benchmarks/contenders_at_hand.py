@@ -30,7 +30,7 @@ class Inside(ExternalIntegrator):
         external.name, external.order, external.conserves = metadata(contender)
         return external
 
-    def _ask(self, question: str, *arguments: Any) -> Any:
+    def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
         try:
             return ANSWERS[question](self.contender, *arguments)
         except ContenderError:

@@ -9,8 +9,8 @@ import pytest
 
 import galvi
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
-from benchmarks.applications.external.check_runs import CHOICE, PARTS, SEEDS, at_random
 from benchmarks.applications.external.checks import _growth
+from benchmarks.applications.external.long_runs import CHOICE, PARTS, SEEDS, at_random
 from benchmarks.measures import independent_invariants
 from benchmarks.statistics.drift import drift
 
@@ -78,6 +78,12 @@ def alarm(t: np.ndarray, values: np.ndarray) -> str:
     return faults[0] if all(faults) else ""
 
 
+@pytest.mark.slow_cases(
+    "few-harmonic oscillator-leapfrog, order 8",
+    "few-planar pendulum-leapfrog, order 8",
+    "few-kepler-leapfrog, order 8",
+    "few-henon-heiles-leapfrog, order 8",
+)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(

@@ -151,7 +151,7 @@ def test_a_build_measures_sections_beside_its_claims_and_only_once(
 def test_sections_open_to_external_integrators_are_then_measured_with_them(monkeypatch):
     mine = Mock()
     mine.name = "mine"
-    monkeypatch.setattr(ExternalIntegrator, "open", lambda path: mine)
+    monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: mine)
     with joined(load(), ["mine:Mine"]) as suite:
         here = {
             section.title for section in suite.sections if section.title not in suite.in_workers

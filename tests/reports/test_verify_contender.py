@@ -24,10 +24,10 @@ ROOT = Path(__file__).parents[2]
 class Hanging(Inside):
     """Its process is stopped whenever it is to run."""
 
-    def _ask(self, question, *arguments):
+    def _ask(self, question, *arguments, tried=False):
         if question == "timed run":
             raise ContenderError("It did not answer within 60 s, and was stopped.")
-        return super()._ask(question, *arguments)
+        return super()._ask(question, *arguments, tried=tried)
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def verify(monkeypatch, make_suite, tmp_path):
 
     def asked(external, *words):
         monkeypatch.setattr(
-            "reports.results.own_problems.ExternalIntegrator.open", lambda path: external
+            "reports.results.own_problems.ExternalIntegrator.open", lambda path, limit: external
         )
         line = ["verify", "--contender", "mine:It", *words, "--out", str(tmp_path)]
         status = run(make_suite, line)

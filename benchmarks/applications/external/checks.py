@@ -20,15 +20,18 @@ import pandas as pd
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS, CheckProblem
 from benchmarks.applications.external.check_runs import (
     CLAIMED,
+    ELSEWHERE,
     ERROR,
     FAILED,
     OFF,
-    ORDER,
+    PRINTED,
     REPEAT,
     check_runs,
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
+from benchmarks.applications.external.long_runs import LONG, LONGER, MANY
+from benchmarks.applications.external.order_runs import ORDER
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, Row
@@ -42,7 +45,22 @@ RIGHT = 1e-8  # relative error that needs no such gain
 FAR = 0.1  # largest relative error at the finest setting
 SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
 RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
-ROUND_OFF = 1e-12  # smaller relative changes may grow
+ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
+ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
+SAME_BITS = (
+    "Two runs that were asked for alike, also in another process, must have the same bits; else it "
+    "is not deterministic, and no later comparison says what changed."
+)
+ORDER_SEEN = "It declares its order: errors above round-off show it somewhere."
+UNSEEN = (
+    "It declares its order, and no steps were found at which errors above round-off show it: let "
+    "it run at longer steps than it offers, or declare no order."
+)
+NO_STEPS = (
+    "It declares its order, which is seen in errors at equal steps: offer settings with a `step` "
+    "for a nonlinear motion, or declare no order."
+)
+STEEPER = "Steeper here than declared, which another motion shows."
 DECLARED = "Declared by the contender."
 NOT_DECLARED = "Not declared: the number is for information."
 
@@ -80,34 +98,26 @@ class Judge:
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
         """All rows; an integrator that supports none of the problems has one row that says so."""
-        rows, orders, looked = [], 0, dict.fromkeys(self.external.conserves, 0)
+        rows, orders, looked = [], [], dict.fromkeys(self.external.conserves, 0)
         for check in self.check_problems:
             seen = pick(table, study=check.problem.name)
             if seen.empty:
                 continue
             rows += [self._failures(check, seen), *self._repeated(check, seen)]
-            rows += self._errors(check, seen)
-            ordered = self._order(check, seen)
-            orders += sum(row.verdict != bounds.NOT_RUN for row in ordered)
-            rows += [*ordered, *self._conserved(check, seen)]
+            rows += [*self._errors(check, seen), *self._conserved(check, seen)]
+            rows += self._longest(check, seen)
+            orders += self._order(check, seen)
             for name in looked:
                 looked[name] += not pick(seen, quantity=name).empty
         if not rows:
-            known = ", ".join(check.problem.name for check in self.check_problems)
-            return [self._least("problems that it supports", 0, f"Asked were {known}.")]
+            names = ", ".join(check.problem.name for check in self.check_problems)
+            return [self._least("problems that it supports", 0, f"Asked were {names}.")]
         if self.external.order is not None:
-            why = (
-                "It declares its order: steps from its longest to its shortest must show it "
-                "somewhere, above round-off. Let it offer longer ones, too."
-            )
-            failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
-            if failures and not pick(table, quantity=ORDER)["value"].notna().any():
-                why = f"It declares its order, and no run came to its end: {failures[0]}"
-            rows.append(self._least("problems where its order is seen", orders, why))
+            rows += self._orders(orders, table)
         for name, count in looked.items():
             why = "It declares that it conserves this: a problem that it supports must have it."
             rows.append(self._least(f"problems where its {name} is looked at", count, why))
-        return rows
+        return [*rows, *self._printed(table)]
 
     def _row(self, check: CheckProblem, quantity: str, measured: float, verdict: str,
              **more: str) -> Row:  # fmt: skip
@@ -130,6 +140,52 @@ class Judge:
             verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
         )  # fmt: skip
 
+    def _orders(self, orders: list[Row], table: pd.DataFrame) -> list[Row]:
+        """The rows of its order on each problem, and the number of those that show it.
+
+        An order is that of the worst motion: where one shows the declared order, others may be
+        steeper.
+        """
+        attained = any(row.verdict == bounds.ATTAINED for row in orders)
+        rows = [
+            row if row.verdict != bounds.EXCEEDS
+            else replace(row, expected=bounds.EXCEEDS, reason=STEEPER) if attained
+            else replace(row, verdict=bounds.CONTRADICTED)
+            for row in orders
+        ]  # fmt: skip
+        count = sum(row.verdict != bounds.NOT_RUN for row in rows)
+        found = self._least("problems where its order is seen", count, ORDER_SEEN)
+        if not count:
+            failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
+            why = NO_STEPS if not orders else UNSEEN
+            if failures and not pick(table, quantity=ORDER)["value"].notna().any():
+                why = f"It declares its order, and no run came to its end: {failures[0]}"
+            found = replace(found, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why)
+        return [*rows, found]
+
+    def _longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        return [
+            self._row(
+                check, LONG if one["steps"] else "duration of its longest run", one["value"],
+                bounds.HOLDS if np.isfinite(one["value"]) else bounds.CONTRADICTED,
+                claimed="it comes to its end", bound=f"{MANY:,} where the time limit allows",
+                reason=one["status"] or "States at all times are finite.",
+                reference="the protocol",
+                setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
+            )
+            for _, one in pick(seen, quantity=LONG).iterrows()
+        ]  # fmt: skip
+
+    def _printed(self, table: pd.DataFrame) -> list[Row]:
+        return [
+            Row(
+                id=self.id, quantity="lines that it printed", source=SOURCE, setup="all runs",
+                bound="none", measured=one["value"], expected=bounds.FINDING,
+                verdict=bounds.FINDING, reason=f"The first lines: {one['status']}",
+            )
+            for _, one in pick(table, quantity=PRINTED).iterrows() if one["value"]
+        ]  # fmt: skip
+
     def _failures(self, check: CheckProblem, seen: pd.DataFrame) -> Row:
         count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
         return self._row(
@@ -141,12 +197,12 @@ class Judge:
     def _repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         return [
             self._row(
-                check, REPEAT, float(one["value"]), bounds.AtMost(0.0).verdict(float(one["value"])),
+                check, quantity, one["value"], bounds.AtMost(0.0).verdict(one["value"]),
                 claimed="the same numbers", bound="at most 0", reference="the first run",
-                reason="Two runs that were asked for alike must have the same bits; else it is not "
-                "deterministic, and no later comparison says what changed.",
+                reason=one["status"] or SAME_BITS,
             )
-            for _, one in pick(seen, quantity=REPEAT).iterrows()
+            for quantity in (REPEAT, ELSEWHERE)
+            for _, one in pick(seen, quantity=quantity).iterrows()
         ]  # fmt: skip
 
     def _errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
@@ -214,6 +270,8 @@ class Judge:
             failures = [text for text in runs["status"] if text]
             verdict = bounds.NOT_RUN
             reason = failures[0] if failures else "Fewer than three errors are above round-off."
+        elif 2.0 * fit.uncertainty <= slack and fit.rate > order + slack:
+            verdict = bounds.EXCEEDS
         elif 2.0 * fit.uncertainty <= slack:
             verdict = bounds.Near(order, slack, uncertainty=0.0).verdict(fit)
         elif _rises(runs["value"], check.floor) >= RISES or fit.rate < order - spread:
@@ -229,42 +287,45 @@ class Judge:
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
     def _conserved(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        rows = []
-        for name in CONSERVED:
-            series = pick(seen, quantity=name)
-            if series.empty:
-                continue
-            both = [
-                drift(rows["t"].to_numpy(), rows["value"].to_numpy())
-                for _, rows in series.groupby("n")
-            ]
-            found, limit = both[0], self.external.conserves.get(name)
-            expected, verdict, why = bounds.FINDING, bounds.FINDING, NOT_DECLARED
-            if limit is not None:
-                expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
-                faults = [_growth(limit, one) for one in both]
-                found = max(both, key=lambda one: one.largest)
-                if all(faults) or found.largest > limit:  # a drift alone may be a beat
-                    fault = _growth(limit, found) or faults[0]
-                    verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
-            if not np.isfinite(found.largest):
-                verdict = bounds.CONTRADICTED
-            label, why = series["label"].iloc[0], series["status"].iloc[0] or why
-            rows.append(
-                self._row(
-                    check, f"relative change of {name}", found.largest, verdict,
-                    claimed="none" if limit is None else "it stays", expected=expected,
-                    bound="none" if limit is None else f"at most {limit:g}, without a drift",
-                    reason=why, reference="its start",
-                    setup=f"{check.problem.name}; T = {check.long:g}; {label}",
-                )
-            )  # fmt: skip
-        return rows
+        names = [name.format(kept) for kept in CONSERVED for name in ("{}", LONGER)]
+        kinds = [kept for kept in CONSERVED for _ in range(2)]
+        return [
+            self._kept(check, kept, name, series)
+            for kept, name in zip(kinds, names, strict=True)
+            if not (series := pick(seen, quantity=name)).empty
+        ]
+
+    def _kept(self, check: CheckProblem, kept: str, name: str, series: pd.DataFrame) -> Row:
+        """The row of a conserved quantity in a long run."""
+        round_off = ROUND_OFF if name == kept else ROUND_OFF_OF_MANY
+        both = [
+            drift(rows["t"].to_numpy(), rows["value"].to_numpy()) for _, rows in series.groupby("n")
+        ]
+        found, limit = both[0], self.external.conserves.get(kept)
+        expected, verdict, why = bounds.FINDING, bounds.FINDING, NOT_DECLARED
+        if limit is not None:
+            limit = limit if name == kept else max(limit, round_off)
+            expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
+            faults = [_growth(limit, one, round_off) for one in both]
+            found = max(both, key=lambda one: one.largest)
+            if all(faults) or found.largest > limit:  # a drift alone may be a beat
+                fault = _growth(limit, found, round_off) or faults[0]
+                verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
+        if not np.isfinite(found.largest):
+            verdict = bounds.CONTRADICTED
+        first, last = series.iloc[0], series["t"].iloc[-1]
+        return self._row(
+            check, f"relative change of {name}", found.largest, verdict,
+            claimed="none" if limit is None else "it stays", expected=expected,
+            bound="none" if limit is None else f"at most {limit:g}, without a drift",
+            reason=first["status"] or why, reference="its start",
+            setup=f"{check.problem.name}; T = {last:g}; {first['label']}",
+        )  # fmt: skip
 
 
-def _growth(limit: float, found: Drift) -> str:
+def _growth(limit: float, found: Drift, round_off: float = ROUND_OFF) -> str:
     """Which of the tests of a quantity that should stay fails, and by how much; "" if none does."""
-    kept = NoGrowth(limit, ROUND_OFF, conclusive=False)
+    kept = NoGrowth(limit, round_off, conclusive=False)
     if kept.verdict(found) == bounds.HOLDS:
         return ""
     _, *beyond = kept.comparisons(found)

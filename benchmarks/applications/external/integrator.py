@@ -9,7 +9,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,13 +17,24 @@ from typing import Any
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.printed import Printed
 from benchmarks.applications.external.timed_run import TimedRun
 from benchmarks.applications.external.worker import answer, prepare
+from benchmarks.work_precision.participants import readable_setting
 from galvi import Problem, Trajectory
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
+PATIENCE = 2  # answers that took longer, after which it is not asked again
 NAMELESS = "problem"
 CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedRun:
+    """A run, and the seconds that it took in its process; NaN where it failed."""
+
+    run: Trajectory
+    seconds: float
 
 
 @dataclass(eq=False)
@@ -50,7 +61,9 @@ class ExternalIntegrator:
 
     `open` raises ContenderError when there is no such class, or it lacks a required member. `run`
     never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
-    process that ends, or does not answer within ``limit`` seconds, is replaced at the next request.
+    process that ends, or does not answer within ``limit`` seconds, is replaced at the next request;
+    after PATIENCE answers that took longer every request fails at once. ``printed`` has what its
+    processes printed.
     """
 
     path: str
@@ -60,6 +73,8 @@ class ExternalIntegrator:
     conserves: Mapping[str, float] = field(default_factory=dict)
     exact: bool = False
     missing: str = ""
+    printed: Printed = field(default_factory=Printed)
+    _late: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     _failed: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     _pool: ProcessPool | None = None
     _process: int = 0
@@ -112,22 +127,35 @@ class ExternalIntegrator:
         problem: Problem,
         duration: float,
         setting: Mapping[str, Any],
-        report: Callable[[str], None] | None = None,
+        tried: bool = False,
     ) -> TimedRun:
         """A run that measures its own time; see `benchmarks.statistics.timing`.
 
-        report  called with a sentence for each failure; None adds it to the faults
+        tried  whether the setting is one that it did not offer: a failure is then no fault
         """
         words = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
                          for name, value in setting.items())  # fmt: skip
 
         def ask(repeats: int) -> Any:
-            return self._ask("timed run", problem, duration, dict(setting), repeats)
+            run = problem, duration, dict(setting), repeats
+            return self._ask("timed run", *run, tried=tried)
 
-        def add_fault(why: str) -> None:
-            self.add_fault(problem, words, why)
+        def report(why: str) -> None:
+            if not tried:
+                self.add_fault(problem, words, why)
 
-        return TimedRun(self.name, problem, duration, dict(setting), ask, report or add_fault)
+        return TimedRun(self.name, problem, duration, dict(setting), ask, report)
+
+    def checked(
+        self, problem: Problem, duration: float, setting: Mapping[str, Any], tried: bool = False
+    ) -> CheckedRun:
+        """A run that should succeed: a failure is a fault even where the contender reports it,
+        unless the setting is one that was `tried`."""
+        call = self.timed(problem, duration, setting, tried)
+        run = call()
+        if not (run.success or call.failure or tried):
+            self.add_fault(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
+        return CheckedRun(run, call.took)
 
     @property
     def faults(self) -> list[str]:
@@ -155,7 +183,7 @@ class ExternalIntegrator:
         self._failed.setdefault((problem.name or NAMELESS, why), []).append(doing)
 
     def close(self) -> None:
-        """End its process and the child processes."""
+        """End its process and the child processes; the next request starts another."""
         pool, self._pool = self._pool, None
         if pool is None:
             return
@@ -165,6 +193,7 @@ class ExternalIntegrator:
             with suppress(ProcessLookupError, PermissionError):  # its group is empty
                 os.killpg(self._process, signal.SIGKILL)
         self._process = 0
+        self.printed.wait()
 
     def _ask_about(self, problem: Problem, doing: str, question: str, *arguments: Any) -> Any:
         """The answer to a request; None, and a fault, when there is none."""
@@ -174,17 +203,25 @@ class ExternalIntegrator:
             self.add_fault(problem, doing, str(error))
             return None
 
-    def _ask(self, question: str, *arguments: Any) -> Any:
-        """The answer of the process. Raises ContenderError."""
+    def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
+        """The answer of the process. Raises ContenderError.
+
+        tried  whether late answers are counted apart: to requests that it did not offer to answer
+        """
+        if self._late[tried] >= PATIENCE:
+            raise ContenderError(
+                f"It was not asked: {PATIENCE} answers before took longer than {self.limit:g} s. "
+                "Give a longer --timeout, in seconds, if it is only slow."
+            )
         try:
             if self._pool is None:
-                spawn = multiprocessing.get_context("spawn")
-                self._pool = ProcessPool(1, initializer=prepare, context=spawn)
-                self._process = self._pool.schedule(os.getpid, timeout=self.limit).result()
+                self._start()
+            assert self._pool is not None
             asked = (self.path, question, *arguments)
             return self._pool.schedule(answer, asked, timeout=self.limit).result()
         except TimeoutError:
             self.close()
+            self._late[tried] += 1
             why = f"It did not answer within {self.limit:g} s, and was stopped."
         except ProcessExpired as end:
             self.close()
@@ -193,6 +230,14 @@ class ExternalIntegrator:
             self.close()
             why = "Its process ended between two answers."
         raise ContenderError(why)
+
+    def _start(self) -> None:
+        spawn = multiprocessing.get_context("spawn")
+        output, end = spawn.Pipe(duplex=False)
+        self.printed.read(output)
+        with end:
+            self._pool = ProcessPool(1, initializer=prepare, initargs=(end,), context=spawn)
+            self._process = self._pool.schedule(os.getpid, timeout=self.limit).result()
 
 
 def _first(doings: Sequence[str]) -> str:

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Mapping
 from functools import cache
+from multiprocessing.connection import Connection
 from typing import Any
 from weakref import WeakSet
 
@@ -30,13 +31,16 @@ RETURNED: WeakSet[Trajectory] = WeakSet()
 contender_at = cache(load_class)
 
 
-def prepare() -> None:
-    """Become leader of a process group, which child processes join; redirect stdout to stderr."""
+def prepare(output: Connection) -> None:
+    """Become leader of a process group, which child processes join; print to this pipe."""
     parent = multiprocessing.parent_process()
     assert parent is not None, (
         "only a process that multiprocessing started has a parent to end with"
     )
-    os.dup2(2, 1)
+    file = output.fileno() if os.name == "posix" else os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(file, stream)
+    output.close()
     # The pool closes its pipe before it sends SIGTERM: a worker that waits ends by itself, and
     # cleans up; one that hangs is killed soon after.
     signal.signal(signal.SIGTERM, lambda *_: None)

@@ -1,0 +1,141 @@
+"""Long runs of an external integrator, for `external.check_runs`: what it conserves, and whether
+it comes to the end.
+
+Each problem is run over some twenty revolutions, at the finest setting. One of them, the first that
+conserves something, is run on at the same step to MANY steps, or as many as its first run lets
+expect within a third of the limit of time; an integrator without steps over OVER times as long.
+States are kept at random times, as evenly spaced ones may beat with the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.external.check_problems import CheckProblem
+from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
+from benchmarks.measures import independent_invariants
+from benchmarks.store.frames import failure, row
+from benchmarks.work_precision.participants import offered_settings, readable_setting, sampled
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+
+LONG = "steps of its longest run"
+LONGER = "{} in its longest run"
+PARTS = 200  # equal parts of a long run, or up to FINER times as many
+FINER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
+SEEDS = (1, 2)
+MANY, OVER = 100_000, 6  # steps, and length over that of the first run, of the longest run
+SHARE = 1.0 / 3.0  # of the limit of time, as it would be if time grew with the number of steps
+
+
+@dataclass(frozen=True, eq=False)
+class LongRun:
+    """A run over some twenty revolutions at the finest setting.
+
+    done   the run and its time
+    steps  number of equal steps; 0 where it has none
+    """
+
+    check: CheckProblem
+    setting: Mapping[str, Any]
+    done: CheckedRun
+    steps: int
+
+    @property
+    def problem(self) -> Problem:
+        return self.check.watched or self.check.problem
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Relative changes of what the motion conserves."""
+        yield from _changes(self.check, self.problem, self.done.run, self.setting, "{}")
+
+
+def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | None:
+    """None where it does not take part."""
+    problem = check.watched or check.problem
+    offered = offered_settings(external, problem, check.long, PARTS)
+    if not offered:
+        return None
+    step = offered[-1].get("step")
+    parts = PARTS * max(1, min(FINER, round(check.long / step) // PARTS if step else FINER))
+    setting = sampled(check.long, offered[-1], parts)
+    steps = parts * setting["save_every"] if step else 0
+    return LongRun(check, setting, external.checked(problem, check.long, setting), steps)
+
+
+def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[str, Any]]:
+    """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
+    of steps, or its time for one without steps, and the changes of what it declares to conserve."""
+    if not first.done.run.success:
+        return
+    wanted = MANY / first.steps if first.steps else float(OVER)
+    # the time of states that are copied at each step grows with the square of their number
+    in_time = external.limit / max(first.done.seconds, 1e-9)
+    longer = min(wanted, SHARE * in_time, in_time**0.5)
+    note = "" if longer == wanted or wanted <= 1.0 else (
+        "More would take over a third of the time limit, by the time of its shorter run."
+    )  # fmt: skip
+    steps, duration, run, setting = first.steps, first.check.long, first.done.run, first.setting
+    if longer > 1.0:
+        setting, steps, duration = _lengthened(first, longer)
+        run = external.checked(first.problem, duration, setting).run
+        kept = [name for name in first.check.kept if name in external.conserves]
+        yield from _changes(first.check, first.problem, run, setting, LONGER, kept)
+    yield row(
+        study=first.check.problem.name, quantity=LONG, label=readable_setting(setting), t=duration,
+        steps=steps, value=(steps or duration) if run.success else float("nan"),
+        status=failure(run) or note,
+    )  # fmt: skip
+
+
+def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, float]:
+    """The setting, the number of steps and the duration of a run so many times as long."""
+    if not first.steps:
+        return {**first.setting, "samples": PARTS * FINER}, 0, factor * first.check.long
+    parts = PARTS * max(1, min(FINER, round(factor * first.steps) // PARTS))
+    every = max(1, round(factor * first.steps / parts))
+    setting = {**first.setting, "save_every": every}
+    return setting, parts * every, parts * every * first.setting["step"]
+
+
+def _changes(
+    check: CheckProblem, problem: Problem, run: Trajectory, setting: Mapping[str, Any], name: str,
+    kept: Any = None,
+) -> Iterator[dict[str, Any]]:  # fmt: skip
+    q, p = (
+        np.concatenate([start[None], states])
+        for start, states in ((problem.q0, run.q), (problem.p0, run.p))
+    )
+    formulas = {"energy": check.energy, "angular momentum": _angular_momentum}
+    for quantity in check.kept if kept is None else kept:
+        start, *values = formulas[quantity](problem, q, p).reshape(len(q), -1)
+        change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
+        for seed in SEEDS:
+            t, seen = at_random(run.t, change / size, seed)
+            for time, error in zip(t, seen, strict=True):
+                yield row(
+                    study=check.problem.name, quantity=name.format(quantity),
+                    label=readable_setting(setting), t=time, value=error, n=seed,
+                    status=failure(run),
+                )  # fmt: skip
+
+
+def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
+    """One of each CHOICE successive values at random, and the middle of their times; all values
+    where there are fewer than CHOICE in a part."""
+    groups = (t.size - 1) // CHOICE  # the first is the start
+    if groups * CHOICE <= PARTS:
+        return t, values
+    chosen = np.random.default_rng(seed).integers(CHOICE, size=groups)
+    first = 1 + CHOICE * np.arange(groups)
+    middle = np.mean(t[1 : 1 + CHOICE * groups].reshape(groups, CHOICE), axis=1)
+    return middle, values[first + chosen]
+
+
+def _angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
+    system: Any = problem.system
+    return independent_invariants.angular_momentum(problem, q, system.velocity(p))

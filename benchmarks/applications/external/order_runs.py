@@ -1,0 +1,95 @@
+"""Errors of an external integrator at steps that show its order, for `external.check_runs`.
+
+It offers steps as short as it likes; the order p that it declares shows where errors are above
+round-off and fall as a power of the step. The search starts from its longest step and doubles or
+halves it until the error is between the one that is LEAST^p times the floor and COARSE. The errors
+that the order is fitted to begin there, and end where the declared order would reach the floor, or
+at its shortest step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.external.check_problems import CheckProblem
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.store.frames import failure, row
+from galvi.arrays import Array
+
+ORDER = "error in between"
+POINTS, MOST = 9, 2.0  # step sizes: number, and largest ratio
+LEAST, FURTHER = 4.0, 8.0  # factor between first and last step: at least, and where errors allow
+COARSE, SMALL = 1e-2, 1e-6  # largest error, and smallest, from which the order is looked for
+ROOM = 10.0  # of the first error above LEAST^p times the floor
+FEW = 10  # fewest steps
+HIGHEST = 100.0  # order from which on the powers above are those of this order
+
+Errors = Callable[[int], tuple[float, str]]  # of a run of so many steps, and why it failed
+
+
+def order_runs(
+    external: ExternalIntegrator,
+    check: CheckProblem,
+    settings: Sequence[Mapping[str, Any]],
+    end: Array,
+) -> Iterator[dict[str, Any]]:
+    """Rows ORDER at decreasing steps; none where it declares no order, offers no steps, or the
+    problem does not show an order. A run that fails at a step outside of those that it offers is no
+    fault and has no row."""
+    equal = [setting for setting in settings if "step" in setting]
+    if external.order is None or external.order < check.ordered or not equal:
+        return
+    order = min(external.order, HIGHEST)
+    offered = [max(1, round(check.duration / setting["step"])) for setting in equal]
+    longest, shortest = min(offered), max(offered)
+
+    def is_offered(steps: int) -> bool:
+        return longest <= steps <= shortest
+
+    @cache
+    def error(steps: int) -> tuple[float, str]:
+        setting = {**equal[-1], "step": check.duration / steps, "save_every": steps}
+        tried = not is_offered(steps)
+        run = external.checked(check.problem, check.duration, setting, tried=tried).run
+        off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
+        return off, failure(run)
+
+    few = _fewest(error, longest, max(shortest, round(FURTHER * longest)), order, check.floor)
+    first = error(few)[0]
+    reach = 2.0 * few * max(first / check.floor, 1.0) ** (1.0 / order) if first > 0.0 else few
+    many = max(LEAST * few, min(reach, max(FURTHER * few, shortest)))
+    ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
+    numbers = [few] if np.isnan(first) else [round(few * ratio**k) for k in range(POINTS)]
+    for steps in dict.fromkeys(numbers):
+        value, status = error(steps)
+        if status and not is_offered(steps):
+            continue
+        yield row(
+            study=check.problem.name, quantity=ORDER, step=check.duration / steps, steps=steps,
+            value=value, status=status,
+        )  # fmt: skip
+
+
+def _fewest(error: Errors, longest: int, most: int, order: float, floor: float) -> int:
+    """The number of steps to begin with; that of its longest step where this fails, or is too long
+    and so are all up to `most`."""
+    least = min(COARSE, max(SMALL, ROOM * floor * LEAST**order))
+    few, now = longest, error(longest)[0]
+    while now < least and few >= 2 * FEW:
+        longer = error(few // 2)[0]
+        if np.isnan(longer):
+            return few
+        if longer >= least:  # between the two
+            part = np.log(longer / least) / np.log(longer / now) if now > 0.0 else 0.0
+            return round((few // 2) * 2.0 ** min(part, 1.0))
+        few, now = few // 2, longer
+    while now > COARSE and 2 * few <= most:
+        shorter = error(2 * few)[0]
+        if np.isnan(shorter):
+            break
+        few, now = 2 * few, shorter
+    return longest if now > COARSE else few
