@@ -20,6 +20,7 @@ from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.printed import Printed
 from benchmarks.applications.external.timed_run import TimedRun
 from benchmarks.applications.external.worker import answer, prepare
+from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.participants import readable_setting
 from galvi import Problem, Trajectory
 
@@ -180,7 +181,7 @@ class ExternalIntegrator:
 
     def add_fault(self, problem: Problem, doing: str, why: str) -> None:
         """Record a fault: the request (`doing`) and the reason (`why`)."""
-        self._failed.setdefault((problem.name or NAMELESS, why), []).append(doing)
+        self._failed.setdefault((problem.name or NAMELESS, visible(why)), []).append(visible(doing))
 
     def close(self) -> None:
         """End its process and the child processes; the next request starts another."""
