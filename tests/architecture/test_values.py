@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("galvi", "references", "benchmarks", "reports")
 CHANGE = {  # what a search, a measurement or a process knows so far
     "Scan", "_Motion", "_Ladder", "_Measurement", "ExternalIntegrator", "TimedRun", "BuildCache",
-    "Pair",
+    "Pair", "Printed", "_Runs",
 }  # fmt: skip
 ARRAYS = re.compile(r"(Array|Codes|pd\.DataFrame)( \| None)?|tuple\[Array, .*\]")
 

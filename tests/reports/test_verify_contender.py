@@ -97,3 +97,13 @@ def test_one_that_hangs_is_given_up_and_red(verify, capsys):
     assert set(rows[rows["quantity"].str.startswith("error at step")]["verdict"]) == {
         "contradicted"
     }
+
+
+def test_what_it_printed_is_said_on_standard_error_and_its_first_lines_are_a_row(verify, capsys):
+    external = Inside.of(Gauss())
+    external.printed.lines, external.printed.first = 48_260, ["step 1", "step 2"]
+    status, rows = verify(external, "--claims", "A-a-gauss")
+    assert status == 0
+    assert 'a gauss printed 48,260 lines, the first of them "step 1".\n' in capsys.readouterr().err
+    (row,) = (row for _, row in rows.iterrows() if row["quantity"] == "lines that it printed")
+    assert row["verdict"] == row["expected"] == "finding" and "step 1 / step 2" in row["reason"]
