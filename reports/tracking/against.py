@@ -32,7 +32,8 @@ def compare(
 ) -> Outcome:
     """Make the first calls and one round of samples of all benchmarks, then run each in a further
     process, with a second round of samples where it looked slower, and further ones where all of
-    an integrator did: the memory layout of a process alone can cost percents.
+    an integrator did and none alone is slower already: the memory layout of a process alone can
+    cost percents.
 
     studies  (name, title) -> a context that yields a progress callback
     limit    seconds for each answer of a side; after two that miss it, the side is not asked again
@@ -50,14 +51,15 @@ def compare(
         timed_beside += yardstick(YARDSTICKS) if timed_beside else []
         long = long_runs(both, pairs, limit, report)
     truths |= {pair.case.name: _truth(pair.case) for pair in long}
-    slow = suspects(pairs, 0) | suspected(pairs)
+    slow = suspects(pairs, 0) | suspected(pairs, set())
     with studies("track", "second round") as report, workers(base, head, patience) as both:
         further_process(both, [pair for pair in pairs if pair.repeatable], report)
         interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
     with studies("track", "further rounds") as report:
+        red = suspects(pairs, 0) & suspects(pairs, 1)
         for number in range(1, FURTHER):
             doubtful = [pair for pair in pairs if number == 1 and pair.depends_on_process]
-            slow = suspected(pairs)
+            slow = suspected(pairs, red)
             with workers(base, head, patience) as both:
                 further_process(both, doubtful, report)
                 interleave(both, [pair for pair in pairs if pair.case.name in slow], report)

@@ -9,7 +9,7 @@ raises suspicion, and the mean size that four further rounds of fresh processes 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,12 +78,16 @@ def _by_rank(further: Sequence[Samples]) -> bool:
     return all(p_value(*both) < CONFIRMS for both in further)
 
 
-def suspected(pairs: Iterable[Pair]) -> set[str]:
-    """Names of the benchmarks of integrators that look slower in all that was timed so far."""
+def suspected(pairs: Iterable[Pair], red: Collection[str]) -> set[str]:
+    """Names of the benchmarks of integrators that look slower in all that was timed so far.
+
+    red  names of benchmarks that are slower by their own times: their integrators need no more
+    """
     return {
         pair.case.name
         for group in groups(pairs).values()
         if _suspicious(group) and _by_rank(_rounds(group)[1:])
+        if not any(pair.case.name in red for pair in group)
         for pair in group
     }
 
@@ -105,7 +109,9 @@ def _judged(name: str, group: Sequence[Pair]) -> Together:
         return Together(name, growth, "", "")
     if is_slower(rounds[1:], _size(group)):
         return Together(name, growth, f"{text}, in further rounds by {', '.join(later)}.", "")
-    return Together(name, growth, "", f"Together {text}, which further rounds did not confirm.")
+    asked = len(later) >= FURTHER or not _by_rank(rounds[1:])
+    why = ", which further rounds did not confirm" if asked else ""
+    return Together(name, growth, "", f"Together {text}{why}.")
 
 
 def _suspicious(group: Sequence[Pair]) -> bool:

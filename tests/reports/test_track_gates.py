@@ -175,6 +175,13 @@ def test_what_is_below_the_size_of_each_is_red_by_all_together(three: Any) -> No
         assert not three(base, head).red
 
 
+def test_times_that_are_red_one_by_one_need_no_further_rounds_together(three: Any) -> None:
+    outcome = three(Fake(), Fake(1.3))
+    assert len(outcome.worse) == 3 and len(outcome.together[0].growth) == 2
+    assert "a:B: Together its 3 timed benchmarks are slower by" in outcome.report()
+    assert "did not confirm" not in outcome.report()
+
+
 def test_what_later_rounds_do_not_confirm_of_all_together_is_a_note(three: Any) -> None:
     outcome = three(Fake(), Fake(1.07), Fake(1.02))
     assert not outcome.red
