@@ -53,6 +53,7 @@ def printed(code: str, first_line: int, names: dict[str, object]) -> str:
     "docs/brownout.md",
     "docs/clocks.md",
     "docs/control.md",
+    "docs/events.md",
     "docs/forces.md",
     "docs/judge.md",
     "docs/models.md",

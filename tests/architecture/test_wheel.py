@@ -60,6 +60,7 @@ def test_the_wheel_holds_one_package(wheel: Path) -> None:
     assert top == {"galvi"}
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) -> None:
     packed = contents(wheel / "galvi")
     expected = shipped(ROOT / "galvi")

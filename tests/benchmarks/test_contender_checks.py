@@ -53,6 +53,7 @@ class Leapfrog(Gauss):
         return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts={"steps": k})
 
 
+@pytest.mark.slow
 def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     rows, differing, external = checked(Gauss(), *CHECK_PROBLEMS)
     assert differing == [] and external.faults == []
@@ -66,6 +67,7 @@ def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     assert {row.verdict for row in rows if "relative change" in row.quantity} == {"holds"}
 
 
+@pytest.mark.slow
 def test_a_wrong_order_is_caught_from_both_sides():
     for order in (1, 3):
         contender = Leapfrog()
@@ -154,6 +156,7 @@ def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
     ]
 
 
+@pytest.mark.slow
 def test_an_error_beyond_the_one_that_it_claims_is_caught():
     contender = Leapfrog()
     for factor, caught in ((1.0, 0), (0.01, 2)):
@@ -206,6 +209,7 @@ def test_every_run_that_fails_counts():
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
 
 
+@pytest.mark.slow
 def test_a_high_order_without_settings_is_seen_at_fewer_steps():
     class Eighth(Gauss):
         name, order, conserves, stages = "eighth", 8, {}, 4

@@ -129,6 +129,7 @@ def _runs(pid: int) -> bool:
     return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
 
 
+@pytest.mark.slow
 def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -228,6 +229,7 @@ def test_a_result_that_depends_on_the_process_is_not_deterministic(
     assert measured["difference of equal runs of two processes"] > 0.0
 
 
+@pytest.mark.slow
 def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path) -> None:
     with pytest.raises(ContenderError, match=r"Breaking\(\) raised OSError: no licence"):
         ExternalIntegrator.open("trouble:Breaking")

@@ -116,6 +116,7 @@ def test_a_planted_drift_is_seen_and_hundreds_of_stationary_runs_give_no_alarm()
         assert found[change][CONTRADICTED] >= 0.99 * RUNS, change  # 997 of 1000, the others NOT_RUN
 
 
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("memory", [0.0, 0.9])
 def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
     rng = np.random.default_rng(2)
@@ -134,6 +135,7 @@ def measured() -> dict[str, pd.DataFrame]:
     return {claim.id: quick(claim) for claim in (V2, V8, V15, L4, L8)}
 
 
+@pytest.mark.slow_cases("V2-rising", "V2-falling", "V2-widening")
 @pytest.mark.parametrize("change", PLANTS)
 @pytest.mark.parametrize(
     ("claim", "history", "quantity"),

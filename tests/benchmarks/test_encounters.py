@@ -33,6 +33,7 @@ def test_the_closed_form_returns_to_where_it_began(eccentricity: float) -> None:
     assert np.linalg.norm(run.q[1]) == pytest.approx(1.0 - eccentricity, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_every_setting_has_an_error_or_says_why_not(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == high_eccentricity.COLUMNS
     assert not table.duplicated(["eccentricity", "contender", "settings"]).any()
@@ -78,6 +79,7 @@ def test_adaptive_codes_keep_the_energy(survivors: pd.DataFrame) -> None:
     assert (adaptive["energy_error"] < 1e-8).all()  # 2e-9, DOP853 on Burrau
 
 
+@pytest.mark.slow
 def test_steps_in_a_clock_keep_the_energy_as_adaptive_codes_do(survivors: pd.DataFrame) -> None:
     clock = survivors[survivors["contender"].str.startswith("galvi clock")]
     assert len(clock) == 4 and clock["success"].all()

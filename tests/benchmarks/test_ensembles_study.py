@@ -29,6 +29,7 @@ def frame() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
 
 
+@pytest.mark.slow
 def test_every_code_is_timed_where_it_reaches_the_error(frame):
     peers = frame[frame["part"] == "peers"]
     timed = peers[peers["seconds"] > 0.0]

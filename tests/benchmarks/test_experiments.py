@@ -28,7 +28,7 @@ def growth_of_free_body(chart: object, steps: int, solver: str = "auto") -> Grow
     return energy_growth(galvi.problems.free_rigid_body(), method, 0.5, steps, 12, solver)
 
 
-@pytest.mark.slow_cases("exponential-newton")
+@pytest.mark.slow_cases(but=["modified Rodrigues-auto"])
 @pytest.mark.parametrize(
     "chart, solver",
     [*((chart, "auto") for chart in CHARTS), (galvi.Exponential(), "newton")],
@@ -40,6 +40,7 @@ def test_a_free_body_has_no_drift_of_1e_18(chart: object, solver: str) -> None:
     assert found.drift_uncertainty < 0.25 * SMALL
 
 
+@pytest.mark.slow
 def test_neither_has_one_that_also_moves() -> None:
     method = gauss_collocation(12).method
     found = energy_growth(galvi.problems.free_body_se3(), method, 0.25, FEW, 12)
@@ -81,6 +82,7 @@ def pair():
     return scales.study(problem, period, 50.0 * period, (1.0,), truth)
 
 
+@pytest.mark.slow
 def test_for_each_unknown_waves_win_on_two_time_scales(pair):
     error = errors(pair)
     assert error[scales.WAVES] < 1e-3 * error[scales.AS_MANY_UNKNOWNS]  # 5.5e-6
@@ -160,6 +162,7 @@ def test_public_models_are_read_as_the_table_says() -> None:
     assert changes(asked, public.table()) == []
 
 
+@pytest.mark.slow
 def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     from benchmarks.experiments import force_costs
     from benchmarks.timings import forced_runs
@@ -192,6 +195,7 @@ def test_forces_of_position_keep_the_order_elsewhere() -> None:
         assert abs(order - 2 * s) < 0.3 and moved > 1e-6 and found[-1] < 0.01 * moved, place
 
 
+@pytest.mark.slow
 def test_an_event_takes_at_most_200_bytes() -> None:
     found = []
     for count in (2_000, 12_000):

@@ -94,6 +94,7 @@ def slope(errors: list[float], steps: list[int]) -> float:
     return -float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
+@pytest.mark.slow_cases("0.44")
 @pytest.mark.parametrize("coefficient", [0.44, None])
 @given(
     s=st.integers(1, 4),
@@ -117,6 +118,7 @@ def test_a_flight_is_the_run_of_the_general_kernel(
         np.testing.assert_allclose(found.v[k], start.system.velocity(run.p[-1]), atol=1e-9)
 
 
+@pytest.mark.slow_cases("0.44")
 @pytest.mark.parametrize("coefficient", [0.44, None])
 def test_far_from_the_ground_flights_are_members_of_an_ensemble(coefficient: float | None) -> None:
     q, v, _ = thrown(21, 8)
@@ -144,6 +146,7 @@ def test_the_time_of_landing_is_of_the_order_of_the_steps(s: int) -> None:
         assert abs(slope(errors, steps) - 2 * s) < 0.4, errors
 
 
+@pytest.mark.slow
 def test_a_landing_with_many_points_is_exact_in_coarse_steps() -> None:
     found = drop(gauss(8), 8, Ground())
     assert np.all(found.status == LANDED)
@@ -228,6 +231,7 @@ def test_a_rebound_and_the_rest_of_its_step_keep_the_order(s: int) -> None:
         assert abs(slope(errors, steps) - 2 * s) < 0.4, errors
 
 
+@pytest.mark.slow_cases("rotation-1", "rotation-3", "strain-3")
 @pytest.mark.parametrize("s", [1, 2, 3])
 @pytest.mark.parametrize(
     ("lines", "matrix"),
@@ -445,6 +449,7 @@ def test_a_ground_is_checked(changed: dict[str, Any]) -> None:
         Ground(**changed)
 
 
+@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("s", [1, 2, 3])
 def test_a_small_jump_from_the_ground_is_a_flight(s: int) -> None:
     """Much shorter than the step: the curve's own velocity at its start points downwards."""
@@ -460,6 +465,7 @@ def test_a_small_jump_from_the_ground_is_a_flight(s: int) -> None:
 UPWARDS = "def wind(q, decay):\n    return 1.0, 0.0, 8.0\n"
 
 
+@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("s", [1, 2, 3])
 def test_the_ground_never_pulls(s: int) -> None:
     """Where a coarse curve dips below the ground but the step rises, there is no contact."""

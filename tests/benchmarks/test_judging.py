@@ -49,6 +49,7 @@ def sources(problem: Problem, span: float) -> list[Source]:
     return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
 
 
+@pytest.mark.slow
 def test_the_own_error_is_that_against_the_closed_form():
     found = judge(planet(), duration=10 * YEAR, error=1e-3)
     assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
@@ -63,6 +64,7 @@ def test_the_own_error_is_that_against_the_closed_form():
     assert 0.5 < abs(found.parts["phase_error"].iloc[1]) / off < 2.0
 
 
+@pytest.mark.slow
 def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_tried_does():
     found = judge(planets(), duration=80_000.0, error=1e-6)
     best = found.recommended
@@ -79,6 +81,7 @@ def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_trie
     assert alone.error == alone.own["error"] and alone.passed
 
 
+@pytest.mark.slow
 def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
     """A moonlet far from the Sun: IAS15's own steps are too long for it, those that end at the
     times of comparison are not. 2.36 km are known from steps of 1/40 of its revolution."""
@@ -112,6 +115,7 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
 
 
+@pytest.mark.slow
 def test_encounters_are_found_and_timed():
     """Two planets on the same circle in opposite directions meet twice in a period."""
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0], [0, 3, 0]], dtype=float)
@@ -136,6 +140,7 @@ def test_encounters_are_found_and_timed():
     assert "encounter" not in " ".join(sentences(judge(planet(), duration=YEAR, quick=True)))
 
 
+@pytest.mark.slow
 def test_encounters_between_two_outputs_of_an_archive_are_counted():
     """The planets of the test above are near each other for 0.02 of a year at 0.25 and 0.75."""
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0]], dtype=float)
@@ -150,6 +155,7 @@ def test_encounters_between_two_outputs_of_an_archive_are_counted():
     assert "misses 1 of 2 encounters: no state of it falls into them" in said
 
 
+@pytest.mark.slow
 def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():
     eccentric = planet(0.99, integrator="ias15")
     bound = Problem(galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0,

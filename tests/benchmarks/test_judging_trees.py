@@ -54,6 +54,7 @@ def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgemen
     assert len(found.encounters.columns) == 0
 
 
+@pytest.mark.slow
 def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
     """Planted: a source that leaves the truth after 4 s."""
     assert math.isinf(found.trusted_until) and "part" not in sentences(found)[1]
@@ -75,6 +76,7 @@ def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> 
     assert alone not in sentences(replace(found, agreements=(second, *others)))[1]
 
 
+@pytest.mark.slow
 def test_a_damped_tree_has_no_energy_error() -> None:
     found = judge(swing(damping=0.1), duration=5.0, own={"integrator": "implicitfast"})
     assert math.isnan(found.own["energy"]) and math.isnan(found.own["momentum"])
@@ -119,6 +121,7 @@ def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned:
     assert all("moves as one rigid body" in one and "--key" in one for one in found)
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_is_told_and_has_no_error() -> None:
     stiff = swing(damping=1000.0)  # beyond the stability of RK4 with its steps
     found = judge(stiff, duration=1.0, error=1e-6)

@@ -46,7 +46,7 @@ def project(tmp_path, monkeypatch):
     return Known(tmp_path, tmp_path)
 
 
-@pytest.mark.slow_cases("exec('while True: pass')")
+@pytest.mark.slow_cases(but=["half(x)"])
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not(
     project, monkeypatch, change
@@ -58,6 +58,7 @@ def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not
     assert (project.root / "small.py").read_text() == SOURCE
 
 
+@pytest.mark.slow
 def test_what_the_first_tests_do_not_find_the_others_may(project, monkeypatch):
     (project.root / "test_small.py").write_text(TEST + "\n\ndef test_0():\n    pass\n")
     names = ["test_small.py::test_0", "test_small.py::test_half"]
@@ -77,6 +78,7 @@ def test_the_quickest_tests_are_asked_first_and_no_more_than_two_minutes_of_them
     assert reach.chosen(["b", "c"]) == ["b"]
 
 
+@pytest.mark.slow
 def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_named(tmp_path):
     callers = dict(Reach(ROOT, tmp_path)._callers("galvi/kernels/lie/rotations.py"))
     assert "galvi/run/group_engine.py" in callers

@@ -79,9 +79,16 @@ def alarm(t: np.ndarray, values: np.ndarray) -> str:
 
 
 @pytest.mark.slow_cases(
+    "few-harmonic oscillator-leapfrog, order 4",
     "few-harmonic oscillator-leapfrog, order 8",
+    "few-planar pendulum-leapfrog, order 2",
+    "few-planar pendulum-leapfrog, order 4",
     "few-planar pendulum-leapfrog, order 8",
+    "few-kepler-leapfrog, order 2",
+    "few-kepler-leapfrog, order 4",
     "few-kepler-leapfrog, order 8",
+    "few-henon-heiles-leapfrog, order 2",
+    "few-henon-heiles-leapfrog, order 4",
     "few-henon-heiles-leapfrog, order 8",
 )
 @pytest.mark.parametrize("integrator", INTEGRATORS)

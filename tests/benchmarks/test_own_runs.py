@@ -57,6 +57,7 @@ def off_by_hand(sim: Any, steps: int) -> float:
     )
 
 
+@pytest.mark.slow
 def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good() -> None:
     sim = star_last()
     found = judged(sim, 100.0, 1e-3)
@@ -68,6 +69,7 @@ def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good() -> Non
     assert found.recommended is not None  # candidates have the star first
 
 
+@pytest.mark.slow
 def test_a_sorted_simulation_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the run of a simulation that was built from the problem, the heaviest first."""
     monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
@@ -77,6 +79,7 @@ def test_a_sorted_simulation_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
         assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 200), rel=1e-2)
 
 
+@pytest.mark.slow_cases(but=["janus"])
 @pytest.mark.parametrize("integrator", ["whfast", "saba", "janus"])
 def test_another_own_integrator_than_that_of_the_simulation(integrator: str) -> None:
     """WHFast leaves to BS the setting that its Kepler motion has the star's pull."""
@@ -153,6 +156,7 @@ def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
     assert found.recommended is not None and found.recommended["error"] <= 1e-6
 
 
+@pytest.mark.slow
 def test_encounters_of_the_past_are_those_of_the_past() -> None:
     sim = backwards()
     past = judged(sim, 440.0, 1e-6).encounters
@@ -166,6 +170,7 @@ def test_encounters_of_the_past_are_those_of_the_past() -> None:
     assert past["distance"].iloc[0] == pytest.approx(gaps[k], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
     sim = rebound.Simulation()
     sim.root_size = 40.0

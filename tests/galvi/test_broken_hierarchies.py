@@ -48,6 +48,7 @@ def test_a_passage_is_done_in_the_inertial_frame_and_counted() -> None:
     assert "inertial_steps" not in calm.counts and calm.status == "Completed."
 
 
+@pytest.mark.slow_cases("-0.4")
 @pytest.mark.parametrize("h", [0.4, -0.4])
 def test_such_a_run_can_be_saved_continued_and_thinned_to_the_bit(h: float, tmp_path: Path) -> None:
     whole = galvi.integrate(CROSSING, method(8), h, 90)

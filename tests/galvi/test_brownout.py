@@ -54,6 +54,7 @@ def test_far_from_the_rotor_a_dropped_particle_falls_as_in_the_textbook():
     assert -v[2] == pytest.approx(speed * math.tanh(GRAVITY / speed), abs=1e-8)
 
 
+@pytest.mark.slow_cases("SciPy Radau--")
 @pytest.mark.parametrize(
     ("contender", "setting", "tolerance"),
     [
@@ -140,6 +141,7 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
     assert w[0] > 10.0 and w[-1] < -1.0
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_force_that_turns_nan_on_the_way_ends_the_run(compiled):
     def force(q, v, t):

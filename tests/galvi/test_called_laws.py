@@ -56,6 +56,7 @@ PROBLEMS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("forced-10", "coupled-10")
 @pytest.mark.parametrize("points", [6, 7, 10])
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_run_is_that_of_the_general_kernel_and_its_status_says_what_was_called(

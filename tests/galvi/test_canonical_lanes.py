@@ -94,7 +94,7 @@ def test_the_functions_of_a_kernel_are_the_derivatives_of_the_potential(potentia
         assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.slow_cases(but=["centre", "chain"])
+@pytest.mark.slow_cases(but=["centre"])
 @pytest.mark.parametrize("kind", ["centre", "cosine", "spring", "chain", "field"])
 @settings(max_examples=8)
 @given(data=st.data())
@@ -133,6 +133,7 @@ def test_slopes_are_the_gradient_of_the_potential(name: str) -> None:
     np.testing.assert_allclose(slope, slopes, rtol=1e-8)
 
 
+@pytest.mark.slow_cases("the mass left out")
 @pytest.mark.parametrize("fault", ["another potential", "its sign", "the mass left out"])
 def test_a_wrong_force_in_lanes_does_not_agree(fault: str, monkeypatch: Any) -> None:
     mass = np.array([1.3, 0.7]) if fault == "the mass left out" else 1.0
@@ -242,6 +243,7 @@ def energy_growth(name: str, steps: int, members: int) -> Growth:
     return growth(step * at, errors)
 
 
+@pytest.mark.slow_cases("kepler-100000-8", "henon-heiles-100000-8")
 @pytest.mark.parametrize(
     ("name", "steps", "members"),
     [*((name, 10**5, 8) for name in RANDOM), *(

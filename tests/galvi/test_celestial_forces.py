@@ -28,6 +28,7 @@ METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 IN_THE_PLANE = galvi.Relativity | galvi.PowerLaw | galvi.Radiation | galvi.Drag
 
 
+@pytest.mark.slow_cases("a function of time")
 @pytest.mark.parametrize("name", CASES)
 def test_accelerations_are_those_of_other_formulas(name):
     problem = bodies(CASES[name])
@@ -70,6 +71,7 @@ def test_the_energy_with_the_forces_is_kept_and_without_them_is_not(name):
     assert np.ptp(total) < 1e-4 * np.ptp(bare)
 
 
+@pytest.mark.slow_cases("one source", "tides")
 @pytest.mark.parametrize("name", PAIRS)
 def test_force_pairs_keep_the_momentum(name):
     run = galvi.integrate(bodies(CASES[name]), METHOD, 0.05, 60)
@@ -88,7 +90,7 @@ def test_the_order_is_that_of_the_method(name):
     assert np.all((orders > 3.7) & (orders < 4.3)), orders
 
 
-@pytest.mark.slow_cases("a function of time", "Python")
+@pytest.mark.slow_cases(but=["one source", "tides"])
 @pytest.mark.parametrize("name", OF_VELOCITY)
 def test_the_energy_of_a_run_with_a_force_of_velocity_is_not_judged(name):
     run = galvi.integrate(bodies(OF_VELOCITY[name]), METHOD, 0.05, 20)
@@ -151,6 +153,7 @@ def test_other_wrong_forces_are_refused():
         galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_in_the_plane_a_run_is_that_of_space():
     forces = (galvi.Oblateness(0, 1e-3, 0.3), galvi.Tides(0, 0.3, 0.3, 0.01, spin=(0, 0, 2)))
     flat = galvi.integrate(bodies(forces, plane=True), METHOD, 0.05, 20)
@@ -162,7 +165,7 @@ def test_in_the_plane_a_run_is_that_of_space():
 IN_CLOCK = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
 
 
-@pytest.mark.slow_cases("one source", "a function")
+@pytest.mark.slow_cases("one source", "a function of time", "Python", "a function")
 @pytest.mark.parametrize("name", CASES)
 def test_a_clock_takes_forces(name):
     problem = bodies(CASES[name])
@@ -172,6 +175,7 @@ def test_a_clock_takes_forces(name):
     assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
 
 
+@pytest.mark.slow_cases("one source")
 @pytest.mark.parametrize("name", ["one source", "drag"])
 def test_passes_of_a_driven_clock_solve_what_newtons_method_does(name):
     problem = bodies(CASES[name])
@@ -195,6 +199,7 @@ def eccentric(force):
     )
 
 
+@pytest.mark.slow_cases("charges1")
 @pytest.mark.parametrize("charges", [(0.3, 3e-4), (0.3, 0.3)])
 def test_a_force_that_does_no_work_settles_in_a_clock(charges):
     """As of a magnetic field: F . v is rounding alone. The second turns the planet by 15 rad a
@@ -212,6 +217,7 @@ def test_a_force_that_does_no_work_settles_in_a_clock(charges):
         assert np.max(np.abs(energy - energy[0])) < 1e-13 * abs(energy[0])  # 4e-15
 
 
+@pytest.mark.slow_cases(but=["0.6"])
 @pytest.mark.parametrize("step", [0.6, 1.5, 1.9])
 def test_long_steps_in_a_clock_are_solved_to_rounding(step):
     eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
@@ -231,6 +237,7 @@ def test_a_clock_with_a_force_refuses_what_it_cannot_do():
         galvi.integrate(problem, IN_CLOCK, 0.1, 1)
 
 
+@pytest.mark.slow
 def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
     long, newton = (
@@ -251,7 +258,16 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
     assert galvi.integrate(problem, METHOD, 0.05, 3).success
 
 
-@pytest.mark.slow_cases("a function of time-False")
+@pytest.mark.slow_cases(
+    "one source-False",
+    "one source-True",
+    "EIH-True",
+    "radiation-True",
+    "drag-True",
+    "a function of time-False",
+    "Python-False",
+    "Python-True",
+)
 @pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
 @pytest.mark.parametrize("plane", [False, True])
 @pytest.mark.parametrize("name", [one for one in CASES if one != "a function"])
@@ -288,6 +304,7 @@ def test_a_function_of_time_is_asked_at_the_time_of_the_start():
     assert galvi.integrate(problem, METHOD, 0.05, 2).success
 
 
+@pytest.mark.slow
 def test_a_step_that_newton_cannot_solve_is_tried_in_parts_and_ends_the_run_in_words():
     problem = bodies([one for name in ("tides", "EIH", "power laws") for one in CASES[name]])
     run = galvi.integrate(problem, METHOD, 3.0, 5)
@@ -311,6 +328,7 @@ def passing(forces):
     return galvi.Problem(galvi.NBody([1.0, 1e-3, 1e-9], forces=forces), q, v)
 
 
+@pytest.mark.slow_cases(but=["relativity-auto", "EIH-auto"])
 @pytest.mark.parametrize(
     ("name", "solver"), [("drag", "newton"), *((name, "auto") for name in NEGLIGIBLE)]
 )

@@ -23,6 +23,7 @@ def run(forces: Any, **options: Any) -> galvi.Trajectory:
     return galvi.integrate(bodies(forces), METHOD, 0.05, 40, **options)
 
 
+@pytest.mark.slow_cases(but=["tides"])
 @pytest.mark.parametrize("name", ["EIH", "tides", "a function of time"])
 def test_a_law_too_long_to_be_written_out_is_called_and_gives_the_same_run(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -36,6 +37,7 @@ def test_a_law_too_long_to_be_written_out_is_called_and_gives_the_same_run(
     assert np.max(np.abs(written.q - called.q)) < 1e-14
 
 
+@pytest.mark.slow_cases(but=["1.0"])
 @pytest.mark.parametrize("power", [0.5, 1.0, 1.3, 2.0, 3.0])
 def test_a_drag_has_a_value_at_rest(power: float) -> None:
     system = galvi.NBody(MASSES, forces=galvi.Drag([1e-3] * 3, power))
@@ -73,6 +75,7 @@ def test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes() ->
     assert np.max(np.abs(runs[1].q - runs[0].q)) > 1e-6
 
 
+@pytest.mark.slow
 def test_a_function_that_branches_is_called_and_the_status_says_so() -> None:
     def drag(q: Any, v: Any) -> Any:
         return -1e-3 * v if q[1, 0] > 0.0 else -2e-3 * v

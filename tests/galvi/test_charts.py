@@ -94,6 +94,7 @@ def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
     assert np.max(np.abs(found - exact.astype(float))) < 5e-16  # 2.3e-16
 
 
+@pytest.mark.slow_cases("Cayley-Rn")
 @each_group
 @each_chart
 @given(data=st.data())
@@ -168,6 +169,9 @@ def test_many_are_placed_at_once(group):
     assert np.allclose(coordinates(CAYLEY, group, bases, many), xi, atol=1e-12)
 
 
+@pytest.mark.slow_cases(
+    "Cayley-SE3", "Cayley-Product", "Exponential-Product", "ModifiedRodrigues-Product"
+)
 @each_group
 @each_chart
 @given(data=st.data())
@@ -182,6 +186,7 @@ def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
     assert np.allclose(there, np.array(seen) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
 
 
+@pytest.mark.slow_cases("Rn")
 @each_group
 @given(data=st.data())
 def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
@@ -206,6 +211,7 @@ def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
         assert value == pytest.approx(moved, abs=1e-10)
 
 
+@pytest.mark.slow_cases("Rn")
 @each_group
 def test_rounding_is_taken_out_of_an_element_to_second_order(group):
     g = element(group, np.linspace(-1.0, 1.0, group.dimension))

@@ -165,6 +165,7 @@ def test_steps_solve_the_equations_of_the_clock(
     assert np.array_equal(taken.q[-1], state[0]) and taken.t[-1, 0] == clock[0]
 
 
+@pytest.mark.slow_cases(but=["forces0"])
 @pytest.mark.parametrize("forces", [(), TILTED, BENT, LOGARITHM])
 def test_the_law_of_the_kernel_is_that_of_the_general_engines(forces: Any) -> None:
     """To rounding, also with an energy that is not the state's; without the forces it is not."""
@@ -291,6 +292,7 @@ def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> N
         assert motion_in_lanes(problem, method, None) is None
 
 
+@pytest.mark.slow
 def test_the_energy_does_not_drift() -> None:
     """At most 4 standard errors of it; with an early stop there are more than 100."""
     found = drift(binary(), blocks=60)

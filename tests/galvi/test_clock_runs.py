@@ -31,6 +31,7 @@ from tests.galvi.clock_problems import (
 each = pytest.mark.parametrize("case", list(CASES))
 
 
+@pytest.mark.slow_cases("elastic pendulum")
 @each
 def test_a_continued_run_has_the_bits_of_one_long_run(case: str) -> None:
     problem, clock, duration, step = CASES[case]

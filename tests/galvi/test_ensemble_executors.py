@@ -116,6 +116,7 @@ def test_a_folder_is_read_instead_of_computed(tmp_path, monkeypatch):
     assert len(computed) > 8  # other steps are another ensemble
 
 
+@pytest.mark.slow
 def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
     problem = galvi.problems.kepler(0.3)
     q = np.stack([problem.q0, [1e-3, 0.0]])

@@ -83,6 +83,7 @@ def test_the_end_has_the_order_of_the_steps_and_not_of_the_curve() -> None:
     assert 5.3 < np.polyfit(np.log(steps), np.log(errors), 1)[0] < 6.7
 
 
+@pytest.mark.slow_cases("1")
 @pytest.mark.parametrize("save_every", [1, 7])
 def test_in_a_clock_an_action_resets_the_energy(save_every: int) -> None:
     def slower(q: Any, v: Any, t: float) -> Any:

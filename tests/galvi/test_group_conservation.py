@@ -73,6 +73,7 @@ def test_a_body_that_starts_turned_moves_turned(method, chart, turn):
         assert np.allclose(two.p, one.p, rtol=0.0, atol=2e-13)
 
 
+@pytest.mark.slow_cases("collocation-Exponential")
 @each_chart
 @pytest.mark.parametrize("method", [collocation, hall])
 def test_momentum_energy_and_the_rotation_stay(method, chart):

@@ -95,7 +95,7 @@ def largest_error(case: Case, count: int) -> float:
     return worst
 
 
-@pytest.mark.slow_cases("atan2")
+@pytest.mark.slow_cases("tanh", "inverse fourth root", "atan2")
 @BY_NAME
 def test_a_function_errs_by_less_than_its_bound(case: Case) -> None:
     assert largest_error(case, FEW) < case.limit

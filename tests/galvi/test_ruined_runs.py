@@ -90,6 +90,7 @@ ASTRAY = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("1-rigid body")
 @pytest.mark.parametrize("name", ASTRAY)
 @pytest.mark.parametrize("every", [1, 7, 100])
 def test_a_gradient_of_the_wrong_sign_ruins_a_run_which_goes_on(name, every):
@@ -113,6 +114,7 @@ def test_the_first_ruined_step_is_found_among_the_kept_ones():
     assert run.failed_step <= seen.failed_step <= run.failed_step + 128  # a 64th of the run at most
 
 
+@pytest.mark.slow_cases(but=["3"])
 @pytest.mark.parametrize("points", [3, 5, 8])
 def test_a_fall_onto_the_centre_is_never_called_good(points):
     """Steps jump over the singularity: of 60 such runs some stop, some are ruined, some warn."""
@@ -148,6 +150,7 @@ def test_the_measure_is_not_that_of_where_a_run_went():
     assert judgement(steps, rest + 1e-16, rest, 0.0, 0.0, FRESH).ruined == 1  # no floor
 
 
+@pytest.mark.slow_cases(but=["1-0.5-2-False", "4-3.14-3-False"])
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize(("points", "step", "steps"), [(8, 3.7, 1), (1, 0.5, 2), (4, 3.14, 3)])
 def test_a_coarse_run_from_rest_that_returns_is_not_ruined(compiled, points, step, steps):

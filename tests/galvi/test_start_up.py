@@ -116,6 +116,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
     assert len(set(told[0].splitlines())) == 4
 
 
+@pytest.mark.slow
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])

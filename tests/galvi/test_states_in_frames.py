@@ -23,6 +23,7 @@ METEOROID = galvi.Problem(
 )
 
 
+@pytest.mark.slow
 def test_states_and_events_of_a_run_through_a_passage_are_numbers_and_right() -> None:
     """Five of its states were NaN, and the event ended with a ValueError."""
     run = galvi.integrate(METEOROID, FRAME, 20.0, duration=60.0)
@@ -40,6 +41,7 @@ def test_states_and_events_of_a_run_through_a_passage_are_numbers_and_right() ->
     assert abs(gap @ speed) < 1e-3 * np.linalg.norm(gap) * np.linalg.norm(speed)
 
 
+@pytest.mark.slow_cases("10.0")
 @pytest.mark.parametrize("step", [10.0, 5.0])
 def test_states_of_a_completed_run_are_never_nan(step: float) -> None:
     run = galvi.integrate(METEOROID, FRAME, step, duration=60.0)

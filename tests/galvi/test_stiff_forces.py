@@ -42,6 +42,7 @@ def test_a_lagrangian_at_rest_in_the_origin_is_driven_to_round_off(size):
     assert np.max(np.abs(run.q[:, 0] - exact)) < 1e-9 * size  # 3e-10
 
 
+@pytest.mark.slow_cases("1-rule0")
 @pytest.mark.parametrize(
     ("degree", "rule"),
     [(1, galvi.radau(1, left=True)), (1, galvi.radau(1)), (2, galvi.lobatto(2))],

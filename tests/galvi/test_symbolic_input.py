@@ -49,6 +49,7 @@ def test_a_missing_sympy_is_a_sentence(monkeypatch):
         made(FREE, x, u)
 
 
+@pytest.mark.slow
 def test_galvi_does_not_import_sympy():
     command = [sys.executable, "-c", "import sys, galvi; sys.exit('sympy' in sys.modules)"]
     assert subprocess.run(command).returncode == 0

@@ -33,6 +33,7 @@ def test_the_constant_of_friedrichs_is_that_of_a_computation_by_hand(space, rule
     assert said.z0 == Z0
 
 
+@pytest.mark.slow_cases("40")
 @pytest.mark.parametrize("degree", [8, 16, 40])
 def test_the_constant_of_friedrichs_tends_to_1_with_the_degree(degree):
     """M's inequality is sharp for cos(z0 t / h), which polynomials approach."""
@@ -98,6 +99,7 @@ def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
     assert error < 1e-12  # 2e-14
 
 
+@pytest.mark.slow
 def test_names_reach_the_highest_degree():
     assert galvi.theory(P(64), galvi.gauss(64)).name == "Gauss collocation, 64 stages"
     assert galvi.theory(P(64), galvi.lobatto(64)).name == "Lobatto IIIA-IIIB, 64 stages"

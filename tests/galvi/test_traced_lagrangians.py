@@ -101,7 +101,7 @@ def twin(system: Any) -> Any:
     )  # fmt: skip
 
 
-@pytest.mark.slow_cases(but=["magnetic", "slopes of Python", "braked"])
+@pytest.mark.slow_cases(but=["slopes of Python", "braked"])
 @BY_NAME
 def test_a_run_in_lanes_is_that_of_the_general_kernel_and_of_the_functions(name: str) -> None:
     system, q0, v0 = SYSTEMS[name]
@@ -118,6 +118,7 @@ def test_a_run_in_lanes_is_that_of_the_general_kernel_and_of_the_functions(name:
     np.testing.assert_allclose(galvi.energy(called), galvi.energy(run)[:3], atol=2e-10)
 
 
+@pytest.mark.slow_cases("masses and springs")
 @BY_NAME
 def test_momenta_and_energies_are_those_of_the_functions(name: str) -> None:
     system, q0, v0 = SYSTEMS[name]
@@ -147,6 +148,7 @@ FORCED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("a gradient of the time", "a SymPy Lagrangian")
 @pytest.mark.parametrize("name", FORCED)
 def test_a_users_force_is_traced_beside_every_kind_of_system(name: str) -> None:
     system = FORCED[name]

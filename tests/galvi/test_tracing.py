@@ -288,6 +288,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("long code")
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_function_that_is_no_expression_is_refused_with_the_reason(name: str) -> None:
     function, reason = REFUSED[name]

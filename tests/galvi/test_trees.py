@@ -42,6 +42,7 @@ def distances_of_mujoco(model, run, h):
     return found
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_200_random_trees_have_the_accelerations_energies_and_states_of_mujoco(joints, seed):
@@ -101,6 +102,7 @@ def test_a_planted_fault_of_a_tree_is_seen(fault, seen):
     assert np.min(defects(model, wrong, *state)[list(seen)]) > 1e-5
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
 def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
@@ -119,6 +121,7 @@ def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
     np.testing.assert_allclose(momenta[0], mass @ v, rtol=0, atol=1e-13 * size)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
 def test_its_accelerations_by_newton_and_euler_are_those_of_its_lagrangian(joints, seed):
@@ -130,6 +133,7 @@ def test_its_accelerations_by_newton_and_euler_are_those_of_its_lagrangian(joint
     assert np.linalg.norm(off) < 1e-12 * size  # 3e-15
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
 def test_its_law_for_lanes_is_its_kernel(joints, seed):

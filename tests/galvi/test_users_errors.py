@@ -72,6 +72,7 @@ def test_what_a_users_function_raises_reaches_the_caller(name):
         galvi.integrate(PROBLEMS[name](), FOUR, 0.1, 1000)
 
 
+@pytest.mark.slow_cases("gradient-numba", "slopes-numba")
 @pytest.mark.parametrize("plain", [True, False], ids=["python", "numba"])
 @pytest.mark.parametrize("which", ["gradient", "slopes"])
 def test_nan_from_a_users_function_during_the_run_is_a_failure(which, plain):

@@ -35,6 +35,10 @@ def recommend(problem, error, duration, **options):
     return galvi.recommend(problem, error, duration, by="evaluations", **options)
 
 
+@pytest.mark.slow_cases(
+    "problem0-100.0-options0-an error is not extrapolated to ",
+    "problem1-1000.0-options1-an error is not extrapolated to ",
+)
 @pytest.mark.parametrize(
     ("problem", "duration", "options", "why"),
     [
@@ -61,6 +65,7 @@ def test_an_error_seen_over_too_short_a_part_is_refused(problem, duration, optio
     assert why in choice.status and choice.measured < 0.2 * duration
 
 
+@pytest.mark.slow
 def test_a_force_that_is_lost_later_is_found_out():
     spring = galvi.Canonical(
         1.0, lambda q: 0.5 * q[0] ** 2, lambda q: q if q[0] >= -0.5 else np.array([np.nan])
@@ -85,6 +90,7 @@ def late(potential, gradient):
     return galvi.Problem(system, [-25.0, 1.0], [1.0, 0.0])
 
 
+@pytest.mark.slow_cases("problem1-later the energy error is")
 @pytest.mark.parametrize(
     ("problem", "why"),
     [

@@ -88,6 +88,7 @@ def test_a_stiff_servo_whose_fast_motion_is_not_excited_is_not_named() -> None:
     assert v == pytest.approx(np.exp(-10.0 * 0.2), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_step_of_a_stiff_servo_is_recommended_for_its_velocities() -> None:
     found = galvi.recommend(wrist(2.0), 1e-4, 0.02)
     assert found.reached
@@ -103,6 +104,7 @@ def gimbal(damping: float) -> galvi.Problem:
     return galvi.from_mujoco(model).with_initial_state([0, 0, 0], [1e-3, 3.0, 0.0])
 
 
+@pytest.mark.slow_cases("0.01-100-0.0-0.0", "0.01-100-0.0-1e-12")
 @pytest.mark.parametrize("damping", [0.0, 1e-12])
 @pytest.mark.parametrize("start", [0.0, 0.5 * np.pi - 0.1, 0.5 * np.pi - 0.3])
 @pytest.mark.parametrize(("step", "steps"), [(0.01, 100), (0.01, 1000), (0.001, 1000)])

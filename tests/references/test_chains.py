@@ -59,6 +59,7 @@ def apart(run, truth) -> float:
     return float(max(np.abs(run.q[-1] - truth.q[-1]).max(), np.abs(run.p[-1] - truth.p[-1]).max()))
 
 
+@pytest.mark.slow_cases("double pendulum")
 @every
 def test_galvi_and_dop853_agree_within_their_errors(name, truths):
     coarse, fine = (
@@ -144,6 +145,7 @@ def test_heyoka_and_dop853_agree(name, truths):
     assert HEYOKA_CHAIN_QUADRUPLE.exact and not HEYOKA_CHAIN.exact
 
 
+@pytest.mark.slow_cases("planar_chain")
 @pytest.mark.parametrize("case", STORED_CHAIN.cases)
 def test_others_come_to_the_stored_truth(case):
     problem, _ = STORED_CHAIN.cases[case]
@@ -181,6 +183,7 @@ def test_the_stored_truth_can_be_made_again(case):
     assert [made[i] for i in rows] == [kept[i] for i in rows]
 
 
+@pytest.mark.slow
 def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
     """Two starts 1e-9 apart: over ten units of time they part as exp(1.9 t), so the Lyapunov time
     there is half a unit, and an error of 1e-16 would be 1e-8 at the end.

@@ -97,6 +97,7 @@ def test_a_study_is_a_file_and_an_entry(out: Path) -> None:
     assert '<h2 id="mine">My study</h2>' in page and "Two numbers." in page
 
 
+@pytest.mark.slow
 def test_a_figure_is_an_entry_of_the_catalogue(out: Path) -> None:
     assert (out / "figures" / "mine.svg").exists()
     assert "My figure" in (out / "claims.html").read_text()

@@ -130,6 +130,7 @@ def test_claims_and_sections_that_take_times_say_so():
     assert set(load().in_workers) == beside
 
 
+@pytest.mark.slow
 def test_a_build_measures_sections_beside_its_claims_and_only_once(
     make_suite, make_claim, tmp_path
 ):

@@ -74,6 +74,7 @@ def test_every_open_study_is_tried_here(studied):
     assert set(studied) == set(SHOWN)
 
 
+@pytest.mark.slow_cases("free-spin", "turning")
 @pytest.mark.parametrize("name", SHOWN)
 def test_a_sound_integrator_has_a_line_and_a_broken_one_is_named(studied, name):
     frame, study = studied[name], SHOWN[name]

@@ -107,6 +107,7 @@ def sentence(root: Path) -> str:
     return str(json.loads((root.parent / "out" / "against.json").read_text())["verdict"])
 
 
+@pytest.mark.slow
 def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.CaptureFixture) -> None:
     assert compared(checkout) == 0
     assert "is not worse than" in sentence(checkout) and "working tree" not in sentence(checkout)
@@ -338,6 +339,7 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(
     assert {one.get("message") for one in failures} >= set(row["alarms"].values())
 
 
+@pytest.mark.slow
 def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     make_suite: Any, project: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -414,6 +416,7 @@ def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) ->
     assert "The base: It gave no answer" in (project / "out" / "against.md").read_text()
 
 
+@pytest.mark.slow
 def test_thresholds_of_a_project_are_those_of_its_benchmarks(project: Path) -> None:
     (case,) = contender_cases(["mine_to_track:Mine"], 60.0, Thresholds(0.2, 0.05, 1e-12))
     assert (case.slower, case.error_tolerance, case.rounding) == (0.2, 0.05, 1e-12)
