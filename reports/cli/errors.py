@@ -8,7 +8,7 @@ from typing import Any
 import typer
 
 from references.setting import nearest
-from reports.cli.project import CONTENDERS_CLAIMS
+from reports.cli.project import CONTENDERS_CLAIMS, TABLE
 from reports.results.options import OF_CONTENDERS
 
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
@@ -37,7 +37,7 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
         if (word == CONTENDERS_CLAIMS or word.startswith(OF_CONTENDERS)) and not theirs:
             raise typer.BadParameter(
                 f"there is no claim {word!r}; such claims belong to an external integrator: add it "
-                "with --contender package.module:Class."
+                f"with --contender package.module:Class, or as contenders of {TABLE}."
             )
         if word != CONTENDERS_CLAIMS and word not in known:
             near = nearest(word, (*known, CONTENDERS_CLAIMS) if theirs else known)

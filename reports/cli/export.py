@@ -188,6 +188,8 @@ def _exported(path: Path, content: str | bytes) -> Sequence[Path]:
     Raises typer.BadParameter where it cannot be written.
     """
     if path == STDOUT:
+        if sys.stdout is None:  # as Python has it where the command was started with `>&-`
+            raise typer.BadParameter("--to -: standard output is closed.")
         sys.stdout.flush()
         sys.stdout.buffer.write(content.encode() if isinstance(content, str) else content)
         sys.stdout.flush()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import typer
 
 from benchmarks.store.atomic import write
-from reports.cli.errors import choose_claims, choose_engines
+from reports.cli.errors import UsageError, choose_claims, choose_engines
 from reports.cli.project import TABLE, Project
 from reports.results.options import OUT, OWN_FOLDER, Options
 
@@ -104,11 +104,10 @@ def within(least: float, most: float, unit: str) -> Callable[..., float | None]:
         if value is None or (least < value <= most and math.isfinite(value)):
             return value
         word = param.opts[0]
-        where = word if typed(context, str(param.name)) else f"{word[2:]} in {TABLE}"
-        up_to = f" up to {most:g}" if math.isfinite(most) else ""
-        raise typer.BadParameter(
-            f"{where} expects {unit} above {least:g}{up_to}; received {value:g}."
-        )
+        where = word if typed(context, str(param.name)) else f"{TABLE}: {word[2:]}"
+        up_to = f" up to {most:g}" if math.isfinite(most) else " and finite"
+        # not a BadParameter, of which the message begins with the option
+        raise UsageError(f"{where} expects {unit} above {least:g}{up_to}; received {value:g}.")
 
     return check
 

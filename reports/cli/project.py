@@ -57,7 +57,6 @@ KEYS: Mapping[str, Key] = {
     "problems": Key("problem", LIST, _is_list),
     "claims": Key("claims", LIST, _is_list, joined=True),
     "require": Key("require", LIST, _is_list, joined=True),
-    "against": Key("against", "a text", _is_text),
     "timeout": Key("timeout", NUMBER, _is_number),
     "fail-under": Key("fail_under", NUMBER, _is_number),
     "slower": Key("slower", NUMBER, _is_number),

@@ -57,6 +57,7 @@ def folder(tmp_path_factory):
     sys.path.remove(str(folder))
 
 
+@pytest.mark.slow
 def test_the_example_of_the_page_stands_beside_ours_everywhere(
     folder, make_suite, tmp_path, monkeypatch, capsys
 ):
@@ -90,7 +91,7 @@ def test_a_check_of_a_contender_that_was_not_named_says_so(make_suite, tmp_path,
     words = ["verify", "--claims", "A-my-leapfrog", "--out", str(tmp_path / "out")]
     assert run(make_suite, words) == 2
     told = capsys.readouterr().err
-    assert "belong to an external integrator: add it with --contender package.module:Class." in told
+    assert "add it with --contender package.module:Class, or as contenders of [tool.galvi]." in told
 
 
 def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(

@@ -314,6 +314,12 @@ def test_a_pipe_a_link_and_a_device_stay_what_they_are(make_suite, small, capsys
     assert target.stat().st_mode & 0o777 == 0o600
 
 
+def test_closed_standard_output_is_told_in_a_sentence(make_suite, small, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdout", None)  # as Python has it after `>&-`
+    assert run(make_suite, ["export", "t", "--out", str(small[0]), "--to", "-"]) == 2
+    assert capsys.readouterr().err == "--to -: standard output is closed.\n"
+
+
 def test_a_target_that_cannot_be_written_is_told_in_a_sentence(make_suite, small, capsys):
     folder, _ = small
     (folder / "a").symlink_to("b")

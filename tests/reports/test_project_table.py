@@ -17,8 +17,8 @@ from reports.results.options import OUT
 
 VALUES = {
     "contenders": '["mine:Leapfrog"]', "problems": '["mine:spring"]', "claims": '["V1", "V3"]',
-    "require": '["rebound"]', "against": '"origin/main"', "timeout": "20", "fail-under": "50",
-    "slower": "20.0", "less-accurate": "5", "quick": "true", "out": '"results"',
+    "require": '["rebound"]', "timeout": "20", "fail-under": "50", "slower": "20.0",
+    "less-accurate": "5", "quick": "true", "out": '"results"',
 }  # fmt: skip
 
 
@@ -116,7 +116,7 @@ def test_without_a_command_the_report_is_built_with_these(project, suite, monkey
         assert given.quick and given.require == ("rebound",) and len(given.claims) == 4
 
 
-def test_track_compares_with_the_revision_of_the_table(project, suite, monkeypatch):
+def test_track_compares_these_contenders_where_a_revision_is_named_and_else_shows_the_history(project, suite, monkeypatch):
     asked = []
 
     def track(out, provenance, against, only, quick, isolate, contenders, timeout, thresholds):
@@ -133,9 +133,9 @@ def test_track_compares_with_the_revision_of_the_table(project, suite, monkeypat
     assert run(lambda: suite[0], ["track", "--contender", "mine:Leapfrog"]) == 0
     mine = ["mine:Leapfrog"]
     assert asked == [
-        ("origin/main", mine, 20.0, 0.2, 0.05),
+        (None, [], 20.0, 0.2, 0.05),  # the history
         ("v1", mine, 20.0, 0.3, 0.05),
-        (None, [], None, 0.1, 0.01),  # the history
+        (None, [], None, 0.1, 0.01),
         (None, mine, None, 0.1, 0.01),
     ]
 
@@ -168,8 +168,7 @@ def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project,
         ("[tool.galvi]\ncontenders = 'a:B'", "contenders expects a list of one or more texts"),
         ("[tool.galvi]\nclaims = []", "claims expects a list of one or more texts; received []."),
         ("[tool.galvi]\ntimeout = true", "timeout expects a number; received True."),
-        ("[tool.galvi]\ntimeout = -1", "timeout in [tool.galvi] expects seconds above 0"),
-        ("[tool.galvi]\nfail-under = 101", "fail-under in [tool.galvi] expects percent above 0 up"),
+        ("[tool.galvi]\nagainst = 'v1'", "has no key 'against'"),
         ("[tool.galvi]\nquick = 1", "quick expects true or false; received 1."),
         ("[tool]\ngalvi = 3", "expects a table; received 3."),
         ("[tool.galvi\n", "pyproject.toml cannot be read: "),
@@ -185,6 +184,24 @@ def test_a_table_that_is_wrong_is_refused_in_a_sentence(
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert run(lambda: suite[0], ["--help"]) == run(lambda: suite[0], ["--version"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "key", "said"),
+    [
+        ("verify", "timeout = -1", "expects seconds above 0 and finite; received -1."),
+        ("verify", "timeout = inf", "expects seconds above 0 and finite; received inf."),
+        ("verify", "fail-under = 101", "expects percent above 0 up to 100; received 101."),
+        ("track", "slower = 0", "expects percent above 0 and finite; received 0."),
+    ],
+)
+def test_a_number_of_the_table_out_of_range_names_the_key_once(
+    command, key, said, tmp_path, monkeypatch, capsys, suite
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text(f"[tool.galvi]\n{key}")
+    assert run(lambda: suite[0], [command]) == 2
+    assert capsys.readouterr().err == f"[tool.galvi]: {key.partition(' ')[0]} {said}\n"
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "0", "-1", "x"])
