@@ -17,7 +17,8 @@ class Unknown(Exception):
 
 
 def true_ends(case: Case) -> list[np.ndarray]:
-    """Final configurations of each of a case's runs, flat, by its reference.
+    """Final configurations of each of a case's runs, flat, with momenta where an integrator of a
+    project is tracked, by its reference.
 
     Raises Unknown when the case names no reference, its engine is missing, or it fails.
     """
@@ -33,7 +34,8 @@ def true_ends(case: Case) -> list[np.ndarray]:
         run = truth.run(problem, case.step * case.steps, setting)
         if not run.success:
             raise Unknown(run.status)
-        ends.append(run.q[-1].ravel())
+        parts = (run.q[-1], run.p[-1]) if case.contender else (run.q[-1],)
+        ends.append(np.concatenate([part.ravel() for part in parts]))
     return ends
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import json
 import math
 import sys
 import time
@@ -27,6 +28,7 @@ from typing import Any
 
 SPREAD = 1e-3  # difference between the starts of a case
 UNTIMED = ("round-off", "long")  # kinds of cases
+NEAR = 1e-9  # tolerance of the last time, relative
 ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
@@ -53,7 +55,10 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     problems = starts(problem_of(case), case["starts"])
     if case.get("contender"):
         run, duration = contender_of(case).run, case["step"] * case["steps"]
-        return lambda: [run(one, duration, dict(case["setting"])) for one in problems]
+        return lambda: [
+            in_time(run(one, duration, dict(case["setting"])), one.t0 + duration)
+            for one in problems
+        ]
     method, step, steps = method_of(case), case["step"], case["steps"]
 
     def call() -> list[Any]:
@@ -69,6 +74,21 @@ def contender_of(case: Mapping[str, Any]) -> Any:
     return found() if isinstance(found, type) else found
 
 
+def in_time(run: Any, end: float) -> Any:
+    """The run. Raises ValueError where it succeeded and does not end at that time."""
+    if run.success and not abs(run.t[-1] - end) <= NEAR * abs(end):
+        raise ValueError(f"its last time must be {end:g}; received {run.t[-1]:g}")
+    return run
+
+
+def offered(case: Mapping[str, Any]) -> Any:
+    """The finest setting that the case's integrator offers, as text; "" where it offers none."""
+    if not case.get("contender") or not hasattr(found := contender_of(case), "settings"):
+        return ""
+    settings = found.settings(problem_of(case), case["step"] * case["steps"])
+    return str(dict(list(settings)[-1]))
+
+
 def starts(problem: Any, count: int) -> list[Any]:
     """The problem itself, and copies from slightly perturbed configurations."""
     if count == 1:
@@ -78,18 +98,19 @@ def starts(problem: Any, count: int) -> list[Any]:
     return [moved(problem.q0 * (1.0 + SPREAD * k), problem.v0) for k in range(count)]
 
 
-def described(runs: list[Any]) -> dict[str, Any]:
-    """The results of the runs: flat final configurations, summed counts, the first failure."""
+def described(runs: list[Any], momenta: bool = False) -> dict[str, Any]:
+    """The results of the runs: flat final configurations, with momenta where asked for, summed
+    counts, the first failure."""
     failed = [run for run in runs if not run.success]
     counts: dict[str, int] = {}
     for run in runs:
         for name, count in run.counts.items():
             counts[name] = counts.get(name, 0) + int(count)
     return {
-        "ends": [[float(x) for x in run.q[-1].ravel()] for run in runs],
+        "ends": [_flat(run.q[-1]) + (_flat(run.p[-1]) if momenta else []) for run in runs],
         "counts": counts,
         "success": not failed,
-        "status": (failed or runs)[0].status,
+        "status": str((failed or runs)[0].status),
     }
 
 
@@ -160,7 +181,8 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
     times = {"first_call": first, "warm": warm}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
     origin = {"code": module.__file__, "problem": probed(problem_of(case))}
-    return described(runs) | times | origin | {"need": need, "memory": memory()}
+    found = described(runs, bool(case.get("contender"))) | {"offered": offered(case)}
+    return found | times | origin | {"need": need, "memory": memory()}
 
 
 def memory() -> float:
@@ -200,17 +222,19 @@ def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dic
 
 
 def serve(pipe: Connection) -> None:
-    """Answer requests until the other end is closed."""
+    """Answer requests until the other end is closed. Both are JSON, so that no object of a tested
+    integrator gets into the process that asks."""
     calls: dict[str, Callable[[], Any]] = {}
     while True:
         try:
-            order = pipe.recv()
+            order = json.loads(pipe.recv_bytes())
         except EOFError:
             return
         try:
-            pipe.send(answer(order, calls))
+            found = json.dumps(answer(order, calls))
         except Exception as error:
-            pipe.send({"raised": f"{type(error).__name__}: {' '.join(str(error).split())}"})
+            found = json.dumps({"raised": f"{type(error).__name__}: {error}"})
+        pipe.send_bytes(found.encode())
 
 
 if __name__ == "__main__":

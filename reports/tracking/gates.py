@@ -59,8 +59,9 @@ class Finding:
 
     @property
     def compared(self) -> bool:
-        """Whether both sides ran it, or the head should have."""
-        return len(self.pair.reached) == len(SIDES) or bool(self.alarms)
+        """Whether both sides ran it, the base to its end, or the head should have."""
+        both = len(self.pair.reached) == len(SIDES)
+        return (both and bool(self.pair.reached["base"]["success"])) or bool(self.alarms)
 
 
 def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
@@ -91,6 +92,8 @@ def _finding(
     if len(pair.reached) == len(SIDES):
         base, head = (pair.reached[side] for side in SIDES)
         changed = _changed(base["problem"], head["problem"])
+        if base.get("offered", "") != head.get("offered", ""):
+            said.append((NOTE, _other_settings(base["offered"], head["offered"])))
         if base["success"] and np.shape(base["ends"]) == np.shape(head["ends"]):
             moved = _moved(base["ends"], head["ends"])
             if not isinstance(truth, str):
@@ -114,6 +117,14 @@ def _finding(
     alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
     notes = pair.notes + tuple(sentence for gate, sentence in said if gate == NOTE)
     return Finding(pair, errors, moved, growth, p, visible, alarms, notes)
+
+
+def _other_settings(base: str, head: str) -> str:
+    return (
+        f"The finest setting that the base offers is {base or 'none'}, that of the head "
+        f"{head or 'none'}: both were run at the head's, so that a change of settings is not "
+        f"in the numbers."
+    )
 
 
 def _samples(pair: Pair, at: int) -> tuple[list[float], list[float]]:

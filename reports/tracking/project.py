@@ -110,7 +110,8 @@ def committed(commit: str, root: Path, folder: Path) -> Checkout:
 def extract(commit: str, root: Path, folder: Path) -> None:
     """All files of a commit."""
     with tarfile.open(fileobj=io.BytesIO(git(root, "archive", "--format=tar", commit))) as archive:
-        archive.extractall(folder, filter="data")
+        safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # before 3.11.4
+        archive.extractall(folder, **safe)  # type: ignore[arg-type]
 
 
 def working_tree(root: Path, folder: Path) -> Checkout:
@@ -199,7 +200,7 @@ class TrackedProblem:
     accuracy: float = 1.0
 
 
-# All start in motion, so that a reversed time shows. The first that it supports is run long, too.
+# All start in motion, so that a reversed time shows.
 PROBLEMS = (
     TrackedProblem("harmonic_oscillator", 5.0, "oscillator, closed form", {"velocity": 0.5}),
     TrackedProblem("kepler", 5.0, "Kepler, closed form", {"eccentricity": 0.3}),

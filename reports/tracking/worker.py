@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import json
 import os
+import signal
 import subprocess
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from benchmarks.applications.external.printed import harmless
 from benchmarks.timings import worker
 from benchmarks.timings.case import Case
 from reports.tracking.project import Checkout
 
 SECONDS = 600.0  # time limit of an answer of galvi, whose first call compiles
 CONTENDER_SECONDS = 60.0  # of another integrator
+ENDS = 10.0  # seconds for a process to end that has closed its pipe
 TIME_OUTS = 2  # of a side, after which it is not asked again
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
+
+
+def one_line(text: object) -> str:
+    """What an integrator says, on one line and harmless on a terminal and in a log."""
+    return harmless(" ".join(str(text).split()).encode("utf-8", "replace"))
 
 
 class Failed(Exception):
@@ -70,7 +80,8 @@ class Worker:
     def stop(self) -> None:
         """End the process, if it runs."""
         if self.process is not None:
-            self.process.kill()
+            with suppress(ProcessLookupError):  # with the processes that it started
+                os.killpg(self.process.pid, signal.SIGKILL)
             self.process.wait()
             self.pipe.close()
             self.process = None
@@ -83,18 +94,22 @@ class Worker:
             )
         process = self.process or self._start()
         try:
-            self.pipe.send(order)
+            self.pipe.send_bytes(json.dumps(order).encode())
             if not self.pipe.poll(limit):
                 self.stop()
                 self.patience.left -= 1
                 raise Failed(f"It gave no answer within {limit:g} seconds and was ended.")
-            answer: dict[str, Any] = self.pipe.recv()
+            answer: dict[str, Any] = json.loads(self.pipe.recv_bytes())
         except (EOFError, OSError):
-            status = process.wait()
+            with suppress(subprocess.TimeoutExpired):  # a process that only closed its pipe goes on
+                process.wait(ENDS)
+            status = process.poll()
             self.stop()
             raise Failed(f"Its process ended with status {status}.") from None
         if "raised" in answer:
-            raise Failed(str(answer["raised"]))
+            raise Failed(one_line(answer["raised"]))
+        if "status" in answer:
+            answer["status"] = one_line(answer["status"])
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:

@@ -11,14 +11,17 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
+import galvi
 from benchmarks.timings.case import TRAJECTORY, Case, Thresholds
 from benchmarks.timings.catalogue import CASES
+from benchmarks.timings.worker import described, in_time
 from galvi.command import put_suite_first
 from galvi.kernels.compile.cache import FOLDER
 from reports.cli import track as command
@@ -463,3 +466,61 @@ def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, pro
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
     row, *_ = json.loads((project / "out" / "against.json").read_text())["benchmarks"]
     assert "memory" in row["alarms"]
+
+
+HOSTILE = """
+import os, time
+import numpy as np
+import galvi
+
+class Status(str):
+    def __reduce__(self):
+        return open, ({opened!r}, "w")
+
+class Hostile:
+    def settings(self, problem, duration):
+        return [{{"step": duration / 4, "save_every": 4}}]
+
+    def run(self, problem, duration, setting):
+        if os.fork() == 0:
+            while True:
+                with open({alive!r}, "a") as file:
+                    file.write("x")
+                time.sleep(0.02)
+        if setting["step"] == duration:
+            raise ValueError("\\x1b[31mred\\n::error::x")
+        t = np.array([problem.t0, problem.t0 + duration])
+        q, p = np.array([problem.q0] * 2), np.array([problem.p0] * 2)
+        status = Status("\\x1b[1mbad\\n::error::y")
+        return galvi.Trajectory(problem, t, q, p, success=False, status=status)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it(
+    tmp_path: Path,
+) -> None:
+    opened, alive = tmp_path / "opened", tmp_path / "alive"
+    (tmp_path / "odd.py").write_text(HOSTILE.format(opened=str(opened), alive=str(alive)))
+    side = Checkout(tmp_path, "head", places=(tmp_path, ROOT))
+    case = replace(CASE, contender="odd:Hostile", setting={"step": 0.25, "save_every": 4})
+    with Worker(side) as one:
+        found = one.run(case)
+        assert found["status"] == "[1mbad : :error: :y" and not opened.exists()
+        assert found["offered"] == "{'step': 0.25, 'save_every': 4}"
+        with pytest.raises(Failed, match=r"^ValueError: \[31mred : :error: :x$"):
+            one.run(replace(case, setting={"step": 1.0, "save_every": 1}))
+    size = alive.stat().st_size
+    time.sleep(0.2)
+    assert alive.stat().st_size == size
+
+
+def test_a_run_that_ends_at_another_time_is_none_and_momenta_are_ends_too() -> None:
+    run = galvi.integrate(
+        galvi.problems.kepler(0.3), galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 2
+    )
+    assert in_time(run, 0.2) is run
+    with pytest.raises(ValueError, match=r"its last time must be 5; received 0\.2"):
+        in_time(run, 5.0)
+    (ends,) = described([run], momenta=True)["ends"]
+    assert ends == [*run.q[-1], *run.p[-1]] and described([run])["ends"] == [ends[:2]]

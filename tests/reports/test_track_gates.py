@@ -387,3 +387,15 @@ def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> No
     assert sum(line.startswith("| orbit ") for line in lines) == 1
     assert any(line.startswith("- orbit: slower by ") for line in lines)
     assert lines[-1] == "commit: c"
+
+
+def test_a_benchmark_that_fails_on_both_sides_is_not_compared(compared: Any) -> None:
+    fails = {"success": False, "status": "It went astray."}
+    outcome = compared(Fake(**fails), Fake(**fails))
+    assert not outcome.findings[0].compared and "could be compared" in str(outcome)
+
+
+def test_other_settings_of_the_base_are_noted(compared: Any) -> None:
+    sides = (Fake(offered="{'step': 0.1}"), Fake(offered="{'step': 1.0}"))
+    (note,) = compared(*sides).findings[0].notes
+    assert "base offers is {'step': 0.1}, that of the head {'step': 1.0}" in note
