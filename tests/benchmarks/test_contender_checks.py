@@ -297,6 +297,23 @@ def test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do(kind, why):
     assert seen.verdict == seen.expected == "not run" and why in seen.reason
 
 
+class WithoutLongRuns(WithoutSteps):
+    """It raises in runs longer than 5."""
+
+    def run(self, problem, duration, setting):
+        if duration > 5.0:
+            raise RuntimeError("too long")
+        return super().run(problem, duration, setting)
+
+
+def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_order_unseen():
+    rows, _, external = checked(WithoutLongRuns(), replace(SWING, long=6.5))
+    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    assert "with a `step`" in seen.reason
+    (fault,) = external.faults
+    assert ", T = 6.5, " in fault and fault.endswith("It raised RuntimeError: too long.")
+
+
 @pytest.mark.parametrize(
     ("parts", "said"),
     [

@@ -125,7 +125,9 @@ def finished(**parts):
         ({"t": np.array([0.0, 0.5, 1.1])}, "times must be the 3 from 0 to 1 .* received 3 from 0"),
         ({"t": np.array([0.0, 1.0])}, "received 2 from 0 to 1"),
         ({"t": np.array(1.0)}, "received an array of shape"),
-        ({"q": "far away"}, "must be arrays of numbers"),
+        ({"q": "far away"}, "Its q must be an array of real numbers; received <U8"),
+        ({"q": np.ones((3, 2)) + 0j}, "Its q must be an array of real numbers; received complex"),
+        ({"t": np.arange(3) / 2 + 0j}, "Its t must be an array of real numbers; received complex"),
         ({"counts": {"steps": "many"}}, "counts must be whole numbers by their names; received"),
     ],
 )

@@ -7,14 +7,18 @@ import signal
 import subprocess
 import sys
 import time
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import galvi
+from benchmarks.applications.external import worker
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
 from benchmarks.applications.external.checks import contender_checks
 from benchmarks.applications.external.integrator import ExternalIntegrator
@@ -22,6 +26,7 @@ from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.printed import harmless
 from benchmarks.checks.claim import Row
 from benchmarks.store.provenance import ROOT
+from tests.benchmarks.contenders_at_hand import Gauss
 
 ORBIT = galvi.problems.kepler(0.6)
 TROUBLE = """
@@ -198,6 +203,96 @@ def test_after_two_answers_that_were_late_it_is_not_asked_again(folder: Path) ->
         assert not external.supports(ORBIT) and time.monotonic() - begin < 0.5
     finally:
         external.close()
+
+
+def test_problems_that_it_is_not_asked_about_any_more_are_one_sentence() -> None:
+    external = ExternalIntegrator("m:Late", name="late")
+    external._late[False] = 2
+    assert not external.run(CHECK_PROBLEMS[0].problem, 5.0, {"step": 0.5}).success
+    for check in CHECK_PROBLEMS:
+        assert not external.supports(check.problem)
+    assert not external.run(CHECK_PROBLEMS[1].problem, 5.0, {"step": 0.5}).success
+    (fault,) = external.faults
+    assert fault.startswith(f"late, {CHECK_PROBLEMS[0].problem.name} and 1 more, T = 5, step=0.5")
+    assert "It was not asked: 2 answers before took longer than 60 s." in fault
+    assert not any(external.faults_on(check.problem) for check in CHECK_PROBLEMS[2:])
+
+
+class Text(str):
+    def __str__(self) -> str:
+        return self
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no words")
+
+
+class Whole(int):
+    pass
+
+
+class Number(float):
+    pass
+
+
+class Array(np.ndarray):
+    pass
+
+
+class Refused(ContenderError):
+    def __str__(self) -> str:
+        return Text("not this one")
+
+
+class Typed(Gauss):
+    """All that it says is of classes of its own."""
+
+    name, order = Text("typed"), Number(4.0)
+    conserves = {Text("energy"): Number(0.5)}  # noqa: RUF012
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        raise Refused
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[Any]:
+        return [OrderedDict({Text("step"): np.float64(0.5), Text("save_every"): 10})]
+
+    def claimed_error(self, problem: galvi.Problem, duration: float, setting: Any) -> float:
+        return Number(0.5)
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        run = super().run(problem, duration, setting)
+        status, counts = Text("done"), OrderedDict({Text("steps"): Whole(10)})
+        t, q, p = (x.view(Array) for x in (run.t, run.q, run.p))
+        return galvi.Trajectory(problem, t, q, p, status=status, counts=counts)
+
+
+def kinds(value: Any) -> set[type]:
+    """The types of a value and of all that it holds."""
+    inside: Iterable[Any] = ()
+    if isinstance(value, Mapping):
+        inside = (*value, *value.values())
+    elif isinstance(value, tuple | list):
+        inside = value
+    return {type(value)}.union(*map(kinds, inside))
+
+
+def test_nothing_of_its_classes_comes_back_from_its_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(worker, "contender_at", lambda path: Typed())
+    about = ORBIT, 5.0, {"step": 0.5, "save_every": 10}
+    answers = {
+        "metadata": worker.answer("m:Typed", "metadata"),
+        "settings": worker.answer("m:Typed", "settings", ORBIT, 5.0, 100),
+        "claimed error": worker.answer("m:Typed", "claimed error", *about),
+        "timed run": worker.answer("m:Typed", "timed run", *about),
+    }
+    plain = {str, int, float, bool, dict, list, tuple, np.ndarray}
+    assert {name: kinds(value) - plain for name, value in answers.items()} == {
+        name: set() for name in answers
+    }
+    with pytest.raises(ContenderError, match="not this one") as caught:
+        worker.answer("m:Typed", "supports", ORBIT)
+    assert type(caught.value) is ContenderError and kinds(caught.value.args) == {tuple, str}
 
 
 def verified(path: str, limit: float) -> tuple[list[Row], ExternalIntegrator]:

@@ -116,7 +116,9 @@ def test_without_a_command_the_report_is_built_with_these(project, suite, monkey
         assert given.quick and given.require == ("rebound",) and len(given.claims) == 4
 
 
-def test_track_compares_these_contenders_where_a_revision_is_named_and_else_shows_the_history(project, suite, monkeypatch):
+def test_track_compares_these_contenders_where_a_revision_is_named_else_shows_the_history(
+    project, suite, monkeypatch
+):
     asked = []
 
     def track(out, provenance, against, only, quick, isolate, contenders, timeout, thresholds):

@@ -158,7 +158,9 @@ class Judge:
         if not count:
             failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
             why = NO_STEPS if not orders else UNSEEN
-            if failures and not pick(table, quantity=ORDER)["value"].notna().any():
+            measured = table[table["quantity"].isin((ERROR, ORDER, *CONSERVED))]
+            ended = measured["value"].notna() & (measured["status"] == "")
+            if failures and not ended.any():
                 why = f"It declares its order, and no run came to its end: {failures[0]}"
             found = replace(found, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why)
         return [*rows, found]

@@ -26,7 +26,7 @@ from galvi import Problem, Trajectory
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
 PATIENCE = 2  # answers that took longer, after which it is not asked again
-NAMELESS = "problem"
+NAMELESS, UNASKED = "problem", "It was not asked"
 CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 
 
@@ -92,7 +92,10 @@ class ExternalIntegrator:
         return external
 
     def supports(self, problem: Problem) -> bool:
-        """Whether it solves the problem; False, and a fault, when it does not answer."""
+        """Whether it solves the problem; False, and a fault, when it does not answer. Of problems
+        that it is not asked about any more the first alone is a fault."""
+        if self._late[False] >= PATIENCE and self._unasked():
+            return False
         return bool(
             self._ask_about(problem, "asked whether it supports the problem", "supports", problem)
         )
@@ -143,7 +146,7 @@ class ExternalIntegrator:
 
         def report(why: str) -> None:
             if not tried:
-                self.add_fault(problem, words, why)
+                self.add_fault(problem, f"T = {duration:g}, {words}", why)
 
         return TimedRun(self.name, problem, duration, dict(setting), ask, report)
 
@@ -160,11 +163,18 @@ class ExternalIntegrator:
 
     @property
     def faults(self) -> list[str]:
-        """A sentence for each problem and kind of fault."""
-        return [
+        """A sentence for each problem and kind of fault; one for all that it was not asked."""
+        unasked = self._unasked()
+        sentences = [
             f"{self.name}, {problem}, {_first(doings)}: {why}"
             for (problem, why), doings in self._failed.items()
+            if (problem, why) not in unasked
         ]
+        if unasked:
+            requests = [doing for key in unasked for doing in self._failed[key]]
+            problems = _first(list(dict.fromkeys(problem for problem, _ in unasked)))
+            sentences.append(f"{self.name}, {problems}, {_first(requests)}: {unasked[0][1]}")
+        return sentences
 
     def faults_on(self, problem: Problem) -> list[str]:
         """The faults on one problem, without its name."""
@@ -182,6 +192,10 @@ class ExternalIntegrator:
     def add_fault(self, problem: Problem, doing: str, why: str) -> None:
         """Record a fault: the request (`doing`) and the reason (`why`)."""
         self._failed.setdefault((problem.name or NAMELESS, visible(why)), []).append(visible(doing))
+
+    def _unasked(self) -> list[tuple[str, str]]:
+        """Problem and reason of the requests that were not made as earlier answers were late."""
+        return [key for key in self._failed if key[1].startswith(UNASKED)]
 
     def close(self) -> None:
         """End its process and the child processes; the next request starts another."""
@@ -211,7 +225,7 @@ class ExternalIntegrator:
         """
         if self._late[tried] >= PATIENCE:
             raise ContenderError(
-                f"It was not asked: {PATIENCE} answers before took longer than {self.limit:g} s. "
+                f"{UNASKED}: {PATIENCE} answers before took longer than {self.limit:g} s. "
                 "Give a longer --timeout, in seconds, if it is only slow."
             )
         try:

@@ -44,7 +44,7 @@ def load_class(path: str) -> Any:
             f"{path} lacks {' and '.join(map(repr, lacking))}; a contender has name, "
             "supports(problem) and run(problem, duration, setting)"
         )
-    if not (isinstance(contender.name, str) and _is_name(contender.name)):
+    if not (isinstance(contender.name, str) and _is_name(plain_text(contender.name))):
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
             f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods, nor with a "
@@ -118,8 +118,8 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
             f"{' or '.join(map(repr, CONSERVED))} to the largest relative change, a positive "
             f"number; received {conserves!r}"
         )
-    kept = {str(name): float(most) for name, most in conserves.items()}
-    return contender.name, None if order is None else float(order), kept
+    kept = {plain_text(name): float(most) for name, most in conserves.items()}
+    return plain_text(contender.name), None if order is None else float(order), kept
 
 
 def is_positive(value: Any) -> bool:
@@ -131,7 +131,16 @@ def is_positive(value: Any) -> bool:
     )
 
 
+def plain_text(value: Any) -> str:
+    """Its words, of no class of its own, so that they are unpickled without the contender's code;
+    "" where it has none."""
+    try:
+        return str.__str__(value if isinstance(value, str) else str(value))
+    except Exception:
+        return ""
+
+
 def describe_error(error: BaseException) -> str:
     """Type and message of an exception, on one line, without control characters and full stop."""
-    words = " ".join(str(error).split()).rstrip(".")
+    words = " ".join(plain_text(error).split()).rstrip(".")
     return visible(f"{type(error).__name__}: {words}" if words else type(error).__name__)

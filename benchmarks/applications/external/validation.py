@@ -11,7 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.external.loading import ContenderError, describe_error, is_positive
+from benchmarks.applications.external.loading import (
+    ContenderError,
+    describe_error,
+    is_positive,
+    plain_text,
+)
 from benchmarks.store.foreign_texts import visible
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
@@ -38,7 +43,8 @@ def valid_settings(offered: Sequence[Any], duration: float) -> list[dict[str, An
     if not offered or not all(isinstance(one, Mapping) for one in offered):
         raise ContenderError(f"Its settings must be mappings, one at least; received {offered!r}.")
     settings = [
-        {str(name): _plain(str(name), value) for name, value in one.items()} for one in offered
+        {plain_text(name): _plain(plain_text(name), value) for name, value in one.items()}
+        for one in offered
     ]
     for setting in settings:
         _check_bounds(setting, duration)
@@ -102,28 +108,37 @@ def valid_run(
         raise ContenderError(
             f"Its run must return a galvi.Trajectory; received {type(run).__name__}."
         )
-    try:
-        t, q, p = (np.array(part, dtype=np.float64) for part in (run.t, run.q, run.p))
-    except (TypeError, ValueError) as error:
-        raise ContenderError(f"Its t, q and p must be arrays of numbers; {error}.") from None
+    t, q, p = (_numbers(name, getattr(run, name)) for name in ("t", "q", "p"))
     _check_times(t, problem, duration, setting)
     for name, states, start in (("q", q, problem.q0), ("p", p, problem.v0)):
         if states.shape != (len(t), *start.shape):
             raise ContenderError(
                 f"Its {name} must have the shape {(len(t), *start.shape)}; received {states.shape}."
             )
-    success, status = bool(run.success), visible(str(run.status))
+    success, status = bool(run.success), visible(plain_text(run.status))
     if not success and not status.strip():
         raise ContenderError("It says that it failed, and its status does not say why.")
     if success:
         _check_states(q, p, problem)
     try:
-        counts = {str(name): int(count) for name, count in dict(run.counts).items()}
+        counts = {plain_text(name): int(count) for name, count in dict(run.counts).items()}
     except (TypeError, ValueError):
         raise ContenderError(
             f"Its counts must be whole numbers by their names; received {run.counts!r}."
         ) from None
     return {"t": t, "q": q, "p": p, "success": success, "status": status, "counts": counts}
+
+
+def _numbers(name: str, part: Any) -> Array:
+    """A copy, float64. Raises ContenderError for what are no real numbers."""
+    try:
+        kind = np.asarray(part).dtype
+        if kind.kind in "biufO":
+            return np.array(part, dtype=np.float64)
+        why = f"received {kind}"
+    except (TypeError, ValueError) as error:
+        why = str(error)
+    raise ContenderError(f"Its {name} must be an array of real numbers; {why}.")
 
 
 def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[str, Any]) -> None:

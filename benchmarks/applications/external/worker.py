@@ -22,6 +22,7 @@ from benchmarks.applications.external.loading import (
     describe_error,
     load_class,
     metadata,
+    plain_text,
 )
 from benchmarks.applications.external.validation import valid_claim, valid_run, valid_settings
 from galvi import Problem, Trajectory
@@ -61,8 +62,8 @@ def answer(path: str, question: str, *arguments: Any) -> Any:
     """One of ANSWERS by the integrator at the path. Raises only ContenderError."""
     try:
         return ANSWERS[question](contender_at(path), *arguments)
-    except ContenderError:
-        raise
+    except ContenderError as error:  # perhaps of a class of the integrator's own
+        raise ContenderError(plain_text(error)) from None
     except BaseException as error:
         raise ContenderError(f"It raised {describe_error(error)}.") from None
 
