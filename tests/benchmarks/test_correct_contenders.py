@@ -12,7 +12,8 @@ import pytest
 import galvi
 from benchmarks.applications.external import long_runs
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
-from tests.benchmarks.contenders_at_hand import ORBIT, checked
+from benchmarks.applications.external.checks import _own_floor
+from tests.benchmarks.contenders_at_hand import ORBIT, SWING, checked
 from tests.benchmarks.correct_contenders import (
     FOUR,
     METHODS,
@@ -79,6 +80,49 @@ def test_another_order_than_declared_is_seen_at_any_steps(order, weights, number
     wrong = Compiled("wrong", order, True, numbers, weights)
     differing = checked(wrong, SHORT)[1]
     assert any(row.quantity.startswith("order in the step") for row in differing)
+
+
+class Single(Compiled):
+    """Its states are rounded to single precision after each step."""
+
+    def __init__(self, order: float, weights: Any, numbers: Any = (25, 100, 400, 1600)) -> None:
+        super().__init__("single", order, False, numbers, weights)
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        h, every = np.float32(setting["step"]), setting["save_every"]
+        q, v = (np.array(x, dtype=np.float32) for x in (problem.q0, problem.v0))
+        saved = [(problem.q0, problem.v0)]
+        for k in range(round(duration / setting["step"])):
+            for w in np.array(self.weights, dtype=np.float32):
+                q = q + np.float32(0.5) * w * h * v
+                pull = problem.system.acceleration(q.astype(float), 0.0)
+                v = v + w * h * pull.astype(np.float32)
+                q = q + np.float32(0.5) * w * h * v
+            saved += [(q.astype(float), v.astype(float))] if (k + 1) % every == 0 else []
+        q, v = np.swapaxes(saved, 0, 1)
+        t = problem.t0 + setting["step"] * every * np.arange(len(q))
+        return galvi.Trajectory(problem, t, q, problem.system.momentum(v))
+
+
+@pytest.mark.parametrize("numbers", [(25, 100, 400, 1600), (250, 1000)])
+@pytest.mark.parametrize("declared", [1, 2, 3])
+def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall(
+    declared, numbers, monkeypatch
+):
+    monkeypatch.setattr(long_runs, "MANY", 1000)
+    rows, differing, _ = checked(Single(declared, [1.0], numbers), replace(SWING, long=5.0))
+    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    assert order.measured == pytest.approx(2.0, abs=0.15)
+    differing = [row for row in differing if "finest over that" not in row.quantity]
+    assert differing == ([] if declared == 2 else [order])
+
+
+def test_the_limit_of_another_problem_is_no_level_of_round_off():
+    h = 0.1 * 1.5 ** -np.arange(12.0)
+    for other in (0.0, 1e-4, -1e-4):
+        assert _own_floor(np.abs(h**2 + other), 1e-11) == 0.0
+    noise = 1e-5 * np.random.default_rng(1).standard_normal(h.size)
+    assert 1e-6 < _own_floor(np.abs(h**2 + noise), 1e-11) < 1e-3
 
 
 class Clocked(Compiled):

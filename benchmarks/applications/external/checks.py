@@ -31,12 +31,12 @@ from benchmarks.applications.external.check_runs import (
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
 from benchmarks.applications.external.long_runs import LONG, LONGER, MANY
-from benchmarks.applications.external.order_runs import ORDER
+from benchmarks.applications.external.order_runs import ORDER, RISES, SINGLE, rises
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.checks.series_bounds import NoGrowth
-from benchmarks.statistics.convergence_fits import algebraic, window
+from benchmarks.statistics.convergence_fits import LEAST, algebraic, window
 from benchmarks.statistics.drift import Drift, drift
 from benchmarks.store.frames import number, pick
 
@@ -44,7 +44,7 @@ GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
 RIGHT = 1e-8  # relative error that needs no such gain
 FAR = 0.1  # largest relative error at the finest setting
 SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
-RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
+CLEAR = 4.0  # errors over those of an own level of round-off, which bends their line less
 ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
 ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
 SAME_BITS = (
@@ -262,7 +262,8 @@ class Judge:
         runs, order = pick(seen, quantity=ORDER), self.external.order
         if runs.empty or order is None:
             return []
-        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=check.floor)
+        floor = max(check.floor, _own_floor(runs["value"], check.floor))
+        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=floor)
         slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
         wrong = fit.stays_large or fit.relapse
         spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
@@ -276,7 +277,7 @@ class Judge:
             verdict = bounds.EXCEEDS
         elif 2.0 * fit.uncertainty <= slack:
             verdict = bounds.Near(order, slack, uncertainty=0.0).verdict(fit)
-        elif _rises(runs["value"], check.floor) >= RISES or fit.rate < order - spread:
+        elif rises(runs["value"], floor) >= RISES or fit.rate < order - spread:
             verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
         else:
             verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
@@ -344,7 +345,19 @@ def _growth(limit: float, found: Drift, round_off: float = ROUND_OFF) -> str:
     )
 
 
-def _rises(errors: Sequence[float], floor: float) -> int:
-    """How often an error above round-off is larger than that of the next longer step."""
-    seen = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
-    return int(np.sum(np.diff(seen) > 0.0))
+def _own_floor(errors: Sequence[float], floor: float) -> float:
+    """CLEAR times the level at which its errors stop falling, as in single precision; 0 where they
+    do not, below SINGLE, and where fewer than three errors are above.
+
+    From there on they rise and fall. A method that tends to the solution of another problem does
+    not: its errors |C h^p - d|, the largest of several too, fall and then only rise.
+    """
+    measured = np.asarray(errors, dtype=np.float64)
+    measured = measured[window(errors, floor=floor)]
+    rising = np.flatnonzero(np.diff(measured) > 0.0)
+    if not rising.size:
+        return 0.0
+    rest = measured[rising[0] :]
+    level = CLEAR * float(np.max(rest))
+    own = level > CLEAR * SINGLE and np.any(np.diff(rest[1:]) < 0.0)
+    return level if own and np.sum(measured > level) >= LEAST else 0.0

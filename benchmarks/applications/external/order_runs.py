@@ -4,7 +4,8 @@ It offers steps as short as it likes; the order p that it declares shows where e
 round-off and fall as a power of the step. The search starts from its longest step and doubles or
 halves it until the error is between the one that is LEAST^p times the floor and COARSE. The errors
 that the order is fitted to begin there, and end where the declared order would reach the floor, or
-at its shortest step.
+at its shortest step. Where errors rise repeatedly on the way, as in lower precision, the order is
+looked for again from COARSE on.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.statistics.convergence_fits import window
 from benchmarks.store.frames import failure, row
 from galvi.arrays import Array
 
@@ -26,6 +28,8 @@ LEAST, FURTHER = 4.0, 8.0  # factor between first and last step: at least, and w
 COARSE, SMALL = 1e-2, 1e-6  # largest error, and smallest, from which the order is looked for
 ROOM = 10.0  # of the first error above LEAST^p times the floor
 FEW = 10  # fewest steps
+RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
+SINGLE = 1e-8  # error above which those that rise and fall may be round-off of single precision
 HIGHEST = 100.0  # order from which on the powers above are those of this order
 
 Errors = Callable[[int], tuple[float, str]]  # of a run of so many steps, and why it failed
@@ -58,13 +62,13 @@ def order_runs(
         off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
         return off, failure(run)
 
-    few = _fewest(error, longest, max(shortest, round(FURTHER * longest)), order, check.floor)
-    first = error(few)[0]
-    reach = 2.0 * few * max(first / check.floor, 1.0) ** (1.0 / order) if first > 0.0 else few
-    many = max(LEAST * few, min(reach, max(FURTHER * few, shortest)))
-    ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
-    numbers = [few] if np.isnan(first) else [round(few * ratio**k) for k in range(POINTS)]
-    for steps in dict.fromkeys(numbers):
+    most = max(shortest, round(FURTHER * longest))
+    least = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
+    numbers = _numbers(error, _fewest(error, longest, most, least), shortest, order, check.floor)
+    if rises([error(steps)[0] for steps in numbers], max(check.floor, SINGLE)) >= RISES:
+        few = _fewest(error, longest, most, COARSE)
+        numbers = _numbers(error, few, few, order, check.floor)
+    for steps in numbers:
         value, status = error(steps)
         if status and not is_offered(steps):
             continue
@@ -74,10 +78,26 @@ def order_runs(
         )  # fmt: skip
 
 
-def _fewest(error: Errors, longest: int, most: int, order: float, floor: float) -> int:
-    """The number of steps to begin with; that of its longest step where this fails, or is too long
-    and so are all up to `most`."""
-    least = min(COARSE, max(SMALL, ROOM * floor * LEAST**order))
+def rises(errors: Sequence[float], floor: float) -> int:
+    """How often an error above round-off is larger than that of the next longer step."""
+    measured = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
+    return int(np.sum(np.diff(measured) > 0.0))
+
+
+def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float) -> tuple[int, ...]:
+    """Increasing numbers of steps from `few` on; that alone where its run fails."""
+    first = error(few)[0]
+    if np.isnan(first):
+        return (few,)
+    reach = 2.0 * few * max(first / floor, 1.0) ** (1.0 / order) if first > 0.0 else few
+    many = max(LEAST * few, min(reach, max(FURTHER * few, shortest)))
+    ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
+    return tuple(dict.fromkeys(round(few * ratio**k) for k in range(POINTS)))
+
+
+def _fewest(error: Errors, longest: int, most: int, least: float) -> int:
+    """The number of steps to begin with, of an error of at least `least`; that of its longest step
+    where this fails, or is too long and so are all up to `most`."""
     few, now = longest, error(longest)[0]
     while now < least and few >= 2 * FEW:
         longer = error(few // 2)[0]
