@@ -1,11 +1,11 @@
 """The commands of ``galvi``, which are those of ``python -m reports``, and their exit status.
 
 0    nothing worse and nothing unexpected; absent engines that were not required, new integrators,
-     and benchmarks that neither side can run, unless these are all, are listed, and are no failure
+     and benchmarks that neither side can run are listed, and are no failure
 1    something got worse, a verdict is not as expected, a study failed, a required engine is absent,
      or a judged run does not reach its error
-2    the command could not be carried out, for whatever reason, with one sentence why: in CI, treat
-     it as a failure
+2    the command could not be carried out, for whatever reason, as that no benchmark runs on both
+     sides, with one sentence why: in CI, treat it as a failure
 130  interrupted
 141  nobody reads the output any more, as with `head`
 """

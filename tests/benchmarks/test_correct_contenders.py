@@ -12,8 +12,8 @@ import pytest
 import galvi
 from benchmarks.applications.external import long_runs
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
-from benchmarks.applications.external.checks import _own_floor
-from tests.benchmarks.contenders_at_hand import ORBIT, SWING, checked
+from benchmarks.applications.external.checks import FAR, _own_floor
+from tests.benchmarks.contenders_at_hand import ORBIT, SWING, Inside, checked
 from tests.benchmarks.correct_contenders import (
     FOUR,
     METHODS,
@@ -118,7 +118,7 @@ def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall
 
 
 def test_the_limit_of_another_problem_is_no_level_of_round_off():
-    h = 0.1 * 1.5 ** -np.arange(12.0)
+    h = 0.1 * 1.5 ** -np.arange(18.0)
     for other in (0.0, 1e-4, -1e-4):
         assert _own_floor(np.abs(h**2 + other), 1e-11) == 0.0
     noise = 1e-5 * np.random.default_rng(1).standard_normal(h.size)
@@ -161,6 +161,26 @@ def test_a_wrong_time_and_a_reversed_one_are_seen(monkeypatch):
         if check.problem.name.startswith(("harmonic", "planar pendulum", "driven")):
             rows = checked(Clocked(sense=-1.0), replace(check, long=5.0))[1]
             assert any("over the way" in row.quantity for row in rows), check.problem.name
+
+
+class LateClock(Clocked):
+    """Its time is wrong from step STALE of each run on."""
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        late = problem.t0 + STALE * setting["step"]
+        self.clock = lambda t, t0: t + 1.0 if t > late else t
+        return super().run(problem, duration, setting)
+
+
+def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
+    monkeypatch.setattr(long_runs, "MANY", 40_000)
+    (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
+    assert row["steps"] == 8000 and row["value"] > FAR
+    sound = [Compiled(name, numbers=(100,), **METHODS[name]) for name in METHODS]
+    for contender in (*sound, Clocked(), Adaptive()):
+        external = Inside.of(contender)
+        (row,) = long_runs.cut_run(external, DRIVEN)
+        assert row["value"] < 1e-6 and external.faults == []  # 3e-9 of Adaptive
 
 
 class Late(Compiled):

@@ -10,8 +10,9 @@ CLAIMED   the error it claims there
 REPEAT    largest difference of any number of two runs at the coarsest
 ELSEWHERE the same, the second run in another process
 ORDER     errors at steps that show its order, see `external.order_runs`
-energy, angular momentum, LONG
-          relative changes at times t, and one longest run, see `external.long_runs`
+energy, angular momentum, LONG, CUT
+          relative changes at times t, one longest run, and one that is also started half way, see
+          `external.long_runs`
 PRINTED   number of lines that it printed, of no problem; status has the first ones
 FAILED    number of failed runs and answers; status names them
 """
@@ -27,7 +28,7 @@ import pandas as pd
 
 from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import ExternalIntegrator
-from benchmarks.applications.external.long_runs import LongRun, long_run, longest_run
+from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.store.frames import failure, frame, row
@@ -87,10 +88,14 @@ class _Runs:
             self.asked.append(check)
 
     def ends(self) -> Iterator[dict[str, Any]]:
-        """The longest run, the same runs in another process, and what failed or was printed."""
+        """The longest run, runs started half way, the same runs in another process, and what failed
+        or was printed."""
         external = self.external
         if first := next((one for one in self.long if one.check.kept), next(iter(self.long), None)):
             yield from longest_run(external, first)
+        for check in self.coarsest:
+            if getattr(check.problem.system, "explicit_time", False):
+                yield from cut_run(external, check)
         external.close()
         for check, (setting, run) in self.coarsest.items():
             yield self._repeated(ELSEWHERE, check, setting, run)

@@ -30,7 +30,7 @@ from benchmarks.applications.external.check_runs import (
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
-from benchmarks.applications.external.long_runs import LONG, LONGER, MANY
+from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, MANY
 from benchmarks.applications.external.order_runs import ORDER, RISES, SINGLE, rises
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
@@ -61,6 +61,7 @@ NO_STEPS = (
     "for a nonlinear motion, or declare no order."
 )
 STEEPER = "Steeper here than declared, which another motion shows."
+CLOCK = "What starts half way, from its state and at its time there, must end at the same place."
 DECLARED = "Declared by the contender."
 NOT_DECLARED = "Not declared: the number is for information."
 
@@ -105,7 +106,7 @@ class Judge:
                 continue
             rows += [self._failures(check, seen), *self._repeated(check, seen)]
             rows += [*self._errors(check, seen), *self._conserved(check, seen)]
-            rows += self._longest(check, seen)
+            rows += [*self._longest(check, seen), *self._cut(check, seen)]
             orders += self._order(check, seen)
             for name in looked:
                 looked[name] += not pick(seen, quantity=name).empty
@@ -176,6 +177,18 @@ class Judge:
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
             )
             for _, one in pick(seen, quantity=LONG).iterrows()
+        ]  # fmt: skip
+
+    def _cut(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        return [
+            self._row(
+                check, CUT, one["value"],
+                bounds.HOLDS if one["value"] <= FAR else bounds.CONTRADICTED,
+                claimed="the same end", bound=f"at most {FAR:g} of the way from the start",
+                reason=one["status"] or CLOCK, reference="the run from the start",
+                setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
+            )
+            for _, one in pick(seen, quantity=CUT).iterrows()
         ]  # fmt: skip
 
     def _printed(self, table: pd.DataFrame) -> list[Row]:

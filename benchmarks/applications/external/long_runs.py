@@ -10,7 +10,7 @@ States are kept at random times, as evenly spaced ones may beat with the motion.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,13 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
 LONG = "steps of its longest run"
+CUT = "difference of a run that starts half way"
 LONGER = "{} in its longest run"
 PARTS = 200  # equal parts of a long run, or up to FINER times as many
 FINER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
 SEEDS = (1, 2)
 MANY, OVER = 100_000, 6  # steps, and length over that of the first run, of the longest run
+CUT_STEPS = 0.2  # of MANY, of the run that is also started half way
 SHARE = 1.0 / 3.0  # of the limit of time, as it would be if time grew with the number of steps
 
 
@@ -73,9 +75,7 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
     if not first.done.run.success:
         return
     wanted = MANY / first.steps if first.steps else float(OVER)
-    # the time of states that are copied at each step grows with the square of their number
-    in_time = external.limit / max(first.done.seconds, 1e-9)
-    longer = min(wanted, SHARE * in_time, in_time**0.5)
+    longer = _in_time(external, first, wanted)
     note = "" if longer == wanted or wanted <= 1.0 else (
         "More would take over a third of the time limit, by the time of its shorter run."
     )  # fmt: skip
@@ -89,6 +89,54 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
         study=first.check.problem.name, quantity=LONG, label=readable_setting(setting), t=duration,
         steps=steps, value=(steps or duration) if run.success else float("nan"),
         status=failure(run) or note,
+    )  # fmt: skip
+
+
+def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> float:
+    """So many times as long, or as the limit of time allows."""
+    # the time of states that are copied at each step grows with the square of their number
+    in_time = external.limit / max(first.done.seconds, 1e-9)
+    return min(factor, SHARE * in_time, in_time**0.5)
+
+
+def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[str, Any]]:
+    """Row CUT of a run over many steps, as fine as the finest for the problem's duration: how far
+    its end is from that of another run, which starts half way, from its state and at its time
+    there, relative to the way from the start.
+
+    A one-step method differs by rounding, any other by its error; a clock that goes wrong late, by
+    the motion.
+    """
+    first = long_run(external, replace(check, long=check.duration, watched=None))
+    if not (first and first.done.run.success):
+        return
+    wanted = CUT_STEPS * MANY / first.steps if first.steps else OVER * check.long / check.duration
+    longer = _in_time(external, first, wanted)
+    setting, steps, duration = first.setting, first.steps, check.duration
+    if longer > 1.0:
+        setting, steps, duration = _lengthened(first, longer)
+    each = {"save_every": steps // 2} if steps else {"samples": 2}
+    problem, half = first.problem, duration / 2.0
+    run = external.checked(problem, duration, {**setting, **each}).run
+    apart, why = float("nan"), failure(run)
+    if run.success:
+        system: Any = problem.system
+        later = replace(problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half)
+        if not external.supports(later):
+            return
+        each = {"save_every": steps // 2} if steps else {"samples": 1}
+        again = external.checked(later, half, {**setting, **each}).run
+        why, way = failure(again), first.done.run
+        if again.success:
+            apart = max(
+                float(np.max(np.abs(end - other[-1])) / np.max(np.abs(states - states[0])))
+                for end, other, states in (
+                    (again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p)
+                )
+            )  # fmt: skip
+    yield row(
+        study=check.problem.name, quantity=CUT, label=readable_setting(setting), t=duration,
+        steps=steps, value=apart, status=why,
     )  # fmt: skip
 
 
