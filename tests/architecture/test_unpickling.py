@@ -19,13 +19,11 @@ PICKLERS = {"pickle", "_pickle", "cPickle", "cloudpickle", "dill", "joblib", "ma
 HARMLESS = {"dump", "dumps", "PicklingError"}  # of these modules
 LOADERS = {"read_pickle", "recv"}  # methods of any object: of pandas, and of a connection
 ALLOWED = {
-    "benchmarks/timings/worker.py": "a pipe from the process that started this one",
     "galvi/command.py": "a call that the command sends to workers of the user's scheduler",
     "galvi/interop/rebound.py": "a pipe from the process that reads a file of REBOUND's",
     "galvi/interop/rebound_contents.py": "a pipe from the process that started this one",
     "galvi/kernels/compile/cache.py": "compiled code, in a folder that is the user's own",
     "reports/cli/judge.py": "a file whose digest galvi.judge, which started this one, vouches for",
-    "reports/tracking/worker.py": "a pipe from a process that runs one side of a comparison",
 }
 
 

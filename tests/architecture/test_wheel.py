@@ -201,12 +201,21 @@ def test_the_workflow_to_copy_installs_the_wheel_and_runs_its_command_alone() ->
     assert all(line.startswith("galvi ") for line in others)
 
 
+def in_shell(word: str, folder: Path) -> str:
+    """A word of a command as the shell expands it in a folder."""
+    if not word.startswith("$("):
+        return word
+    done = subprocess.run(["bash", "-c", f'echo "{word}"'], cwd=folder, capture_output=True)
+    return done.stdout.decode().strip()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("line", commands_of_the_workflow()[1:], ids=lambda line: line.split()[1])
 def test_each_command_of_the_workflow_to_copy_runs_in_another_project(
     script: Path, folder_of_a_user: Path, line: str
 ) -> None:
-    done = installed(script, folder_of_a_user, *shlex.split(line)[1:])
+    words = [in_shell(word, folder_of_a_user) for word in shlex.split(line)[1:]]
+    done = installed(script, folder_of_a_user, *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (folder_of_a_user / "galvi-out").is_dir()
     if line.startswith("galvi judge"):

@@ -282,7 +282,7 @@ def test_calls_are_repeated_no_more_where_processor_time_stands_still(
     clock = SimpleNamespace(process_time=lambda: 0.0, perf_counter=iter(range(99)).__next__)
     monkeypatch.setattr(worker, "time", clock)
     monkeypatch.setattr(worker, "prepared", lambda case: list)
-    monkeypatch.setattr(worker, "described", lambda runs: {})
+    monkeypatch.setattr(worker, "described", lambda runs, momenta: {})
     assert worker.run(asdict(CASES[0]), {})["warm"] == 1
 
     asked: list[int] = []

@@ -221,7 +221,7 @@ def test_a_claim_that_is_not_there_names_the_nearest_and_not_all(make_suite, mak
     assert run(lambda: suite, ["verify", "--claims", "V333"]) == 2
     assert capsys.readouterr().err == "There is no claim 'V333'; did you mean 'V33'?\n"
     assert run(lambda: suite, ["verify", "--claims", "contenders"]) == 2
-    assert "add it with --contender package.module:Class." in capsys.readouterr().err
+    assert "add it with --contender package.module:Class, or as conten" in capsys.readouterr().err
 
 
 @pytest.mark.slow
