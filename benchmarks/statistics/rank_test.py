@@ -11,6 +11,8 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 LEVEL = 0.002  # probability of any false alarm by rank alone
 LEAST = 7  # fewest samples per side
 SPARE = 10.0  # margin of the least possible p below the level of Holm's first step
@@ -41,13 +43,11 @@ def _at_least(reached: int, ranks: Sequence[int], count: int) -> float:
     """The share of choices of `count` ranks whose sum is at least `reached`; exact with ties,
     where a normal approximation for few samples is never significant after Holm's correction.
     """
-    ways: list[dict[int, int]] = [{0: 1}] + [{} for _ in range(count)]  # sum: choices, by number
+    ways = np.zeros((count + 1, sum(ranks) + 1))  # choices, by how many are chosen and their sum
+    ways[0, 0] = 1.0
     for rank in ranks:
-        for chosen in range(count, 0, -1):
-            for total, many in ways[chosen - 1].items():
-                ways[chosen][total + rank] = ways[chosen].get(total + rank, 0) + many
-    reaching = sum(many for total, many in ways[count].items() if total >= reached)
-    return reaching / math.comb(len(ranks), count)
+        ways[1:, rank:] += ways[:-1, :-rank]
+    return float(np.sum(ways[count, reached:]) / math.comb(len(ranks), count))
 
 
 def relative_growth(base: Sequence[float], head: Sequence[float]) -> float:
