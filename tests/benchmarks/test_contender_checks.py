@@ -133,6 +133,7 @@ class Drifting(Leapfrog):
         return q + h * v, v + h * force(q)
 
 
+@pytest.mark.slow
 def test_a_drift_is_caught_and_the_order_of_a_method_that_drifts_is_its_own():
     short = replace(SWING, long=40.3)
     caught, longer = checked(Drifting(), short)[1]

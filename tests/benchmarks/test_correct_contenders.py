@@ -52,6 +52,7 @@ def test_a_correct_adaptive_method_raises_no_alarm(order, more):
     assert seen == ([] if order is None else ["not run"])
 
 
+@pytest.mark.slow_cases("10 times coarser")
 @pytest.mark.parametrize("numbers", SETTINGS.values(), ids=SETTINGS)
 def test_the_order_of_a_correct_method_is_seen_at_any_steps(numbers):
     rows, differing, _ = checked(

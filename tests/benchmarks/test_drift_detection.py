@@ -135,7 +135,7 @@ def measured() -> dict[str, pd.DataFrame]:
     return {claim.id: quick(claim) for claim in (V2, V8, V15, L4, L8)}
 
 
-@pytest.mark.slow_cases("V2-rising", "V2-falling", "V2-widening")
+@pytest.mark.slow_cases("V2-rising", "V2-falling", "V2-widening", "V8-rising")
 @pytest.mark.parametrize("change", PLANTS)
 @pytest.mark.parametrize(
     ("claim", "history", "quantity"),

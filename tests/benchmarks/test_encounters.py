@@ -88,6 +88,7 @@ def test_steps_in_a_clock_keep_the_energy_as_adaptive_codes_do(survivors: pd.Dat
     assert (clock.loc[clock["settings"] == "step 0.3", "energy_error"] < 1e-8).all()
 
 
+@pytest.mark.slow
 def test_a_run_of_galvi_with_a_large_energy_error_says_so(survivors: pd.DataFrame) -> None:
     ours = survivors[survivors["contender"].str.startswith("galvi")]
     wrong = ours[~(ours["energy_error"] < 0.01)]

@@ -61,6 +61,7 @@ def test_each_integrator_of_rebound_follows_the_planets():
         assert abs(call()[: study.LOOKED_AT] - few.truth).max() < 1e-6, rebound.name
 
 
+@pytest.mark.slow
 def test_the_page_has_a_line_for_each_way(frame):
     table, _ = ensembles_table(frame)
     assert len(table) == len(frame)

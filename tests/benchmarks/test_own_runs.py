@@ -205,6 +205,7 @@ def kepler_16() -> Any:
     return sim
 
 
+@pytest.mark.slow
 def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> None:
     found = judged(kepler_16(), 60.0, 1e-12)
     assert len(found.encounters) == 0
@@ -276,6 +277,7 @@ def test_an_integrator_that_cannot_be_judged_says_what_to_do() -> None:
         judged(sim, 10.0)
 
 
+@pytest.mark.slow
 def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, mine = read(star_last(), -1)
     said: list[str] = []

@@ -126,6 +126,7 @@ class _Changed:
 INTEGRATE = galvi.integrate
 
 
+@pytest.mark.slow
 def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -249,6 +250,7 @@ def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatc
     assert contradicted(L8) == set()
 
 
+@pytest.mark.slow_cases("SO(3) x R^3")
 @pytest.mark.parametrize("group", ["SO(3) x R^3", "SE(2)"])
 def test_a_motion_that_is_a_millionth_off_is_caught(
     group: str, monkeypatch: pytest.MonkeyPatch

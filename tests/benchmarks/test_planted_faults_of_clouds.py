@@ -32,6 +32,7 @@ def truth(problem: Any, *given: Any, **how: Any) -> Any:
     return KNOWN[key]
 
 
+@pytest.mark.slow
 def test_the_verdicts_are_those_expected() -> None:
     verdicts = {row.quantity: row.verdict for row in V25.judge(quick(V25))}
     assert set(verdicts.values()) == {FINDING}, verdicts

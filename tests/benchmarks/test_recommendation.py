@@ -43,6 +43,7 @@ def table(recommend: Any = advised) -> pd.DataFrame:
     return recommendation_table(True, recommend=recommend)
 
 
+@pytest.mark.slow
 def test_promises_are_kept_for_every_problem_and_error() -> None:
     rows = table(advised_before)
     assert tuple(rows.columns) == recommendation.COLUMNS

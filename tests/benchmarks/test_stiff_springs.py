@@ -58,6 +58,7 @@ def test_peers_are_cheaper_at_an_error_of_1e_2_and_the_frame_at_1e_4(frame: pd.D
     assert fewest(steps[ours], 1e-4) < 0.8 * fewest(steps[~ours], 1e-4)
 
 
+@pytest.mark.slow
 def test_errors_below_ten_times_that_of_the_truth_are_marked(frame: pd.DataFrame) -> None:
     bounds = frame[frame["status"] == study.BOUND]
     assert not bounds.empty and set(bounds["quantity"]) == {study.ERROR}

@@ -192,6 +192,7 @@ def test_a_factor_of_another_order_is_seen(power: float, verdict: str) -> None:
 # --- V34
 
 
+@pytest.mark.slow
 def test_a_first_function_that_does_not_vanish_at_the_end_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -224,6 +225,7 @@ def no_generator() -> Iterator[None]:
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_generator")
 def test_what_is_no_symmetry_is_not_kept() -> None:
     found = contradicted(V34)

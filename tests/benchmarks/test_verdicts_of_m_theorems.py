@@ -91,6 +91,7 @@ ACCUSED = {
 }
 
 
+@pytest.mark.slow_cases("inf-sup")
 @pytest.mark.parametrize("quantity", ACCUSED)
 def test_what_is_true_is_not_accused(quantity: str) -> None:
     name, value = ACCUSED[quantity]

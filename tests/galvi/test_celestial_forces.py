@@ -261,6 +261,7 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
 @pytest.mark.slow_cases(
     "one source-False",
     "one source-True",
+    "EIH-False",
     "EIH-True",
     "radiation-True",
     "drag-True",

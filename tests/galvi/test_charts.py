@@ -222,6 +222,7 @@ def test_rounding_is_taken_out_of_an_element_to_second_order(group):
     assert np.max(np.abs(restored - off)) < 1e-5
 
 
+@pytest.mark.slow_cases("SO2")
 @each_group
 def test_another_chart_and_a_wrong_coefficient_are_caught_by_the_matrices(group):
     """Cayley's formulas are right to second order in xi, and both are seen at a turn of 0.1."""

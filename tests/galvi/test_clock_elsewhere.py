@@ -36,6 +36,7 @@ def test_the_end_of_a_run_becomes_a_simulation(make: Any) -> None:
     assert np.array_equal([body.xyz for body in sim.particles], run.q[-1])
 
 
+@pytest.mark.slow
 def test_what_cannot_be_handed_over_is_refused_by_name(tmp_path: Any) -> None:
     problem, clock, duration, step = CASES["elastic pendulum"]
     run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)
@@ -62,7 +63,7 @@ def test_a_body_that_moves_freely_does_so_in_any_clock(function: Any) -> None:
     assert np.ptp(galvi.energy(run)) < 1e-13 * galvi.energy(run)[0]
 
 
-@pytest.mark.slow_cases(but=["1000.0-along", "1e+100-along", "-1e+300-along"])
+@pytest.mark.slow_cases(but=["1e+100-along", "-1e+300-along"])
 @pytest.mark.parametrize("function", [along, called])
 @pytest.mark.parametrize("step", [3.0, -5.0, 1e3, 1e100, -1e300])
 def test_steps_of_any_size_end_in_a_status_and_without_a_warning(

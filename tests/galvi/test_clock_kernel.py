@@ -134,6 +134,7 @@ def rates(problem: galvi.Problem, e0: float) -> Any:
     return right_side
 
 
+@pytest.mark.slow_cases("masses0-2-1.0-8-forces0")
 @pytest.mark.parametrize(
     ("masses", "dimension", "G", "s", "forces"),
     [
@@ -214,7 +215,7 @@ def test_close_triples_are_followed_to_their_end() -> None:
     assert np.max(np.abs(taken.q[0, :2] - BURRAU_AT_63)) < 3e-5
 
 
-@pytest.mark.slow_cases("4")
+@pytest.mark.slow_cases(but=["8"])
 @pytest.mark.parametrize("s", [4, 8, 9])
 def test_steps_continue_reverse_and_change_nothing_given(s: int) -> None:
     problem = several([3.0, 4.0, 5.0, 0.0], 2)

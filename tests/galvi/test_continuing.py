@@ -78,6 +78,7 @@ def test_a_run_in_two_parts_is_one_long_run_to_the_bit(first, save_every):
 
 @pytest.mark.slow_cases(
     "newton-Problem('kepler e=0.6', q0 of shape (2,))",
+    "newton-Problem('fermi-pasta-ulam-tsingou', q0 of shape (6,))",
     "newton-Problem('solar system', q0 of shape (10, 3))",
 )
 @pytest.mark.parametrize("problem", [KEPLER, CHAIN, galvi.problems.solar_system()], ids=str)

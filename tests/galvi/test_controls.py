@@ -35,7 +35,7 @@ def arm(ctrl: Any = None) -> galvi.Problem:
     return galvi.from_mujoco(ARM, ctrl=ctrl)
 
 
-@pytest.mark.slow_cases("0")
+@pytest.mark.slow_cases("0", "1")
 @pytest.mark.parametrize("k", range(6))
 def test_with_numbers_is_the_model_read_with_these_controls(k: int) -> None:
     read, given = arm(U[k]).system, arm().system.with_numbers(ctrl=U[k])

@@ -134,6 +134,7 @@ def test_the_status_names_only_what_was_tried():
     assert "Newton" not in run.status and "or the solver auto" in run.status
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.parametrize("bodies", [2, ("Sun",), "sun", None])
 def test_a_failing_run_reads_no_more_than_names_from_the_parameters(bodies):
     system, zero = galvi.NBody([0.5, 0.5]), np.zeros((2, 2))

@@ -70,7 +70,7 @@ def test_loops_find_the_factors_of_what_is_written_out_and_solve(d: int) -> None
         np.testing.assert_allclose(found, np.linalg.solve(mass, right[k]), rtol=1e-9, atol=1e-11)
 
 
-@pytest.mark.slow_cases("5-two ball joints")
+@pytest.mark.slow_cases("5-two ball joints", "6-two ball joints")
 @pytest.mark.parametrize("problem", [BALLS, CHAIN], ids=["two ball joints", "a double pendulum"])
 @pytest.mark.parametrize("points", [5, 6])
 def test_steps_are_the_same_with_loops(problem: Any, points: int, monkeypatch: Any) -> None:

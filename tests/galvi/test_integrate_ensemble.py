@@ -40,7 +40,7 @@ def test_every_law_gives_the_runs_of_one_by_one(name):
     assert np.abs(result.kept[0] - q).max() > 1e-3  # they move
 
 
-@pytest.mark.slow_cases(but=["brownout-1-method0", "polar-1-method1", "pendulum_3d-1-method4"])
+@pytest.mark.slow_cases(but=["brownout-1-method0", "polar-1-method1"])
 @pytest.mark.parametrize(
     ("name", "unit", "method"),
     [("brownout", 1, FOUR), ("polar", 1, FOUR), ("free_body", 1, FOUR), ("pendulum_3d", 1, FOUR),
@@ -95,7 +95,7 @@ def test_methods_and_steps_of_their_own(degree, more, fraction, backwards, name)
     assert_equal_runs(result, runs)
 
 
-@pytest.mark.slow_cases(but=["henon_heiles-method0", "Cayley"])
+@pytest.mark.slow_cases(but=["henon_heiles-method0"])
 @pytest.mark.parametrize(
     ("name", "method"),
     [

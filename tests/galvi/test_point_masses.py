@@ -78,6 +78,7 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
     assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_bodies_that_pass_are_not_said_to_collide():
     """Into the pass, and from it; where a smaller step would help, it is what is said."""
 

@@ -103,6 +103,7 @@ def test_a_figure_is_an_entry_of_the_catalogue(out: Path) -> None:
     assert "My figure" in (out / "claims.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_column_of_the_cost_table_is_a_value(out: Path) -> None:
     assert (out / "cost.csv").read_text().splitlines()[0].endswith(",curves")
     page = (out / "comparisons.html").read_text()

@@ -28,6 +28,7 @@ def test_every_public_name_has_an_example_and_nothing_else_has_one() -> None:
 
 @pytest.mark.slow_cases(
     "find_events",
+    "Found",
     "Exponential",
     "ModifiedRodrigues",
     "HarmonicFrame",
