@@ -112,7 +112,8 @@ def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
     assert run(lambda: suite, words) == 1
     printed = capsys.readouterr()
     assert (
-        "trouble, kepler e=0.6, T = 6.28319, samples=2 and 1 more: It raised RuntimeError: no, thanks.\n"
+        "trouble, kepler e=0.6, T = 6.28319, samples=2 and 1 more: "
+        "It raised RuntimeError: no, thanks.\n"
     ) in printed.err
     assert "no part of any table" not in printed.out
     rows = pd.read_csv(tmp_path / "work_precision.csv", keep_default_na=False)
