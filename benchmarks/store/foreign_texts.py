@@ -1,6 +1,7 @@
 """Texts of other people's code, which run nothing where they are shown or opened.
 
-Names, settings and messages are such texts. Two things make them harmless:
+Names, settings, messages and what is printed are such texts. Two things make them harmless in
+tables, and a third in a log, see `log_line`:
 
 - A control character, also one that changes the direction of writing, is shown by its escape, such
   as \\x1b. A line's end stays.
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import re
 
+LONGEST = 200  # characters of a line in a log
 STARTS = "=+-@\uff1d\uff0b\uff0d\uff20"  # of a formula, also in full width
 CONTROLS = re.compile(
     "[\x00-\x09\x0b-\x1f\x7f-\x9f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f"
@@ -26,6 +28,14 @@ NUMBERS = re.compile(r"\s*[-+](inf|nan|([-+\d.,()%\s]|(?<=[\d.])[eE](?=[-+]?\d))
 def visible(text: str) -> str:
     """The text with its control characters as escapes; of a text without them, the text itself."""
     return CONTROLS.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
+
+
+def log_line(text: str) -> str:
+    """The text on one line of at most LONGEST characters, without what a CI service takes for a
+    command of its own."""
+    line = visible(" ".join(text.split()))
+    line = line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."
+    return line.replace("::", ": :").replace("##[", "# #[")
 
 
 def guarded(text: str) -> str:

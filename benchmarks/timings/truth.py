@@ -40,6 +40,6 @@ def true_ends(case: Case) -> list[np.ndarray]:
 
 
 def error_of(ends: Sequence[Sequence[float]], truth: Sequence[np.ndarray]) -> float:
-    """RMS over the starts of the largest difference of a coordinate; NaN when a run failed."""
+    """RMS over the starts of the largest difference of an end's number; NaN when a run failed."""
     largest = np.max(np.abs(np.subtract(ends, truth)), axis=1)
     return float(np.sqrt(np.mean(np.square(largest))))

@@ -28,7 +28,7 @@ from typing import Any
 
 SPREAD = 1e-3  # difference between the starts of a case
 UNTIMED = ("round-off", "long")  # kinds of cases
-NEAR = 1e-9  # tolerance of the last time, relative
+NEAR = 1e-9  # tolerance of the last time, relative to the duration
 ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
@@ -55,10 +55,7 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     problems = starts(problem_of(case), case["starts"])
     if case.get("contender"):
         run, duration = contender_of(case).run, case["step"] * case["steps"]
-        return lambda: [
-            in_time(run(one, duration, dict(case["setting"])), one.t0 + duration)
-            for one in problems
-        ]
+        return lambda: [run(one, duration, dict(case["setting"])) for one in problems]
     method, step, steps = method_of(case), case["step"], case["steps"]
 
     def call() -> list[Any]:
@@ -74,11 +71,11 @@ def contender_of(case: Mapping[str, Any]) -> Any:
     return found() if isinstance(found, type) else found
 
 
-def in_time(run: Any, end: float) -> Any:
-    """The run. Raises ValueError where it succeeded and does not end at that time."""
-    if run.success and not abs(run.t[-1] - end) <= NEAR * abs(end):
+def check_end(run: Any, start: float, duration: float) -> None:
+    """Raise ValueError where a run succeeded and does not end so long after its start."""
+    end = start + duration
+    if run.success and not abs(run.t[-1] - end) <= NEAR * abs(duration):
         raise ValueError(f"its last time must be {end:g}; received {run.t[-1]:g}")
-    return run
 
 
 def offered(case: Mapping[str, Any]) -> Any:
@@ -175,12 +172,16 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
     runs = call()
     first = time.perf_counter() - start
     need = peak() - before
+    problem = problem_of(case)
+    if case.get("contender"):
+        for one in runs:
+            check_end(one, problem.t0, case["step"] * case["steps"])
     calls[case["name"]] = call
     # under `ulimit -t` the clock of processor time stands still for milliseconds
     warm = math.nan if case["kind"] in UNTIMED else sample(call, 1)["wall"]
     times = {"first_call": first, "warm": warm}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
-    origin = {"code": module.__file__, "problem": probed(problem_of(case))}
+    origin = {"code": module.__file__, "problem": probed(problem)}
     found = described(runs, bool(case.get("contender"))) | {"offered": offered(case)}
     return found | times | origin | {"need": need, "memory": memory()}
 

@@ -64,7 +64,11 @@ def renew_readme(context: typer.Context, out: Path = FOLDER) -> int:
     from reports.tables.readme import renew
 
     folder = invocation(context).kept_folder(out)
-    if not (written := renew(Path(), folder)):
+    try:
+        written = renew(Path(), folder)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    if not written:
         raise typer.BadParameter(f"{folder} holds no rows of them yet; run build first.")
     print(f"Renewed: {', '.join(written)}.")
     return 0

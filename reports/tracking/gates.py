@@ -35,7 +35,8 @@ class Finding:
     """One benchmark: its numbers on both sides, and what got worse. NaN where unknown.
 
     errors  of base and head against the truth
-    moved   largest difference of a coordinate at the end; 0 when bit-identical
+    moved   largest difference of a number of the end, a coordinate or, of an integrator of a
+            project, a momentum; 0 when bit-identical
     growth  relative growth of the median time in the first round
     p       probability that equal code looks this much slower
     visible smallest relative growth of times that would have counted in the first round
@@ -152,13 +153,11 @@ def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
     apart = [side for side in first if pair.differs(side)]
     for side in apart:
         gate = REPEATS if side == "head" and "base" not in apart else NOTE
-        yield (
-            gate,
-            (
-                f"Runs of the {side} in two processes differ: its result depends on the process, "
-                "as on the hash of a text, the order of a set, or an address."
-            ),
+        sentence = (
+            f"Runs of the {side} in two processes differ: its result depends on the process, as on "
+            "the hash of a text, the order of a set, or an address."
         )
+        yield gate, sentence
 
 
 def _memory(pair: Pair) -> Iterator[tuple[str, str]]:

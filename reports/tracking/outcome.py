@@ -74,8 +74,9 @@ LEGEND = (
     "processes. The times of an integrator's benchmarks together are worse at half of that growth, "
     "in five rounds. Visible from: the least growth of all times that would have counted. Counts "
     "are summed for the table and compared one by one. Ends moved: the largest difference of a "
-    "coordinate; 0 means bit-identical. Each side runs twice, and in a further process: all must "
-    "have the same bits, and the second run leave and need no more memory than the base's."
+    "coordinate, or a momentum of an integrator's; 0 means bit-identical. Each side runs twice, "
+    "and in a further process: all must have the same bits, and the second run leave and need no "
+    "more memory than the base's."
 )
 
 

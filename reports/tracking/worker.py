@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from benchmarks.applications.external.printed import harmless
+from benchmarks.store.foreign_texts import log_line
 from benchmarks.timings import worker
 from benchmarks.timings.case import Case
 from reports.tracking.project import Checkout
@@ -24,11 +24,6 @@ ENDS = 10.0  # seconds for a process to end that has closed its pipe
 TIME_OUTS = 2  # of a side, after which it is not asked again
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
-
-
-def one_line(text: object) -> str:
-    """What an integrator says, on one line and harmless on a terminal and in a log."""
-    return harmless(" ".join(str(text).split()).encode("utf-8", "replace"))
 
 
 class Failed(Exception):
@@ -107,9 +102,9 @@ class Worker:
             self.stop()
             raise Failed(f"Its process ended with status {status}.") from None
         if "raised" in answer:
-            raise Failed(one_line(answer["raised"]))
+            raise Failed(log_line(answer["raised"]))
         if "status" in answer:
-            answer["status"] = one_line(answer["status"])
+            answer["status"] = log_line(answer["status"])
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:

@@ -13,6 +13,7 @@ from benchmarks.applications.external.checks import _growth
 from benchmarks.applications.external.long_runs import CHOICE, PARTS, SEEDS, at_random
 from benchmarks.measures import independent_invariants
 from benchmarks.statistics.drift import drift
+from tests.benchmarks.correct_contenders import triple_jump
 
 DURATIONS = np.random.default_rng(12).uniform(90.0, 150.0, 50)
 FEW = [123.0, *DURATIONS[:4]]  # the first is that of a false alarm
@@ -21,15 +22,6 @@ NAMES = ("harmonic oscillator", "planar pendulum", "kepler", "henon-heiles")
 PROBLEMS = {
     check.problem.name: (check.watched or check.problem, check.energy) for check in CHECK_PROBLEMS
 }
-
-
-def triple_jump(order: int) -> list[float]:
-    """Steps of leapfrog that make one of this order (Yoshida, Phys. Lett. A 150 (1990) 262)."""
-    if order == 2:
-        return [1.0]
-    inner = triple_jump(order - 2)
-    outside = 1.0 / (2.0 - 2.0 ** (1.0 / (order - 1)))
-    return [w * x for w in (outside, 1.0 - 2.0 * outside, outside) for x in inner]
 
 
 def composed(problem: galvi.Problem, duration: float, order: int) -> tuple[np.ndarray, np.ndarray]:

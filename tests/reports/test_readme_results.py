@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
+from reports.cli.commands import run
 from reports.results.origins import note_origin
 from reports.tables.readme import (
     ASKED,
@@ -146,7 +147,11 @@ def test_the_evidence_is_counted(tmp_path):
     assert len(lines) <= len(table_of(TRUST.read_text(), EVIDENCE).splitlines())
 
 
-def test_the_pages_take_no_rows_of_the_quick_setting(tmp_path):
+def test_the_pages_take_no_rows_of_the_quick_setting(tmp_path, capsys):
     note_origin(tmp_path, "work_precision.csv", {"date": "2026-01-02"}, quick=True)
     with pytest.raises(ValueError, match=r"work_precision.csv in .* is of the quick setting; run"):
         renew(ROOT, tmp_path)
+    assert run(None, ["readme", "--out", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert "of the quick setting; run build without --quick first." in told
+    assert "could not be carried out" not in told

@@ -9,7 +9,7 @@ States are kept at random times, as evenly spaced ones may beat with the motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -49,11 +49,14 @@ class LongRun:
 
     @property
     def problem(self) -> Problem:
+        """The one that was run."""
         return self.check.watched or self.check.problem
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Relative changes of what the motion conserves."""
-        yield from _changes(self.check, self.problem, self.done.run, self.setting, "{}")
+        yield from _changes(
+            self.check, self.problem, self.done.run, self.setting, "{}", self.check.kept
+        )
 
 
 def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | None:
@@ -152,14 +155,14 @@ def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, 
 
 def _changes(
     check: CheckProblem, problem: Problem, run: Trajectory, setting: Mapping[str, Any], name: str,
-    kept: Any = None,
+    kept: Iterable[str],
 ) -> Iterator[dict[str, Any]]:  # fmt: skip
     q, p = (
         np.concatenate([start[None], states])
         for start, states in ((problem.q0, run.q), (problem.p0, run.p))
     )
     formulas = {"energy": check.energy, "angular momentum": _angular_momentum}
-    for quantity in check.kept if kept is None else kept:
+    for quantity in kept:
         start, *values = formulas[quantity](problem, q, p).reshape(len(q), -1)
         change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
         for seed in SEEDS:

@@ -7,7 +7,9 @@ import threading
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 
-FIRST, LONGEST = 20, 200  # lines that are kept, and characters of each
+from benchmarks.store.foreign_texts import LONGEST, log_line
+
+FIRST = 20  # lines that are kept
 BLOCK = 1 << 16  # bytes of a read
 
 
@@ -16,8 +18,7 @@ class Printed:
     """The output of the processes of one integrator.
 
     lines  number of lines; an unfinished one counts
-    first  the first FIRST lines of at most LONGEST printable characters each, harmless in the log
-           of a CI service
+    first  the first FIRST lines, as in a log
     """
 
     lines: int = 0
@@ -48,11 +49,15 @@ class Printed:
             while block := _block(pipe):
                 *ended, rest = (line + block).split(b"\n")
                 self.lines += len(ended)
-                self.first += map(harmless, ended[: FIRST - len(self.first)])
-                line = rest[: 4 * LONGEST]  # bytes of as many characters
+                self.first += map(_text, ended[: FIRST - len(self.first)])
+                line = rest[: 8 * LONGEST]  # more bytes than are shown
         if line:
             self.lines += 1
-            self.first += [harmless(line)] if len(self.first) < FIRST else []
+            self.first += [_text(line)] if len(self.first) < FIRST else []
+
+
+def _text(line: bytes) -> str:
+    return log_line(line.decode("utf-8", "replace"))
 
 
 def _block(pipe: Connection) -> bytes:
@@ -60,10 +65,3 @@ def _block(pipe: Connection) -> bytes:
         return os.read(pipe.fileno(), BLOCK)
     except OSError:
         return b""
-
-
-def harmless(line: bytes) -> str:
-    """Its printable characters, without what a CI service takes for a command."""
-    text = line[: 4 * LONGEST].decode("utf-8", "replace").replace("\t", " ")
-    text = "".join(character for character in text if character.isprintable())[:LONGEST]
-    return text.replace("::", ": :").replace("##[", "# #[")
