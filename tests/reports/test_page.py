@@ -157,6 +157,7 @@ def test_the_pages_state_when_and_from_what_they_were_made(pages):
         assert (
             "2026-01-02 03:04 UTC, commit 0123456789ab with changes, in the quick setting" in page
         )
+        assert "runs are fewer and shorter than texts and titles say" in page
     assert "0123456789abcdef+dirty" in pages["provenance"]
     assert "--claims V1,V2,V3 --quick" in pages["provenance"]
 
