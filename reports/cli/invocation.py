@@ -98,14 +98,14 @@ def check_folder(out: Path) -> Path:
 
 
 def within(least: float, most: float, unit: str) -> Callable[..., float | None]:
-    """A check of an option's number: above `least`, or 0 where that is -inf, up to `most`."""
+    """A check of an option's number: finite, above `least`, up to `most`; `unit` says of what."""
 
     def check(context: typer.Context, param: typer.CallbackParam, value: float | None) -> Any:
         if value is None or (least < value <= most and math.isfinite(value)):
             return value
         word = param.opts[0]
         where = word if typed(context, str(param.name)) else f"{TABLE}: {word[2:]}"
-        up_to = f" up to {most:g}" if math.isfinite(most) else " and finite"
+        up_to = f", up to {most:g}" if math.isfinite(most) else ""
         # not a BadParameter, of which the message begins with the option
         raise UsageError(f"{where} expects {unit} above {least:g}{up_to}; received {value:g}.")
 
@@ -136,7 +136,7 @@ TIMEOUT = typer.Option(
     None,
     "--timeout",
     metavar="SECONDS",
-    callback=within(0.0, math.inf, "seconds"),
+    callback=within(0.0, math.inf, "a finite number of seconds"),
     help="Longest time of one run of an external integrator.",
 )
 SCHEDULER = typer.Option(

@@ -39,7 +39,7 @@ def verify_claims(
         100.0,
         "--fail-under",
         metavar="PERCENT",
-        callback=within(0.0, 100.0, "percent"),
+        callback=within(0.0, 100.0, "a percentage"),
         help="Exit 1 when fewer of the checks come out as expected.",
     ),
     scheduler: str = SCHEDULER,

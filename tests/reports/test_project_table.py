@@ -191,10 +191,10 @@ def test_a_table_that_is_wrong_is_refused_in_a_sentence(
 @pytest.mark.parametrize(
     ("command", "key", "said"),
     [
-        ("verify", "timeout = -1", "expects seconds above 0 and finite; received -1."),
-        ("verify", "timeout = inf", "expects seconds above 0 and finite; received inf."),
-        ("verify", "fail-under = 101", "expects percent above 0 up to 100; received 101."),
-        ("track", "slower = 0", "expects percent above 0 and finite; received 0."),
+        ("verify", "timeout = -1", "expects a finite number of seconds above 0; received -1."),
+        ("verify", "timeout = inf", "expects a finite number of seconds above 0; received inf."),
+        ("verify", "fail-under = 101", "expects a percentage above 0, up to 100; received 101."),
+        ("track", "slower = 0", "expects a finite percentage above 0; received 0."),
     ],
 )
 def test_a_number_of_the_table_out_of_range_names_the_key_once(
