@@ -103,12 +103,15 @@ def statements() -> tuple[Statement, ...]:
 
 
 def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
-    """A sentence for each status that the statement's own rows do not support, for each row that is
-    not reproduced or contradicted and no statement that says so, and for praise of a number that
-    the source measured."""
+    """A sentence for each status that the statement's own rows do not support, for rows that a
+    statement names and are not there, for each row that is not reproduced or contradicted and no
+    statement that says so, and for praise of a number that the source measured."""
     rows, said = list(rows), []
     of = {one: [row for row in rows if one.speaks_of(row)] for one in found}
     for one, own in of.items():
+        for name in one.rows.split("; ") if one.rows else ():
+            if not any(replace(one, rows=name).speaks_of(row) for row in own):
+                said.append(f"{one.where} ({one.statement}) names rows that are not there: {name}.")
         needed, seen = STATUSES[one.status], {row.verdict for row in own}
         derived = one.status == FALSE and not one.claims
         if needed and not derived and not needed & seen:

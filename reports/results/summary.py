@@ -12,6 +12,7 @@ from benchmarks.checks.bounds import EXCEEDS, FINDING, NOT_RUN, VERDICTS
 from benchmarks.checks.claim import Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.claims.agreement import SOURCE
+from benchmarks.claims.statements import statements, unfounded
 from reports.results.claim_results import ClaimResult
 
 VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
@@ -50,11 +51,20 @@ class Summary:
         expected = len(counted) - len(self.differing)
         return 100.0 * expected / len(counted) if counted else 0.0
 
+    @property
+    def unfounded(self) -> list[str]:
+        """What the rows do not say of the papers' statements; empty where a row differs from what
+        was expected, or a claim that a statement names has none."""
+        needed = {claim for one in statements() for claim in one.claims}
+        complete = needed <= {row.id for row in self.rows}
+        return unfounded(statements(), self.rows) if complete and not self.differing else []
+
     def passes(self, fail_under: float = 100.0) -> bool:
-        """Whether something was measured, so many percent of the verdicts are as expected, and the
-        stated errors of orders cover."""
+        """Whether something was measured, so many percent of the verdicts are as expected, the
+        stated errors of orders cover, and the papers' statements have the rows that they name."""
         measured = any(row.verdict != NOT_RUN for row in self.rows)
-        return measured and self.share >= fail_under and coverage(self.rows).sound
+        sound = coverage(self.rows).sound and not self.unfounded
+        return measured and self.share >= fail_under and sound
 
     def __str__(self) -> str:
         agreements = {row.id for row in self.rows if row.source == SOURCE}
@@ -73,6 +83,7 @@ class Summary:
             checks += (
                 f". The stated errors {'cover' if covered.sound else 'are too small'}: {covered}"
             )
+        checks += "".join(f". Unfounded: {one.removesuffix('.')}" for one in self.unfounded)
         if not self.differing:
             return f"{checks}; every verdict is the expected one."
         differ = "differs" if len(self.differing) == 1 else "differ"

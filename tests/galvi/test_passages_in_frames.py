@@ -36,6 +36,9 @@ def past_the_earth(seed: int) -> galvi.Problem:
 
 
 JUPITER = 9.5e-4
+# au, above which passages of Jupiter are named, see galvi.kernels.forces.passages. A step beside
+# one done in parts leaves up to 6e-5 unsaid; last bits of the start decide which step that is.
+NAMED = 1e-4
 MET = {
     6: 2042.0,
     22: 2154.0,
@@ -106,7 +109,7 @@ def test_no_wrong_passage_of_jupiter_is_silent(seed: int, step: float) -> None:
     moon's orbit; and passages beside steps that were done in parts."""
     run = galvi.integrate(past_jupiter(seed), FRAME, step, duration=8000.0)
     said = not run.success or "bodies 1 and 2 passed at a distance" in run.status
-    assert said or error(run) < 1e-5, run.status
+    assert said or error(run) < NAMED, run.status
     if seed in (6, 27):
         assert said
 

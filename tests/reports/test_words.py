@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pandas as pd
 import pytest
 
 from benchmarks.checks.claim import AGREEMENT
+from benchmarks.claims.statements import Statement
 from reports.page.claim_section import after, shared_parts
 from reports.page.content import absent, peers
 from reports.page.typeset import typeset
+from reports.results import summary as outcome
 from reports.results.summary import Summary
 from reports.tables.comparison_tables import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
@@ -194,3 +197,20 @@ def test_orders_whose_stated_errors_are_too_small_are_no_success(make_row):
         "The stated errors are too small: of 20 fitted orders whose true value is known, 10 miss it"
         in str(seen)
     )
+
+
+def test_a_statement_that_its_rows_do_not_found_is_no_success(make_row, monkeypatch):
+    """Only where every claim that statements name has rows, and all are as expected."""
+    row = make_row(id="V1", source="H fig. 2.3")
+    founded = Statement("H fig. 2.3", "figure", "It is so.", "reproduced", "", ("V1",), "", "")
+    monkeypatch.setattr(outcome, "statements", lambda: (founded,))
+    assert Summary((row,)).passes()
+    elsewhere = replace(founded, where="H fig. 2.4")
+    monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
+    assert not Summary((row,)).passes()
+    assert "Unfounded: H fig. 2.4 (It is so.) is called reproduced; no row" in str(Summary((row,)))
+    monkeypatch.setattr(outcome, "statements", lambda: (replace(elsewhere, claims=("V2",)),))
+    assert Summary((row,)).passes()
+    monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
+    differing = replace(row, verdict="contradicted")
+    assert Summary((*[row] * 99, differing)).passes(fail_under=90.0)
