@@ -79,15 +79,10 @@ def kozai_triple() -> Problem:
     )
 
 
-def binary_meets_star(phase: float = 0.0, aside: float = -1.1, above: float = 0.2) -> Problem:
-    """A third star flies through a circular binary of equal stars.
-
-    phase         of the binary at the start
-    aside, above  of its centre, from where the third star starts
-    """
-    c, s, speed = math.cos(phase), math.sin(phase), math.sqrt(2.0) / 2.0
-    one, turn = np.array([0.5 * c, 0.5 * s, 0.0]), speed * np.array([-s, c, 0.0])
-    q, v = [-one, one, [aside, 12.0, above]], [-turn, turn, [0.05, -0.8, 0.0]]
+def binary_meets_star() -> Problem:
+    """A third star flies through a circular binary of equal stars."""
+    one, turn = np.array([0.5, 0.0, 0.0]), np.array([0.0, math.sqrt(2.0) / 2.0, 0.0])
+    q, v = [-one, one, [-1.1, 12.0, 0.2]], [-turn, turn, [0.05, -0.8, 0.0]]
     return _balanced([1.0, 1.0, 1.0], q, v, "a binary meets a star", "G = 1", (0, 1, 2))
 
 

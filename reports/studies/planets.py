@@ -6,7 +6,7 @@ from functools import partial
 
 import pandas as pd
 
-from benchmarks.studies import draws, ephemeris, high_eccentricity, survival
+from benchmarks.studies import ephemeris, high_eccentricity, survival
 from benchmarks.studies.moving_frames import published
 from references.jpl.ephemeris import JPL_EPHEMERIS
 from reports.results.section import LongForm, Section
@@ -111,28 +111,5 @@ SURVIVAL = Section(
     measure=survival.survival_table,
     table=partial(readable_table, headings=SURVIVAL_COLUMNS),
     compared=True,
-    timed=True,
-)
-
-
-DRAWS_COLUMNS = {
-    "problem": "problem",
-    "contender": "contender",
-    "settings": "setting",
-    "median": "median error",
-    "lower_quartile": "lower quartile",
-    "upper_quartile": "upper quartile",
-    "largest": "largest",
-    "seconds": "time of a run [s]",
-    "runs": "runs",
-    "status": "status",
-}
-
-DRAWS = Section(
-    name="draws",
-    title="Encounters from a hundred starts",
-    text=draws.EXPLANATION,
-    measure=draws.draws_table,
-    table=partial(readable_table, headings=DRAWS_COLUMNS),
     timed=True,
 )
