@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi import NBody, Problem, problems
+from galvi import NBody, Problem
 
-YEAR = 365.25  # days
-HEAVIER = 50.0
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 
@@ -20,18 +18,6 @@ def burrau() -> Problem:
     """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
     places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
     return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
-
-
-def heavy_planets() -> Problem:
-    """The outer planets with ``HEAVIER`` times their masses."""
-    outer = problems.outer_solar_system()
-    system: Any = outer.system
-    masses = system.masses * HEAVIER
-    masses[0] /= HEAVIER
-    return Problem(
-        NBody(masses), outer.q0, outer.v0, name="outer planets, 50 times as heavy",
-        parameters={"bodies": outer.parameters["bodies"]}, units=outer.units,
-    )  # fmt: skip
 
 
 def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""The sections on planets: published runs, JPL's ephemeris, close encounters, eccentric orbits."""
+"""The sections on planets: published runs, JPL's ephemeris, eccentric orbits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import partial
 
 import pandas as pd
 
-from benchmarks.studies import ephemeris, high_eccentricity, survival
+from benchmarks.studies import ephemeris, high_eccentricity
 from benchmarks.studies.moving_frames import published
 from references.jpl.ephemeris import JPL_EPHEMERIS
 from reports.results.section import LongForm, Section
@@ -91,25 +91,4 @@ HIGH_ECCENTRICITY = Section(
     table=partial(readable_table, headings=ECCENTRIC_COLUMNS),
     open=True,
     compared=True,
-)
-
-
-SURVIVAL_COLUMNS = {
-    "problem": "problem",
-    "contender": "contender",
-    "settings": "setting",
-    "energy_error": "largest energy error",
-    "seconds": "time [s]",
-    "success": "completed",
-    "status": "status",
-}
-
-SURVIVAL = Section(
-    name="survival",
-    title="Close encounters: who survives",
-    text=survival.EXPLANATION,
-    measure=survival.survival_table,
-    table=partial(readable_table, headings=SURVIVAL_COLUMNS),
-    compared=True,
-    timed=True,
 )
