@@ -22,7 +22,7 @@ from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
-from reports.studies.planets import EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED
+from reports.studies.planets import EPHEMERIS, PUBLISHED
 from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
 from reports.studies.so3_drift import SO3_DRIFT
@@ -41,7 +41,6 @@ SECTIONS = (  # in the order of the page
     SO3_DRIFT,
     TAXONOMY,
     EPHEMERIS,
-    HIGH_ECCENTRICITY,
     FORCES,
     STIFF_SPRINGS,
     FLYBYS,

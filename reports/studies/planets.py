@@ -1,4 +1,4 @@
-"""The sections on planets: published runs, JPL's ephemeris, eccentric orbits."""
+"""The sections on planets: published runs, and JPL's ephemeris."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import partial
 
 import pandas as pd
 
-from benchmarks.studies import ephemeris, high_eccentricity
+from benchmarks.studies import ephemeris
 from benchmarks.studies.moving_frames import published
 from references.jpl.ephemeris import JPL_EPHEMERIS
 from reports.results.section import LongForm, Section
@@ -68,27 +68,6 @@ EPHEMERIS = Section(
     measure=ephemeris.ephemeris_table,
     table=sky_table,
     absent=lambda: JPL_EPHEMERIS.missing,
-    open=True,
-    compared=True,
-)
-
-
-ECCENTRIC_COLUMNS = {
-    "eccentricity": "eccentricity",
-    "contender": "contender",
-    "settings": "setting",
-    "error": "error",
-    "energy_error": "energy error",
-    "evaluations": "force evaluations",
-    "status": "status",
-}
-
-HIGH_ECCENTRICITY = Section(
-    name="high_eccentricity",
-    title="Through the pericentre at high eccentricity",
-    text=high_eccentricity.EXPLANATION,
-    measure=high_eccentricity.high_eccentricity_table,
-    table=partial(readable_table, headings=ECCENTRIC_COLUMNS),
     open=True,
     compared=True,
 )
