@@ -1,1 +1,1 @@
-"""Studies of moving frames: published problems, and stiff springs in long steps."""
+"""Studies of moving frames: stiff springs in long steps."""

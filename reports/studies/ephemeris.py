@@ -1,40 +1,13 @@
-"""The sections on planets: published runs, and JPL's ephemeris."""
+"""The section on planets beside JPL's ephemeris."""
 
 from __future__ import annotations
-
-from functools import partial
 
 import pandas as pd
 
 from benchmarks.studies import ephemeris
-from benchmarks.studies.moving_frames import published
 from references.jpl.ephemeris import JPL_EPHEMERIS
-from reports.results.section import LongForm, Section
+from reports.results.section import Section
 from reports.tables.study_table import readable_table
-
-PUBLISHED_COLUMNS = {
-    "problem": "problem",
-    "contender": "contender",
-    "step": "step",
-    "steps": "steps",
-    "energy_error": "largest energy error",
-    "microseconds": "time of a step [µs]",
-    "seconds": "time [s]",
-    "status": "status",
-    "commit": "commit",
-    "date": "date",
-}
-
-PUBLISHED = Section(
-    name="published",
-    title="Problems published for IRKGL16-SIMD",
-    text=published.EXPLANATION,
-    measure=published.published,
-    table=partial(readable_table, headings=PUBLISHED_COLUMNS),
-    long_form=LongForm(published.parts, published.stored),
-    timed=True,
-)
-
 
 SKY_COLUMNS = {
     "contender": "contender",
