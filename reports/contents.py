@@ -26,7 +26,6 @@ from reports.studies.number_of_bodies import NUMBER_OF_BODIES
 from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
 from reports.studies.so3_drift import SO3_DRIFT
-from reports.studies.stiff_springs import STIFF_SPRINGS
 from reports.studies.taxonomy import TAXONOMY
 from reports.studies.trees import TREES
 
@@ -41,7 +40,6 @@ SECTIONS = (  # in the order of the page
     TAXONOMY,
     EPHEMERIS,
     FORCES,
-    STIFF_SPRINGS,
     FLYBYS,
     TRANSITS,
     BROWNOUT_CLOUD,

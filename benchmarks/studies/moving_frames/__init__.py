@@ -1,1 +1,0 @@
-"""Studies of moving frames: stiff springs in long steps."""
