@@ -25,7 +25,6 @@ from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
 from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
-from reports.studies.so3_drift import SO3_DRIFT
 from reports.studies.taxonomy import TAXONOMY
 from reports.studies.trees import TREES
 
@@ -36,7 +35,6 @@ SECTIONS = (  # in the order of the page
     FREE_BODY_DRIFT,
     TREES,
     ENGINE_VERSIONS,
-    SO3_DRIFT,
     TAXONOMY,
     EPHEMERIS,
     FORCES,
