@@ -23,7 +23,6 @@ from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
-from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
 from reports.studies.taxonomy import TAXONOMY
 from reports.studies.trees import TREES
@@ -41,7 +40,6 @@ SECTIONS = (  # in the order of the page
     FLYBYS,
     TRANSITS,
     BROWNOUT_CLOUD,
-    RECOMMENDATION,
     START_UP,
     ENSEMBLES,
     PROCESSORS,

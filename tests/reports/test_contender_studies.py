@@ -41,7 +41,7 @@ def written_in(figure, frame):
 
 def test_what_is_closed_to_external_integrators_is_about_galvi_or_an_engine_alone():
     closed = {one.name for one in SECTIONS if not one.open}
-    assert {"recommendation", "start_up", "engine-versions", "taxonomy"} <= closed
+    assert {"ensembles", "start_up", "engine-versions", "taxonomy"} <= closed
     assert not closed & {"brouwer", "scaling", "free-spin", "ephemeris"}
 
 
