@@ -1,9 +1,7 @@
-"""Close passages and transits as users of REBOUND find them, which has no events: from states at
-outputs or ends of steps, and by bisection."""
+"""Transits as users of REBOUND find them, which has no events: by bisection between outputs."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,63 +11,6 @@ from galvi import Problem
 from galvi.arrays import Array
 from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
-
-
-def relative_states(
-    problem: Problem, i: int, j: int, duration: float, every: float | None = None,
-    options: Mapping[str, Any] | None = None,
-) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Times since the start (k,), q_i - q_j and v_i - v_j (k, 3) of a run by IAS15, forwards.
-
-    every  time between outputs; None: at the ends of its steps, and at the end
-    """
-    sim = rebound_simulation.simulation(problem, "ias15", options or {})
-    engine, rows = sim.engine, []
-    a, b = (engine.particles[int(sim.place[body])] for body in (i, j))
-
-    def keep() -> None:
-        rows.append((
-            engine.t, a.x - b.x, a.y - b.y, a.z - b.z, a.vx - b.vx, a.vy - b.vy, a.vz - b.vz,
-        ))  # fmt: skip
-
-    with rebound_simulation.interrupts_kept(), engine_time:
-        keep()
-        if every is None:
-            while engine.t < duration:
-                engine.steps(1)
-                keep()
-        else:
-            for k in range(1, math.floor(duration / every * (1.0 + 1e-12)) + 1):
-                engine.integrate(k * every, exact_finish_time=1)
-                keep()
-    found = np.array(rows)
-    return found[:, 0], found[:, 1:4], found[:, 4:]
-
-
-def nearest_sample(t: Array, q: Array, v: Array) -> tuple[float, float]:
-    """Time and distance of the state with the least distance."""
-    far = np.linalg.norm(q, axis=1)
-    row = int(np.argmin(far))
-    return float(t[row]), float(far[row])
-
-
-def nearest_on_cubics(t: Array, q: Array, v: Array) -> tuple[float, float]:
-    """As `nearest_sample`, also of the cubics between two states where q . v changes its sign."""
-    from scipy.interpolate import CubicHermiteSpline
-
-    rate = np.sum(q * v, axis=1)
-    best = nearest_sample(t, q, v)
-    for k in np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] > 0.0)).tolist():
-        ends = slice(k, k + 2)
-        cubic = np.polynomial.Polynomial([0.0])
-        for axis in range(3):
-            piece = CubicHermiteSpline(t[ends] - t[k], q[ends, axis], v[ends, axis]).c[::-1, 0]
-            cubic = cubic + np.polynomial.Polynomial(piece) ** 2
-        roots = cubic.deriv().roots()
-        inside = roots.real[(abs(roots.imag) < 1e-12 * t[-1]) & (roots.real >= 0.0)]
-        for x in inside[inside <= t[k + 1] - t[k]].tolist():
-            best = min(best, (float(t[k] + x), math.sqrt(cubic(x))), key=lambda one: one[1])
-    return best
 
 
 def transits(

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.studies.engine_versions import COLUMNS as VERSIONS
-from benchmarks.studies.flybys import COLUMNS as FLYBYS
 from benchmarks.studies.free_body_drift import COLUMNS as SPIN
 from benchmarks.studies.free_body_drift import marks
 from benchmarks.studies.round_off import COLUMNS
@@ -111,26 +110,10 @@ def pairs_of_spaces_and_rules(quick: bool, report: Callable[[str], None]) -> pd.
     return pd.DataFrame(rows, columns=list(TAXONOMY))
 
 
-def flybys(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
-    """Two ways to look of one contender and one of galvi's; of one nothing was seen."""
-    rows = [
-        {"contender": who, "looks": looks, "target": target, "flybys": 4, "missed": 4 - seen,
-         "median_km": 1e8 * share, "largest_km": 1e9 * share, "largest_relative": share,
-         "seconds": 0.1, "status": ""}
-        for who, looks, seen, share in (
-            ("galvi clock, Gauss 8", "events", 4, 1e-8), ("REBOUND IAS15", "ends of steps", 3, 0.1),
-            ("REBOUND IAS15", "outputs", 0, np.nan),
-        )
-        for target in ("Moon", "planets")
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=list(FLYBYS))
-
-
 FRAMES = {
     "brouwer": brouwer,
     "scaling": scaling,
     "free-spin": spins,
     "engine-versions": versions,
     "taxonomy": pairs_of_spaces_and_rules,
-    "flybys": flybys,
 }

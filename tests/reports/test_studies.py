@@ -150,11 +150,10 @@ NUMBERS = (
     "share",
     "seconds_per_orbit",
     "energy_error",
-    "largest_relative",
 )
 
 
-@pytest.mark.slow_cases("free-spin", "flybys")
+@pytest.mark.slow_cases("free-spin")
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
     frame = FRAMES[study.name](True, print)
