@@ -18,7 +18,6 @@ from reports.studies.costs import BROWNOUT_CLOUD, PROCESSORS, START_UP
 from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
 from reports.studies.ephemeris import EPHEMERIS
-from reports.studies.events import TRANSITS
 from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
@@ -37,7 +36,6 @@ SECTIONS = (  # in the order of the page
     TAXONOMY,
     EPHEMERIS,
     FORCES,
-    TRANSITS,
     BROWNOUT_CLOUD,
     START_UP,
     ENSEMBLES,

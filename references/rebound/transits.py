@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,24 +14,20 @@ from references.rebound import simulation as rebound_simulation
 
 def transits(
     problem: Problem, planets: Sequence[int], star: int, duration: float, every: float,
-    precision: float, integrator: str = "ias15", options: Mapping[str, Any] | None = None,
-    step: float | None = None,
+    precision: float,
 ) -> list[Array]:  # fmt: skip
     """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
-    example of transit timing variations finds them: y changes its sign between two outputs while
-    the planet is in front, and the integration goes to and fro by bisection.
+    example of transit timing variations finds them with IAS15: y changes its sign between two
+    outputs while the planet is in front, and the integration goes to and fro by bisection.
 
     planets    numbers of bodies, all in one run
     every      time between outputs
     precision  of the times
-    step       of an integrator with equal steps
     """
-    sim = rebound_simulation.simulation(problem, integrator, options or {})
+    sim = rebound_simulation.simulation(problem, "ias15", {})
     engine, found = sim.engine, [list[float]() for _ in planets]
     p, s = ([engine.particles[int(sim.place[body])] for body in bodies]
             for bodies in (planets, [star]))  # fmt: skip
-    if step is not None:
-        engine.dt = step
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:
             before, begun = [planet.y - s[0].y for planet in p], engine.t
