@@ -27,7 +27,6 @@ from references.mujoco.steps import (
 from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
-from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
@@ -79,7 +78,6 @@ REFERENCES: tuple[Contender, ...] = (
     MERCURIUS,
     TRACE,
     LEAPFROG,
-    JANUS,
     HEYOKA,
     HEYOKA_QUADRUPLE,
     MATRIX_EULER,

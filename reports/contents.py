@@ -17,39 +17,26 @@ from reports.results.suite import Suite
 from reports.studies.costs import BROWNOUT_CLOUD, PROCESSORS, START_UP
 from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
-from reports.studies.events import FLYBYS, TRANSITS
+from reports.studies.ephemeris import EPHEMERIS
 from reports.studies.faults import FUZZ, MUTANTS
 from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
-from reports.studies.planets import DRAWS, EPHEMERIS, HIGH_ECCENTRICITY, PUBLISHED, SURVIVAL
-from reports.studies.recommendation import RECOMMENDATION
 from reports.studies.round_off import ROUND_OFF
-from reports.studies.so3_drift import SO3_DRIFT
-from reports.studies.stiff_springs import STIFF_SPRINGS
 from reports.studies.taxonomy import TAXONOMY
 from reports.studies.trees import TREES
 
 CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page
     ROUND_OFF,
-    PUBLISHED,
     NUMBER_OF_BODIES,
     FREE_BODY_DRIFT,
     TREES,
     ENGINE_VERSIONS,
-    SO3_DRIFT,
     TAXONOMY,
     EPHEMERIS,
-    HIGH_ECCENTRICITY,
     FORCES,
-    STIFF_SPRINGS,
-    SURVIVAL,
-    DRAWS,
-    FLYBYS,
-    TRANSITS,
     BROWNOUT_CLOUD,
-    RECOMMENDATION,
     START_UP,
     ENSEMBLES,
     PROCESSORS,

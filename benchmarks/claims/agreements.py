@@ -36,7 +36,6 @@ from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
-from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
@@ -93,7 +92,6 @@ REBOUND = (
     AgreementCase(MERCURIUS, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
     AgreementCase(TRACE, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
     AgreementCase(LEAPFROG, PAIR, 1.0, 1e-13, setting={"step": 0.005, **leapfrog.BEST}),  # 1e-15
-    AgreementCase(JANUS, PAIR, 1.0, 1e-12, setting={"step": 0.005, "order": 8}, note=OWN),  # 4e-14
 )
 MUJOCO = (
     AgreementCase(MUJOCO_RK4, TURN, 1.0, 1e-12, setting={"step": 1e-3}, note=OWN),  # 5e-14

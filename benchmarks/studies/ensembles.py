@@ -2,19 +2,18 @@
 
 Errors are the largest of the configurations of a few members at the end, against a closed form or
 another engine. Of each code the cheapest setting that reaches the error is timed, in interleaved
-rounds, in as many threads or processes as there are processors; SciPy runs a few in one thread, and
-its time is divided by the processors.
+rounds, in as many threads as there are processors; SciPy runs a few in one thread, and its time is
+divided by the processors.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib.util import find_spec
-from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,10 +23,9 @@ from scipy.spatial.transform import Rotation
 import galvi
 from benchmarks.statistics.timing import Timing, interleaved
 from galvi.run.ensemble import processors
-from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
+from references import DOP853, FREE_TOP, KEPLER, RIGID_DOP853
 from references.heyoka.taylor import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
-from references.rebound.pool import REBOUND_POOLS
 
 ROUNDS, LEAST = 3, 0.05
 MEMBERS, QUICK_MEMBERS = 1000, 200
@@ -35,13 +33,12 @@ LOOKED_AT = 3  # members whose error is measured
 DEGREES = 6, 8, 9  # of galvi
 STEPS = 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 34, 44, 56, 64, 96, 128, 192
 SEED = 17
-REBOUND_STEPS = ((100, 150, 200, 300, 500, 750, 1000), (35, 50, 70, 100, 150, 200, 300))
 COLUMNS = ("part", "problem", "contender", "settings", "error", "target", "seconds", "low", "high",
            "microseconds", "relative")  # fmt: skip
 EXPLANATION = (
     "First, members of one ensemble: a run of each by itself, then eight to an instruction, in "
     "threads and on the workers of a cluster on this machine. Then ensembles of other codes, "
-    "each at its cheapest setting that reaches the error, in as many threads or processes as there "
+    "each at its cheapest setting that reaches the error, in as many threads as there "
     "are processors; SciPy runs three members in one thread, and its time for a member is divided "
     "by the processors, as if it gained that much on them. The error is the largest of a "
     "configuration's entries at the end of a few members, against a closed form or another engine."
@@ -78,22 +75,13 @@ def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
     """All parts of the study."""
     members = QUICK_MEMBERS if quick else MEMBERS
     rows = []
-    with spawned_pool() as pool:
-        for made in (free_bodies, pendulums, kepler_orbits, planetary_systems):
-            ensemble = made(members)
-            say(f"{len(ensemble.q)} of {ensemble.problem.name}")
-            rows += compared(ensemble, pool)
+    for made in (free_bodies, pendulums, kepler_orbits):
+        ensemble = made(members)
+        say(f"{len(ensemble.q)} of {ensemble.problem.name}")
+        rows += compared(ensemble)
     say("scaling")
     rows += scaling(kepler_orbits(32 * members))  # of a second or longer
     return pd.DataFrame(rows, columns=list(COLUMNS))
-
-
-@contextmanager
-def spawned_pool() -> Iterator[ProcessPoolExecutor]:
-    """As many processes as there are processors, which wait."""
-    with ProcessPoolExecutor(processors(), get_context("spawn")) as pool:
-        list(pool.map(math.sqrt, range(2 * processors())))
-        yield pool
 
 
 def _near(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
@@ -138,24 +126,12 @@ def kepler_orbits(members: int) -> Ensemble:
     return Ensemble(problem, q, v, duration, 1e-12, _truth(KEPLER, problem, q, v, duration))
 
 
-def planetary_systems(members: int) -> Ensemble:
-    """The Sun and the outer planets, with places that differ by 1e-3, 100 years; the truth is
-    REBOUND's IAS15."""
-    problem = galvi.problems.outer_solar_system()
-    q, v = _near(problem, members, 1e-3)
-    duration = 36_500.0
-    return Ensemble(problem, q, v, duration, 1e-6, _truth(IAS15, problem, q, v, duration))
-
-
-def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
+def candidates(ensemble: Ensemble) -> list[Candidate]:
     """The codes that run an ensemble here; galvi once for each degree."""
     problem = ensemble.problem
     found = [Candidate("galvi", _of_galvi(ensemble, degree)) for degree in DEGREES]
     if MUJOCO_ROLLOUT.supports(problem) and not MUJOCO_ROLLOUT.missing:
         found.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
-    for rebound, steps in zip(REBOUND_POOLS, REBOUND_STEPS, strict=True):
-        if isinstance(problem.system, galvi.NBody) and not rebound.missing:
-            found.append(Candidate(rebound.name, _of_rebound(rebound, steps, ensemble, pool)))
     for heyoka in (HEYOKA_BATCHES, HEYOKA_ENSEMBLE):
         if heyoka.supports(problem) and not heyoka.missing:
             found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
@@ -185,17 +161,6 @@ def _of_mujoco(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
         )
 
 
-def _of_rebound(
-    rebound: Any, counts: Iterable[int], ensemble: Ensemble, pool: Any
-) -> Iterator[tuple[str, Call]]:
-    problem, q, v, duration, *_ = ensemble
-    for steps in counts:
-        yield (
-            f"{steps} steps",
-            rebound.prepared(problem, q, v, duration / steps, steps, pool, 2 * processors()),
-        )
-
-
 def _of_heyoka(heyoka: Any, ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
     problem, q, v, duration, *_ = ensemble
     for tolerance in (1e-12, 1e-13, 1e-14, 1e-15):
@@ -216,11 +181,11 @@ def _of_scipy(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
         yield f"rtol {tolerance:g}, {LOOKED_AT} members", partial(call, tolerance)
 
 
-def compared(ensemble: Ensemble, pool: Any) -> list[tuple[Any, ...]]:
+def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     """A row for each code, of its fastest setting that reaches the error."""
     chosen: list[tuple[str, str, float, Call]] = []
     missed: dict[str, tuple[str, float]] = {}
-    for candidate in candidates(ensemble, pool):
+    for candidate in candidates(ensemble):
         error, words = math.inf, ""
         for words, call in candidate.calls:
             error = float(np.abs(call()[:LOOKED_AT] - ensemble.truth).max())

@@ -1,4 +1,4 @@
-"""Systems of bodies: published starts, any number of planets, a light body first."""
+"""Systems of bodies: any number of planets, a light body first."""
 
 from __future__ import annotations
 
@@ -8,60 +8,6 @@ import numpy as np
 
 import galvi
 from galvi import NBody, Problem
-
-# JPL DE421 at JD 2440400.5, by references.jpl.states.ephemeris: GM, place and velocity, in au and
-# days; the Sun has the inner planets' GM, place and momentum, summed correctly rounded.
-EPOCH = 2440400.5
-BODIES = {
-    "Sun and inner planets": (
-        0.00029591397695294787, 0.004504373687576187, 0.0007629620793496095,
-        0.00026414802859411684, -2.6859306563195593e-07, 5.225351295004562e-06,
-        2.2489495311041808e-06,
-    ),
-    "Jupiter": (
-        2.82534584085505e-07, -5.379706768297444, -0.8304814016092147, -0.22482876556029507,
-        0.0010920126252574368, -0.006518116677554969, -0.0028207825773521157,
-    ),
-    "Saturn": (
-        8.459706073308477e-08, 7.894390677484482, 4.596478075225196, 1.5586958187474582,
-        -0.003217556522901148, 0.004335810343902022, 0.0019286463028107296,
-    ),
-    "Uranus": (
-        1.29202482579265e-08, -18.265400343728217, -1.1619572328839993, -0.2501044321909807,
-        0.00022119027863849825, -0.0037624755734531386, -0.001651014251322349,
-    ),
-    "Neptune": (
-        1.52435910924974e-08, -16.05504055116263, -23.94218959225165, -9.400156803383407,
-        0.0026427703618792427, -0.001498312896391299, -0.0006790418405641149,
-    ),
-    "Pluto": (
-        2.17844105199052e-12, -30.483317419840724, -0.8724200870812093, 8.911584507557775,
-        0.0003222085271044289, -0.0031435756754003064, -0.0010779506297515329,
-    ),
-}  # fmt: skip
-
-
-def outer_planets_of_1969() -> Problem:
-    """Sun, outer planets and Pluto on 28 June 1969."""
-    table = np.array(list(BODIES.values()))
-    return Problem(
-        NBody(table[:, 0]), table[:, 1:4], table[:, 4:], name="outer planets of 1969",
-        parameters={"bodies": tuple(BODIES)}, units="au, day",
-    )  # fmt: skip
-
-
-def regular_henon_heiles() -> Problem:
-    """Henon-Heiles with H = 1/12 from q = (0, 0.3), p_2 = 0.2: a motion on a torus.
-
-    As Hairer, McLachlan and Razakarivony (2008) take it.
-    """
-    problem = galvi.problems.henon_heiles()
-    y, v = 0.3, 0.2
-    resting = 0.5 * y**2 - y**3 / 3.0 + 0.5 * v**2
-    return problem.with_initial_state(
-        np.array([0.0, y]), np.array([math.sqrt(2.0 * (1.0 / 12.0 - resting)), v])
-    )
-
 
 SPACING = 1.1  # of neighbouring orbits: 11 mutual Hill radii of the heaviest, so none come close
 LIGHTER = 1e-3  # factor on the masses of Jupiter, Saturn, Uranus, Neptune, used cyclically

@@ -49,8 +49,8 @@ def missing() -> str:
     return ""
 
 
-def ephemeris(epoch: float = EPOCH) -> dict[str, Array]:
-    """GM (au^3/day^2), position (au) and velocity (au/day) of each body, (7,), at a Julian day TDB.
+def ephemeris() -> dict[str, Array]:
+    """GM (au^3/day^2), position (au) and velocity (au/day) of each body, (7,), at EPOCH.
 
     Raises ModuleNotFoundError without jplephem and de421.
     """
@@ -62,7 +62,7 @@ def ephemeris(epoch: float = EPOCH) -> dict[str, Array]:
     source = Ephemeris(de421)
     rows = {}
     for body, (series, constant) in BODIES.items():
-        state = np.ravel(source.position_and_velocity(series, epoch))
+        state = np.ravel(source.position_and_velocity(series, EPOCH))
         rows[body] = np.concatenate([[getattr(source, constant)], state / source.AU])
     return rows
 

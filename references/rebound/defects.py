@@ -1,4 +1,4 @@
-"""Defects of REBOUND's that the suite works around, each made to happen in a moment."""
+"""Defects of REBOUND's, each made to happen in a moment."""
 
 from __future__ import annotations
 

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi import NBody, Problem, problems
+from galvi import NBody, Problem
 
-YEAR = 365.25  # days
-HEAVIER = 50.0
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 
@@ -20,18 +18,6 @@ def burrau() -> Problem:
     """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
     places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
     return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
-
-
-def heavy_planets() -> Problem:
-    """The outer planets with ``HEAVIER`` times their masses."""
-    outer = problems.outer_solar_system()
-    system: Any = outer.system
-    masses = system.masses * HEAVIER
-    masses[0] /= HEAVIER
-    return Problem(
-        NBody(masses), outer.q0, outer.v0, name="outer planets, 50 times as heavy",
-        parameters={"bodies": outer.parameters["bodies"]}, units=outer.units,
-    )  # fmt: skip
 
 
 def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:
@@ -79,15 +65,10 @@ def kozai_triple() -> Problem:
     )
 
 
-def binary_meets_star(phase: float = 0.0, aside: float = -1.1, above: float = 0.2) -> Problem:
-    """A third star flies through a circular binary of equal stars.
-
-    phase         of the binary at the start
-    aside, above  of its centre, from where the third star starts
-    """
-    c, s, speed = math.cos(phase), math.sin(phase), math.sqrt(2.0) / 2.0
-    one, turn = np.array([0.5 * c, 0.5 * s, 0.0]), speed * np.array([-s, c, 0.0])
-    q, v = [-one, one, [aside, 12.0, above]], [-turn, turn, [0.05, -0.8, 0.0]]
+def binary_meets_star() -> Problem:
+    """A third star flies through a circular binary of equal stars."""
+    one, turn = np.array([0.5, 0.0, 0.0]), np.array([0.0, math.sqrt(2.0) / 2.0, 0.0])
+    q, v = [-one, one, [-1.1, 12.0, 0.2]], [-turn, turn, [0.05, -0.8, 0.0]]
     return _balanced([1.0, 1.0, 1.0], q, v, "a binary meets a star", "G = 1", (0, 1, 2))
 
 

@@ -138,7 +138,7 @@ def build_all(
 
 def long_studies(
     context: typer.Context,
-    only: str = typer.Option("", "--only", metavar="mutants,turning", help="Only these studies."),
+    only: str = typer.Option("", "--only", metavar="mutants,free-spin", help="Only these studies."),
     minutes: float = typer.Option(math.inf, metavar="M", help="Start no run after so many."),
     out: Path = FOLDER,
 ) -> int:

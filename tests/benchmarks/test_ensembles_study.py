@@ -11,7 +11,6 @@ import pytest
 
 import galvi
 from benchmarks.studies import ensembles as study
-from references.rebound.pool import REBOUND_POOLS
 from reports.figures.picture import picture
 from reports.studies.ensembles import ENSEMBLES, ensembles_table
 
@@ -23,7 +22,7 @@ def frame() -> pd.DataFrame:
         patch.setattr(study, "ROUNDS", 1)
         patch.setattr(study, "LEAST", 0.0)
         for made in (study.free_bodies, study.kepler_orbits):
-            rows += study.compared(made(16), pool=None)
+            rows += study.compared(made(16))
         patch.setattr(study, "workers", lambda: nullcontext({}))
         rows += study.scaling(study.kepler_orbits(64))
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
@@ -45,20 +44,11 @@ def test_one_threads_members_are_charged_as_if_shared_by_all_processors(monkeypa
     monkeypatch.setattr(study, "processors", lambda: 4)
     (scipy,) = [
         row
-        for row in study.compared(study.kepler_orbits(16)._replace(target=1e-9), pool=None)
+        for row in study.compared(study.kepler_orbits(16)._replace(target=1e-9))
         if row[2] == "SciPy DOP853"
     ]
     named = dict(zip(study.COLUMNS, scipy, strict=True))
     assert named["microseconds"] == pytest.approx(1e6 * named["seconds"] / (3 * 4))
-
-
-@pytest.mark.skipif(bool(REBOUND_POOLS[0].missing), reason="needs REBOUND")
-def test_each_integrator_of_rebound_follows_the_planets():
-    """SABA at the steps of the Wisdom-Holman map, in this process."""
-    few, serial = study.planetary_systems(4), ThreadPoolExecutor(1)
-    for rebound in REBOUND_POOLS:
-        call = rebound.prepared(few.problem, few.q, few.v, few.duration / 300, 300, serial, 2)
-        assert abs(call()[: study.LOOKED_AT] - few.truth).max() < 1e-6, rebound.name
 
 
 @pytest.mark.slow

@@ -40,7 +40,6 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "REBOUND MERCURIUS": ({"step": 1e-4}, 1e-11),  # 1e-12
     "REBOUND TRACE": ({"step": 1e-4}, 1e-11),  # 1e-12
     "REBOUND leapfrog": ({"step": 0.005, **leapfrog.BEST}, 1e-12),  # 4e-15
-    "REBOUND JANUS": ({"step": 0.005, "order": 8}, 1e-12),  # 4e-14
     "heyoka": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),  # 1e-16
     "heyoka, quadruple precision": ({}, 1e-15),  # 0
     "heyoka, Lagrangians": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),

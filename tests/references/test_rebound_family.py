@@ -12,10 +12,9 @@ import galvi
 pytest.importorskip("rebound")
 
 from references.closed_forms.kepler import KEPLER
-from references.rebound import bulirsch_stoer, janus, leapfrog, saba, whfast, whfast512
+from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
-from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
@@ -111,30 +110,6 @@ def test_leapfrog_at_its_best():
     assert error(LEAPFROG, step=SPAN / 1461, **leapfrog.BEST) < 2e-11  # 3e-13
     with pytest.raises(ValueError, match=r"REBOUND refuses.*order"):
         LEAPFROG.run(PLANETS, SPAN, {"step": SPAN / 100, "order": 3})
-
-
-def test_janus_comes_back_to_the_bit():
-    # units and masses that are powers of two: states and momenta leave and enter without rounding
-    system = galvi.NBody([1.0, 2.0**-10, 2.0**-12])
-    start = galvi.Problem(system, [[0.0, 0], [1, 0], [0, -2.5]], [[0.0, 0], [0.125, 1], [0.625, 0]])
-    units = {"order": 8, "scale_pos": 2.0**-50, "scale_vel": 2.0**-50}
-    there = JANUS.run(start, 30.0, {"step": 0.125, "save_every": 240, **units})
-    end = galvi.Problem(system, there.q[-1], system.velocity(there.p[-1]))
-    back = JANUS.run(end, -30.0, {"step": -0.125, "save_every": 240, **units})
-    assert np.array_equal(back.q[-1], start.q0) and np.array_equal(back.p[-1], start.p0)
-    assert np.abs(there.q[-1] - start.q0).max() > 0.1
-
-
-def test_janus_with_better_units_is_more_accurate():
-    step = SPAN / 1461
-    coarse, fine = error(JANUS, step=step, order=8), error(JANUS, step=step, **janus.BEST)
-    assert fine < 2e-11 and fine < coarse / 20  # 3e-13, 2e-10
-
-
-@pytest.mark.parametrize("wrong", [{"scale_pos": 1e-18}, {"scale_vel": 0.0}, {"scale_pos": "x"}])
-def test_janus_refuses_units_in_which_the_start_does_not_fit(wrong):
-    with pytest.raises(ValueError, match=rf"REBOUND JANUS: {next(iter(wrong))} must be a number"):
-        JANUS.run(PLANETS, SPAN, {"step": SPAN / 730, **wrong})
 
 
 def test_bulirsch_stoer_follows_its_tolerance():

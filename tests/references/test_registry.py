@@ -53,7 +53,6 @@ FIXED_STEP = {
     "REBOUND MERCURIUS",
     "REBOUND TRACE",
     "REBOUND leapfrog",
-    "REBOUND JANUS",
     "MuJoCo Euler",
     "MuJoCo RK4",
     "MuJoCo implicit",

@@ -11,7 +11,7 @@ import galvi
 from references.heyoka.engine import QUADRUPLE
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound.ias15 import IAS15
-from references.stored.encounters import ENCOUNTERS
+from references.stored.encounters import ENCOUNTERS, burrau
 from references.stored.planets import CASES, FOLDER, STORED_TRUTH, as_kept, sampled, stored
 
 every = pytest.mark.parametrize("case", CASES)
@@ -43,6 +43,14 @@ def test_a_start_made_on_another_processor_is_that_of_the_file(case):
     wrong = problem.with_initial_state(problem.q0 * (1.0 + 1e-12), problem.v0)
     with pytest.raises(ValueError, match="Make the file anew"):
         as_kept(case, wrong)
+
+
+def test_burraus_bodies_are_at_rest_about_their_barycentre():
+    problem = burrau()
+    masses = problem.system.masses
+    assert np.allclose(masses @ problem.q0, 0.0) and not np.any(problem.v0)
+    sides = [np.linalg.norm(problem.q0[i] - problem.q0[j]) for i, j in ((1, 2), (0, 2), (0, 1))]
+    assert np.allclose(sides, masses)
 
 
 @every

@@ -8,13 +8,11 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.studies.engine_versions import COLUMNS as VERSIONS
-from benchmarks.studies.flybys import COLUMNS as FLYBYS
 from benchmarks.studies.free_body_drift import COLUMNS as SPIN
 from benchmarks.studies.free_body_drift import marks
 from benchmarks.studies.round_off import COLUMNS
 from benchmarks.studies.round_off_participants import KEPT
 from benchmarks.studies.scaling import COLUMNS as SCALING
-from benchmarks.studies.so3_drift import COLUMNS as TURNING
 from benchmarks.studies.taxonomy import COLUMNS as TAXONOMY
 
 
@@ -75,22 +73,6 @@ def versions(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, {**blank, **absent}], columns=list(VERSIONS))
 
 
-def turning(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
-    """Rotations that stay, momenta that walk, energies that drift."""
-    rng = np.random.default_rng(2)
-    rows = []
-    for k in range(8):
-        path = 1e-16 * np.cumsum(rng.standard_normal(100))
-        rows += [
-            {"contender": "galvi degree 8", "settings": "h = 0.2", "steps": 1000, "member": k,
-             "done": 10 * n, "orthogonality": 3e-16 * (1.0 + rng.random()),
-             "momentum": abs(path[n - 1]), "energy": 1e-17 * n * (1.0 + 0.1 * rng.random()),
-             "status": "", "commit": "", "date": ""}
-            for n in KEPT
-        ]  # fmt: skip
-    return pd.DataFrame(rows, columns=list(TURNING))
-
-
 def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     """galvi at round-off, a peer that drifts, one that fails and one that is absent."""
     blank = dict.fromkeys(SPIN, np.nan) | {"problem": "free rigid body", "step": 0.01,
@@ -128,27 +110,10 @@ def pairs_of_spaces_and_rules(quick: bool, report: Callable[[str], None]) -> pd.
     return pd.DataFrame(rows, columns=list(TAXONOMY))
 
 
-def flybys(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
-    """Two ways to look of one contender and one of galvi's; of one nothing was seen."""
-    rows = [
-        {"contender": who, "looks": looks, "target": target, "flybys": 4, "missed": 4 - seen,
-         "median_km": 1e8 * share, "largest_km": 1e9 * share, "largest_relative": share,
-         "seconds": 0.1, "status": ""}
-        for who, looks, seen, share in (
-            ("galvi clock, Gauss 8", "events", 4, 1e-8), ("REBOUND IAS15", "ends of steps", 3, 0.1),
-            ("REBOUND IAS15", "outputs", 0, np.nan),
-        )
-        for target in ("Moon", "planets")
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=list(FLYBYS))
-
-
 FRAMES = {
     "brouwer": brouwer,
     "scaling": scaling,
     "free-spin": spins,
     "engine-versions": versions,
-    "turning": turning,
     "taxonomy": pairs_of_spaces_and_rules,
-    "flybys": flybys,
 }

@@ -124,7 +124,7 @@ def test_claims_and_sections_that_take_times_say_so():
             or "\nimport time" in source
             or "perf_counter" in source
         ), section.name
-    assert {"start_up", "recommendation"} < {one.name for one in SECTIONS if one.timed}
+    assert {"start_up", "ensembles"} < {one.name for one in SECTIONS if one.timed}
     beside = {claim.id for claim in CHECKS if not claim.timed}
     beside |= {section.title for section in SECTIONS if not section.timed}
     assert set(load().in_workers) == beside

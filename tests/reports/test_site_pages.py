@@ -64,7 +64,8 @@ def test_the_table_of_facts_names_studies_and_files_that_exist() -> None:
     text = peers.FACTS.read_text(encoding="utf-8")
     anchors = {one.name.replace("_", "-") for one in SECTIONS}
     assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= anchors
-    for file in peers.FILE.findall(text):
+    rows = re.findall(r"\]\(\.\./\.\./(data/[\w.]+)\)", text)
+    for file in (*peers.FILE.findall(text), *(f"docs/{name}" for name in rows)):
         assert (ROOT / file).is_file(), file
 
 

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 
 from benchmarks.studies.round_off import COLUMNS
-from benchmarks.studies.so3_drift import QUANTITIES
 from reports.cli.commands import run
 from reports.contents import SECTIONS
 from reports.figures.style.layout import NoData
@@ -20,11 +19,10 @@ from reports.studies.engine_versions import engine_versions_table
 from reports.studies.free_body_drift import free_body_drift_table
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES, scaling_table
 from reports.studies.round_off import ROUND_OFF, round_off_table
-from reports.studies.so3_drift import so3_drift_table
 from reports.tables.number_format import TIMES
 from reports.tables.study_table import readable_table
 from tests.reports.figure_frames import lay_out
-from tests.reports.study_frames import FRAMES, scaling, spins, turning, versions, walks
+from tests.reports.study_frames import FRAMES, scaling, spins, versions, walks
 
 STUDIES = [section for section in SECTIONS if section.name in FRAMES]
 
@@ -152,12 +150,10 @@ NUMBERS = (
     "share",
     "seconds_per_orbit",
     "energy_error",
-    "largest_relative",
-    *QUANTITIES,
 )
 
 
-@pytest.mark.slow_cases("free-spin", "turning", "flybys")
+@pytest.mark.slow_cases("free-spin")
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
     frame = FRAMES[study.name](True, print)
@@ -207,15 +203,6 @@ def test_versions_of_an_engine_are_told_by_their_orders():
     later = pd.concat([frame, frame.assign(engine="mujoco 9.9.9")], ignore_index=True)
     assert "status" not in engine_versions_table(later)[0]
     assert len(engine_versions_table(pd.concat([frame, frame]))[0]) == len(table)
-
-
-def test_what_grows_faster_than_a_random_walk_is_said_to() -> None:
-    table = so3_drift_table(turning(True, print))[0].set_index("quantity")["verdict"]
-    found = [table[QUANTITIES[name]] for name in ("orthogonality", "momentum", "energy")]
-    assert all(text.startswith(("at most", "not disting")) for text in found[:2])
-    assert found[2] == "faster than the square root"
-    broken = turning(True, print).assign(momentum=np.nan)
-    assert "not judged" in set(so3_drift_table(broken)[0]["verdict"])
 
 
 def test_long_spins_are_told_with_the_mark_that_they_came_to():

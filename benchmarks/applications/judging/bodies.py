@@ -22,7 +22,7 @@ from galvi.interop.rebound import check_reading, simulation_of
 from galvi.interop.rebound_forces import Forced, inexact
 from references import Contender
 from references.heyoka.taylor import HEYOKA
-from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
+from references.rebound import bulirsch_stoer, ias15, leapfrog, saba, whfast, whfast512
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.trace import TRACE
 from references.rebound.users import defaults, of_user
@@ -45,7 +45,12 @@ INTEGRATORS = {  # by their names in REBOUND
         integrator="eos",
         options=("phi0", "phi1", "n", "safe_mode"),
     ),
-    "janus": janus.JANUS,
+    "janus": replace(
+        leapfrog.LEAPFROG,
+        name="REBOUND JANUS",
+        integrator="janus",
+        options=("order", "scale_pos", "scale_vel"),
+    ),
     "mercurius": MERCURIUS,
     "trace": TRACE,
 }

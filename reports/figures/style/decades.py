@@ -43,13 +43,6 @@ def _power(x: float, _: Any = None) -> str:
     return f"{MINUS if x < 0.0 else ''}10{str(round(exponent)).translate(SUPERSCRIPT)}"
 
 
-def whole_decades(axis: Axis) -> None:
-    """Widen a logarithmic axis to powers of ten, so that it has two ticks at least."""
-    low, high = sorted(axis.get_view_interval())
-    limits = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
-    axis.axes.set(**{f"{axis.axis_name}lim": limits})
-
-
 def round_numbers(axis: Axis) -> None:
     """Ticks at 1, 2 and 5 of each decade, written out: for axes of a few decades."""
     axis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0), numticks=20))

@@ -1,1 +1,0 @@
-"""Studies of moving frames: published problems, and stiff springs in long steps."""

@@ -1,0 +1,49 @@
+"""Transits as users of REBOUND find them, which has no events: by bisection between outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from galvi import Problem
+from galvi.arrays import Array
+from references.engine_clock import engine_time
+from references.rebound import simulation as rebound_simulation
+
+
+def transits(
+    problem: Problem, planets: Sequence[int], star: int, duration: float, every: float,
+    precision: float,
+) -> list[Array]:  # fmt: skip
+    """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
+    example of transit timing variations finds them with IAS15: y changes its sign between two
+    outputs while the planet is in front, and the integration goes to and fro by bisection.
+
+    planets    numbers of bodies, all in one run
+    every      time between outputs
+    precision  of the times
+    """
+    sim = rebound_simulation.simulation(problem, "ias15", {})
+    engine, found = sim.engine, [list[float]() for _ in planets]
+    p, s = ([engine.particles[int(sim.place[body])] for body in bodies]
+            for bodies in (planets, [star]))  # fmt: skip
+    with rebound_simulation.interrupts_kept(), engine_time:
+        while engine.t < duration:
+            before, begun = [planet.y - s[0].y for planet in p], engine.t
+            engine.integrate(begun + every)
+            ended = engine.t
+            passed = [y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
+                      for y, planet in zip(before, p, strict=True)]  # fmt: skip
+            for k in np.flatnonzero(passed).tolist():
+                low, high = begun, ended
+                while high - low > precision:
+                    engine.integrate(0.5 * (low + high))
+                    if before[k] * (p[k].y - s[0].y) < 0.0:
+                        high = engine.t
+                    else:
+                        low = engine.t
+                found[k].append(0.5 * (low + high))
+            if any(passed):
+                engine.integrate(ended)
+    return [np.array(times) for times in found]
