@@ -177,7 +177,7 @@ def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
     monkeypatch.setattr(long_runs, "MANY", 40_000)
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
     assert row["steps"] == 8000 and row["value"] > FAR
-    sound = [Compiled(name, numbers=(100,), **METHODS[name]) for name in METHODS]
+    sound = [Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")]
     for contender in (*sound, Clocked(), Adaptive()):
         external = Inside.of(contender)
         (row,) = long_runs.cut_run(external, DRIVEN)

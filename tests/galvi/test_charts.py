@@ -250,11 +250,3 @@ def test_a_path_is_followed_past_pi_and_back_through_the_identity():
 def test_the_rotation_along_which_functions_are_differenced_is_one(w):
     R = rotated(w)
     np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))
-
-
-def test_what_chooses_a_chart_or_a_group_has_a_name_and_a_place_of_its_own():
-    """By which errors and profiles refer to it."""
-    for choice, name in ((angle_of, "angle"), (product._position_scale, "position_scale")):
-        assert choice.__name__ == f"{name}_by_number"
-        assert choice.__module__ == "galvi.kernels.lie.dispatch"
-        assert choice.__code__.co_filename == f"<{name} by number, of galvi.kernels.lie.dispatch>"

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import galvi
 from galvi.curves.curves import GroupChart, IdentityChart
-from galvi.run import integrate as integrating
-from galvi.run.engine_choice import engine_for
-from galvi.run.group_engine import ON_GROUP
-from galvi.run.nystrom_engine import NYSTROM
-from galvi.run.plan import Run, RunArrays
 from tests.galvi.lagrangians import opaque
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -63,32 +56,3 @@ def test_a_resumed_run_keeps_what_the_run_kept(problem, tmp_path):
     assert galvi.resume(curved, 9, save_every=3, curves=False).curves is None
     bare = galvi.integrate(problem, FOUR, 0.02, 12, curves=False)
     assert len(galvi.resume(bare, 9).t) == 10 and galvi.resume(bare, 9).curves is None
-
-
-def test_a_step_that_fails_is_tried_from_smaller_steps_by_both_engines(monkeypatch):
-    asked = []
-
-    def watched(engine):
-        def guess(*arguments):
-            asked.append(engine)
-            return engine.guess_from_substeps(*arguments)
-
-        return replace(engine, guess_from_substeps=guess)
-
-    monkeypatch.setattr(
-        integrating, "engine_for", lambda *arguments: watched(engine_for(*arguments))
-    )
-    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    galvi.integrate(galvi.problems.kepler(0.95), eight, 0.5, 4)
-    galvi.integrate(galvi.problems.free_rigid_body(), eight, 3.0, 4)
-    assert asked == [NYSTROM, ON_GROUP]
-
-
-@pytest.mark.parametrize("first", [0, 1000, 12_345])
-def test_a_run_keeps_one_row_for_each_step_that_is_watched(first):
-    """And one for its end, wherever it begins."""
-    start = replace(galvi.integrate(KEPLER, FOUR, 0.02, 3).checkpoint, first=first)
-    work = RunArrays.of(Run(KEPLER, FOUR, 0.02, 5000, start), 1, (2, 3))
-    every = 2**work.watch
-    watched = np.count_nonzero(np.arange(first + 1, first + 5001) % every == 0)
-    assert every > 1 and len(work.seen) == watched + 1

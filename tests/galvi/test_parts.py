@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core.errors import TypingError
-from numba.core.targetconfig import ConfigStack
 
-from galvi.kernels.compile import jit as parts
 from galvi.kernels.compile.jit import jit, jit_inline
 
 
@@ -28,37 +26,6 @@ def pair() -> tuple[Any, Any]:
         return found + twice(1)
 
     return twice, total
-
-
-def with_an_address(code: Any) -> set[str]:
-    """The functions of compiled code that can be called by their addresses."""
-    defined = (function.name for function in code.get_defined_functions())
-    return {name for name in defined if code.get_pointer_to_function(name)}
-
-
-def test_what_a_kernel_calls_becomes_no_machine_code_of_its_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    made, options = [], []
-    finish, lower = parts.PartCode._finalize_final_module, parts.PartLowering.run_pass
-
-    def finalize(self: parts.PartCode) -> None:
-        made.append(self)
-        finish(self)
-
-    def run_pass(self: parts.PartLowering, state: Any) -> bool:
-        options.append(type(ConfigStack.top_or_none()))
-        return lower(self, state)
-
-    monkeypatch.setattr(parts.PartCode, "_finalize_final_module", finalize)
-    monkeypatch.setattr(parts.PartLowering, "run_pass", run_pass)
-    twice, total = pair()
-    assert total(np.arange(4.0)) == 14.0
-    (whole,) = total.overloads.values()
-    assert with_an_address(whole.library)
-    assert not twice.overloads and len(made) == 2  # of whole and of real numbers
-    assert [with_an_address(code) for code in made] == [set(), set()]
-    assert options == [parts.PartFlags, parts.PartFlags]
 
 
 @pytest.mark.slow
