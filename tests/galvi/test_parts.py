@@ -61,7 +61,6 @@ def test_what_a_kernel_calls_becomes_no_machine_code_of_its_own(
     assert options == [parts.PartFlags, parts.PartFlags]
 
 
-@pytest.mark.slow
 def test_what_was_a_part_can_be_called_from_python_and_by_others() -> None:
     twice, total = pair()
     total(np.arange(4.0))
