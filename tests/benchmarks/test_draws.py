@@ -31,7 +31,6 @@ def test_starts_differ_by_roundings_and_ends_by_what_triples_make_of_them() -> N
     assert 1e-9 < spread < 1e-4
 
 
-@pytest.mark.slow
 def test_a_clock_is_nearer_to_the_truth_than_adaptive_codes_at_their_defaults(
     table: pd.DataFrame,
 ) -> None:

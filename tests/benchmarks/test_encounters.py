@@ -33,7 +33,6 @@ def test_the_closed_form_returns_to_where_it_began(eccentricity: float) -> None:
     assert np.linalg.norm(run.q[1]) == pytest.approx(1.0 - eccentricity, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_every_setting_has_an_error_or_says_why_not(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == high_eccentricity.COLUMNS
     assert not table.duplicated(["eccentricity", "contender", "settings"]).any()
@@ -69,7 +68,7 @@ def survivors() -> pd.DataFrame:
     return survival_table(quick=True)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_chosen_by_the_integrator_pass")
 def test_adaptive_codes_keep_the_energy(survivors: pd.DataFrame) -> None:
     assert tuple(survivors.columns) == COLUMNS and set(survivors["problem"]) == {
         heavy_planets().name, burrau().name,
@@ -79,7 +78,7 @@ def test_adaptive_codes_keep_the_energy(survivors: pd.DataFrame) -> None:
     assert (adaptive["energy_error"] < 1e-8).all()  # 2e-9, DOP853 on Burrau
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_chosen_by_the_integrator_pass")
 def test_steps_in_a_clock_keep_the_energy_as_adaptive_codes_do(survivors: pd.DataFrame) -> None:
     clock = survivors[survivors["contender"].str.startswith("galvi clock")]
     assert len(clock) == 4 and clock["success"].all()
@@ -88,7 +87,7 @@ def test_steps_in_a_clock_keep_the_energy_as_adaptive_codes_do(survivors: pd.Dat
     assert (clock.loc[clock["settings"] == "step 0.3", "energy_error"] < 1e-8).all()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_run_that_misses_the_orbit_shows_in_its_energy")
 def test_a_run_of_galvi_with_a_large_energy_error_says_so(survivors: pd.DataFrame) -> None:
     ours = survivors[survivors["contender"].str.startswith("galvi")]
     wrong = ours[~(ours["energy_error"] < 0.01)]

@@ -29,7 +29,6 @@ def frame() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
 
 
-@pytest.mark.slow
 def test_every_code_is_timed_where_it_reaches_the_error(frame):
     peers = frame[frame["part"] == "peers"]
     timed = peers[peers["seconds"] > 0.0]
@@ -61,7 +60,6 @@ def test_each_integrator_of_rebound_follows_the_planets():
         assert abs(call()[: study.LOOKED_AT] - few.truth).max() < 1e-6, rebound.name
 
 
-@pytest.mark.slow
 def test_the_page_has_a_line_for_each_way(frame):
     table, _ = ensembles_table(frame)
     assert len(table) == len(frame)

@@ -34,7 +34,7 @@ def test_the_stored_distances_are_the_pericentres_that_the_starts_were_made_for(
     assert again.sum() == 1 and np.abs(off[~again]).max() < 5e-6
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_error_is_that_from_the_truth_of_the_same_flyby")
 def test_events_miss_no_flyby_and_states_at_outputs_do(seen: pd.DataFrame) -> None:
     assert tuple(seen.columns) == study.COLUMNS
     rows = seen.groupby(["contender", "looks"], sort=False)[["missed", "largest_km"]]

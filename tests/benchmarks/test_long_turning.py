@@ -38,7 +38,7 @@ def test_every_run_leaves_its_rows() -> None:
     assert all(largest < 1e-14 and seen.runs == 4 for _, _, seen, largest in found)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_kernel_that_loses_momentum_is_seen")
 def test_a_million_steps_keep_rotation_and_momentum() -> None:
     """At most 1e-13, and no faster than the square root of the steps: what the issue asks for."""
     participant = PARTICIPANTS[0]

@@ -43,7 +43,7 @@ def table(recommend: Any = advised) -> pd.DataFrame:
     return recommendation_table(True, recommend=recommend)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_recommender_that_refuses_what_can_be_reached_is_caught")
 def test_promises_are_kept_for_every_problem_and_error() -> None:
     rows = table(advised_before)
     assert tuple(rows.columns) == recommendation.COLUMNS
@@ -54,7 +54,7 @@ def test_promises_are_kept_for_every_problem_and_error() -> None:
     assert (whole["found"] <= 1.1 * whole["predicted"]).all()  # 1.01 when this was written
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_recommender_that_refuses_what_can_be_reached_is_caught")
 def test_a_recommender_that_believes_that_errors_shrink_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -32,7 +32,6 @@ def values(frame: pd.DataFrame, name: str, quantity: str, below: float) -> pd.Se
     return rows[(rows["study"] == study.RESONANCE) & (rows["x"] < below)]["value"]
 
 
-@pytest.mark.slow
 def test_the_frame_is_accurate_in_long_steps_and_textbook_methods_are_of_order_two(
     frame: pd.DataFrame,
 ) -> None:
@@ -46,7 +45,6 @@ def test_the_frame_is_accurate_in_long_steps_and_textbook_methods_are_of_order_t
     assert values(frame, eight, study.CHANGE, 15.0).max() < 0.1
 
 
-@pytest.mark.slow
 def test_peers_are_cheaper_at_an_error_of_1e_2_and_the_frame_at_1e_4(frame: pd.DataFrame) -> None:
     steps = frame[(frame["study"] == study.RESONANCE) & (frame["quantity"] == study.ERROR)]
     ours = steps["contender"].str.startswith("galvi")
@@ -58,7 +56,6 @@ def test_peers_are_cheaper_at_an_error_of_1e_2_and_the_frame_at_1e_4(frame: pd.D
     assert fewest(steps[ours], 1e-4) < 0.8 * fewest(steps[~ours], 1e-4)
 
 
-@pytest.mark.slow
 def test_errors_below_ten_times_that_of_the_truth_are_marked(frame: pd.DataFrame) -> None:
     bounds = frame[frame["status"] == study.BOUND]
     assert not bounds.empty and set(bounds["quantity"]) == {study.ERROR}
