@@ -22,7 +22,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # What needs the kernels that the worker in tests/galvi compiles in its first minute, and would wait
 # for it: these go to the end.
 LATE = (
-    "tests/reports/test_additions.py",
     "tests/reports/test_contender_",
     "tests/references/test_chains.py",
     "tests/references/test_forces.py",
@@ -84,8 +83,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.timeout(SLOW))
+    if config.getoption("lf", False):
+        return  # the other tests of a file are not here
     if not any("[" in word for word in config.args):
         check_slow_cases(items)
+    if not any("::" in word for word in config.args):
+        check_beside(items, config.rootpath)
 
 
 def is_slow(item: pytest.Item, marker: pytest.Mark) -> bool:
@@ -108,6 +111,40 @@ def check_slow_cases(items: list[pytest.Item]) -> None:
             raise pytest.UsageError(
                 f"slow_cases of {test} names {lost[0]!r}, which is no case of it."
             )
+
+
+def check_beside(items: list[pytest.Item], root: Path) -> None:
+    """UsageError where a test is slow in all of its cases and names none that `make test` runs."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    left = {test for test, some in cases.items() if not all(map(is_left_out, some))}
+    files = {test.partition("::")[0] for test in cases}
+    for test, some in cases.items():
+        if not all(item.get_closest_marker("slow") for item in some):
+            continue
+        named = [mark.kwargs["beside"] for mark in some[0].iter_markers("slow") if mark.kwargs]
+        if not named:
+            raise pytest.UsageError(f"{test} is slow and names no test beside it that is left.")
+        place = full_name(named[0], test)
+        file = place.partition("::")[0]
+        if place not in left and (file in files or not (root / file).is_file()):
+            raise pytest.UsageError(
+                f"{test} is slow beside {named[0]!r}, which is no test or slow itself."
+            )
+
+
+def is_left_out(item: pytest.Item) -> bool:
+    """Whether `make test` does not run it."""
+    return any(item.get_closest_marker(name) for name in ("slow", "browser"))
+
+
+def full_name(name: str, test: str) -> str:
+    """Of a test that this one names: alone in its file, with the file in its folder, or whole."""
+    file = test.partition("::")[0]
+    if "::" not in name:
+        return f"{file}::{name}"
+    return name if "/" in name else f"{file.rpartition('/')[0]}/{name}"
 
 
 def pytest_collection_finish() -> None:

@@ -1,7 +1,8 @@
 """The table "Adding something" of CONTRIBUTING.md, followed in a copy of the sources.
 
-Charts and groups are added in tests/galvi/test_new_chart_and_group.py; studies, figures and columns
-in tests/reports/test_additions.py; tests/galvi/test_frames.py has a case of every frame.
+Charts and groups are added in tests/galvi/test_new_chart_and_group.py; tests/galvi/test_frames.py
+has a case of every frame, tests/reports/test_figures.py one of every figure, and the whole cost
+table is filled in tests/benchmarks/test_work_precision.py.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ ELSEWHERE = {
     "chart",
     "frame",
     "group",
-    "study",
     "figure of a claim",
     "column of the cost table (`cost.csv`, what a step of galvi costs)",
 }
@@ -99,6 +99,19 @@ from galvi import problems
 def mine(quick):
     return replace(kepler_orbit(quick), problem=problems.mine())
 """
+STUDY = """
+import pandas as pd
+
+from reports.results.section import Section
+
+MINE = Section(
+    name="mine",
+    title="My study",
+    text="Two numbers.",
+    measure=lambda quick, report: pd.DataFrame({"n": [1, 2]}),
+    table=lambda frame: (frame.astype(str), {"n": "number"}),
+)
+"""
 USE = """
 import galvi
 from benchmarks.claims import CLAIMS
@@ -106,6 +119,7 @@ from benchmarks.work_precision.problems import work_precision_problems
 from galvi.rules import RULES
 from galvi.spaces import SPACES
 from references import REFERENCES, reference
+from reports.contents import SECTIONS
 
 method = galvi.Galerkin(SPACES[-1](4), RULES[-1](4))
 assert method.order == 8 and method.name == "Gauss collocation, 4 stages", method.name
@@ -115,6 +129,7 @@ claim = CLAIMS[-1]
 (row,) = claim.judge(claim.study(galvi.Galerkin, True, print))
 assert (row.id, row.verdict, row.bound) == ("V99", "holds", "at most 1e-08")
 assert work_precision_problems(True)[-1].problem.name == "mine"
+assert SECTIONS[-1].name == "mine" and len(SECTIONS[-1].measure(True, print)) == 2
 """
 # row of the table: (file, its text, import, entry)
 ADDED = {
@@ -128,6 +143,7 @@ ADDED = {
               "from benchmarks.claims.vector_spaces.mine import MINE", "MINE"),
     "work-precision problem": ("benchmarks/work_precision/problems/mine.py", WORK_PRECISION,
                                "from benchmarks.work_precision.problems.mine import mine", "mine"),
+    "study": ("reports/studies/mine.py", STUDY, "from reports.studies.mine import MINE", "MINE"),
 }  # fmt: skip
 
 
@@ -172,13 +188,13 @@ def test_every_row_is_followed_by_a_test() -> None:
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    for package in ("galvi", "references", "benchmarks"):
-        ignored = shutil.ignore_patterns("*.pyc")  # compiled kernels are taken along
+    for package in ("galvi", "references", "benchmarks", "reports"):
+        ignored = shutil.ignore_patterns("*.pyc", "out")  # compiled kernels are taken along
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     return tmp_path
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_every_row_names_folders_and_lists_that_exist")
 def test_a_new_member_is_one_file_and_one_entry(copy: Path) -> None:
     table = rows()
     for kind, (file, text, imported, entry) in ADDED.items():

@@ -47,7 +47,9 @@ def run(package: Path, *words: str, **more: str) -> subprocess.CompletedProcess[
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/galvi/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
+)
 def test_every_module_is_imported(package: Path) -> None:
     code = (
         "import importlib, pkgutil, galvi, references, benchmarks, reports\n"
@@ -65,7 +67,9 @@ def test_every_module_is_imported(package: Path) -> None:
     assert result.stdout.startswith(str(package))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/galvi/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
+)
 def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Path) -> None:
     first = run(package, "-c", RUN)
     assert first.stdout == "Completed.\n", first.stderr
@@ -74,7 +78,9 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
     assert "once; later runs load it" in kept[0] and kept[1] == ""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/galvi/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
+)
 def test_commands_work(package: Path, tmp_path: Path) -> None:
     helped = run(package, "-m", "galvi", "--help")
     assert helped.returncode == 0 and "verify" in helped.stdout, helped.stderr

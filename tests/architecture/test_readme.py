@@ -99,7 +99,9 @@ def test_a_tutorial_has_a_picture_and_ends_in_assertions(page: Path) -> None:
     assert checks and all(line.startswith("assert ") for line in checks)
 
 
-@pytest.mark.slow  # `make docs`, in CI, runs them too
+@pytest.mark.slow(  # `make docs`, in CI, runs them too
+    beside="test_the_code_of_a_page_prints_what_the_page_shows"
+)
 @BY_TUTORIAL
 def test_a_tutorial_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -53,13 +53,11 @@ def contents(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.slow
 def test_the_wheel_holds_one_package(wheel: Path) -> None:
     top = {path.name for path in wheel.iterdir() if not path.name.endswith(".dist-info")}
     assert top == {"galvi"}
 
 
-@pytest.mark.slow
 def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) -> None:
     packed = contents(wheel / "galvi")
     expected = shipped(ROOT / "galvi")
@@ -70,7 +68,7 @@ def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) 
     assert any(name.startswith("problems/data/") and name.endswith(".csv") for name in packed)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_layers.py::test_every_import_contract_holds")
 def test_galvi_imports_from_the_wheel_without_the_packages_of_the_suite(wheel: Path) -> None:
     absent = ["pandas", "matplotlib", "sympy", "rebound", "jplephem", "jinja2", "typer", "pytest"]
     code = (
@@ -136,7 +134,10 @@ def from_wheel(wheel: Path, place: Path, *arguments: str) -> subprocess.Complete
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/reports/test_track_against.py::"
+    "test_a_folder_without_git_and_another_repository_are_sentences"
+)
 def test_the_wheel_refuses_to_track_galvi_and_an_integrator_that_is_not_at_the_base(
     wheel: Path, folder_of_a_user: Path
 ) -> None:
@@ -175,7 +176,10 @@ def installed(script: Path, place: Path, *arguments: str) -> subprocess.Complete
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/reports/test_commands.py::"
+    "test_verify_exits_0_when_every_verdict_is_the_expected_one"
+)
 def test_an_installed_wheel_verifies_claims_of_each_kind(
     script: Path, folder_of_a_user: Path
 ) -> None:
@@ -209,7 +213,7 @@ def in_shell(word: str, folder: Path) -> str:
     return done.stdout.decode().strip()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_workflow_to_copy_installs_the_wheel_and_runs_its_command_alone")
 @pytest.mark.parametrize("line", commands_of_the_workflow()[1:], ids=lambda line: line.split()[1])
 def test_each_command_of_the_workflow_to_copy_runs_in_another_project(
     script: Path, folder_of_a_user: Path, line: str
@@ -278,7 +282,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     assert version_in_git(tmp_path / "file") == ""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_version_is_that_of_the_tag_or_the_commit")
 def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     """Its version is that of the commit, although no git is there; wheels of both are equal."""
     clone = tmp_path / "clone"

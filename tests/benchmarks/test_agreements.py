@@ -108,14 +108,14 @@ def test_engines_are_known_by_what_is_installed() -> None:
     assert {text for text in engines().values() if text} <= set(unavailable())
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_every_row_is_as_expected_and_says_what_it_was_held_against")
 def test_each_truth_of_the_claims_is_confirmed_by_a_second_one() -> None:
     for row in rows(OF_TRUTHS):
         assert row.verdict == row.expected == HOLDS, row
         assert row.slack is not None and row.slack > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_another_motion_agrees_with_none")
 def test_a_truth_of_another_motion_is_confirmed_by_none() -> None:
     class Perturbed:
         """The second truth, from a start that differs by 1e-9."""

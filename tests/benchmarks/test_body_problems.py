@@ -116,7 +116,7 @@ class WrongTorque:
         return self.method.run(Problem(body, problem.q0, problem.v0), duration, setting)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_errors_are_of_the_attitude_and_times_of_the_whole_run")
 def test_a_wrong_torque_stands_out_though_it_conserves_its_own_energy() -> None:
     case = pendulum(True)
     method = gauss_collocation(8)

@@ -121,7 +121,7 @@ class Few:
         return round_off.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_drift_below_the_walk_s_own_size_is_caught")
 def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
     sound = gauss(8, 10)
     method = galvi.Galerkin(sound.method.space, sound.method.rule)
@@ -167,7 +167,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory):
     return read(folder)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_the_rows_of_a_study_are_all_there(whole) -> None:
     assert len(whole) == 2 * 3 * len(KEPT)
     assert whole["error"].abs().max() < 1e-8 and (whole["commit"] == "0123456789ab").all()
@@ -189,7 +189,7 @@ def test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled(
     assert told == []
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_a_damaged_file_is_set_aside_reported_and_made_anew(tmp_path: Path, whole) -> None:
     study(tmp_path, [])
     path = sorted(tmp_path.rglob("*.csv"))[0]
@@ -203,7 +203,7 @@ def test_a_damaged_file_is_set_aside_reported_and_made_anew(tmp_path: Path, whol
     assert len(list(tmp_path.rglob(f"{path.name}.damaged*"))) == 4
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
     tmp_path: Path, whole
 ) -> None:
@@ -224,7 +224,9 @@ def foreign(path: Path) -> None:
     galvi.save(galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3), path)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_store.py::test_the_current_version_is_shown_or_else_the_newest_by_date"
+)
 def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
         for part in round_off.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):

@@ -141,7 +141,7 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     assert 0.03 * length > BLUR
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_long_form_keeps_what_is_done")
 def test_the_cost_of_a_step_has_a_row_for_each_drag_and_size(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

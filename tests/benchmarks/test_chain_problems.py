@@ -48,7 +48,9 @@ class WrongWeight:
         return self.contender.run(start, duration, setting)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_coordinate_problems.py::test_a_wrong_law_stands_out_though_it_conserves_its_own_energy"
+)
 def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
     case = planar_chain(True)
     chosen = {"galvi degree 8, Gauss 8", CHAIN_DOP853.name, MUJOCO_RK4.name}

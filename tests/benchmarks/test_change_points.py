@@ -47,7 +47,7 @@ def test_what_is_not_known_is_passed_over() -> None:
     assert change_points(with_gaps) == [13]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_noise_a_small_shift_and_a_lone_value_are_no_change")
 def test_noise_alone_is_rarely_a_change() -> None:
     """Of 200 series of 30, 4 were when this was written, of the first 40 none; 0.05 allows 2."""
     random = np.random.default_rng(0)

@@ -53,7 +53,7 @@ class Leapfrog(Gauss):
         return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts={"steps": k})
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_order_is_looked_for_at_longer_steps_than_it_offers")
 def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     rows, differing, external = checked(Gauss(), *CHECK_PROBLEMS)
     assert differing == [] and external.faults == []
@@ -67,7 +67,9 @@ def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     assert {row.verdict for row in rows if "relative change" in row.quantity} == {"holds"}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_correct_contenders.py::test_another_order_than_declared_is_seen_at_any_steps"
+)
 def test_a_wrong_order_is_caught_from_both_sides():
     for order in (1, 3):
         contender = Leapfrog()
@@ -133,7 +135,9 @@ class Drifting(Leapfrog):
         return q + h * v, v + h * force(q)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_correct_contenders.py::test_what_goes_wrong_after_many_steps_only_is_seen"
+)
 def test_a_drift_is_caught_and_the_order_of_a_method_that_drifts_is_its_own():
     short = replace(SWING, long=40.3)
     caught, longer = checked(Drifting(), short)[1]
@@ -157,7 +161,6 @@ def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
     ]
 
 
-@pytest.mark.slow
 def test_an_error_beyond_the_one_that_it_claims_is_caught():
     contender = Leapfrog()
     for factor, caught in ((1.0, 0), (0.01, 2)):
@@ -210,7 +213,7 @@ def test_every_run_that_fails_counts():
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_order_is_looked_for_at_longer_steps_than_it_offers")
 def test_a_high_order_without_settings_is_seen_at_fewer_steps():
     class Eighth(Gauss):
         name, order, conserves, stages = "eighth", 8, {}, 4

@@ -134,7 +134,7 @@ def _runs(pid: int) -> bool:
     return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
 def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -305,7 +305,7 @@ def verified(path: str, limit: float) -> tuple[list[Row], ExternalIntegrator]:
         external.close()
 
 
-@pytest.mark.slow  # two time limits and three starts
+@pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
 def test_one_that_sleeps_in_long_runs_is_asked_twice(folder: Path) -> None:
     rows, external = verified("trouble:Sleeping", 8.0)
     failed = [row for row in rows if row.quantity.startswith("runs and answers that failed")]
@@ -324,7 +324,6 @@ def test_a_result_that_depends_on_the_process_is_not_deterministic(
     assert measured["difference of equal runs of two processes"] > 0.0
 
 
-@pytest.mark.slow
 def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path) -> None:
     with pytest.raises(ContenderError, match=r"Breaking\(\) raised OSError: no licence"):
         ExternalIntegrator.open("trouble:Breaking")
@@ -341,7 +340,7 @@ def script(folder: Path, what: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_when_we_are_stopped_it_goes_and_what_it_started")
 def test_a_normal_end_clears_up_without_a_word(folder: Path) -> None:
     process = script(folder, "")
     assert process.communicate(timeout=60.0) == ("", "")

@@ -28,7 +28,7 @@ SHORT = replace(ORBIT, long=20.3)
 STALE = 3000  # steps after which some integrators become wrong
 
 
-@pytest.mark.slow  # minutes
+@pytest.mark.slow(beside="test_the_order_of_a_correct_method_is_seen_at_any_steps")
 @pytest.mark.parametrize("numbers", SETTINGS.values(), ids=SETTINGS)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_correct_method_raises_no_alarm(method, numbers):
@@ -40,7 +40,9 @@ def test_a_correct_method_raises_no_alarm(method, numbers):
     assert seen.verdict == "holds"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_contender_checks.py::test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do"
+)
 @pytest.mark.parametrize("order", [8, None])
 @pytest.mark.parametrize("more", [-1, 0, 1])
 def test_a_correct_adaptive_method_raises_no_alarm(order, more):

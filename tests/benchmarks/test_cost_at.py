@@ -16,7 +16,6 @@ COSTS = 100.0 * 1.1 ** np.arange(12)
 EXACT = np.zeros(12)
 
 
-@pytest.mark.slow
 @given(st.floats(1.0, 6.0), st.floats(120.0, 250.0), st.sampled_from([-1.0, 1.0]))
 def test_a_power_law_is_found_between_the_points(power: float, cost: float, sign: float) -> None:
     errors = sign * 1e-3 * (cost / COSTS) ** power

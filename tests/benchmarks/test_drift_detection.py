@@ -103,7 +103,7 @@ def stationary(seed: int) -> Iterator[Array]:
         yield errors / np.max(np.abs(errors)) + rng.choice([0.0, 3e-3, 0.01]) * noise
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_drift_of_5_percent_planted_in_a_claim_s_history_is_caught")
 def test_a_planted_drift_is_seen_and_hundreds_of_stationary_runs_give_no_alarm() -> None:
     found = {change: Counter[str]() for change in ("none", *PLANTS)}
     for errors in stationary(1):

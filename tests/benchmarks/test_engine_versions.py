@@ -75,7 +75,7 @@ def half(requirement: str, folder: Path) -> Iterator[Path]:
     yield Path(sys.executable)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_version_that_is_absent_is_a_row_in_the_short_form")
 @needs_mujoco
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_versions, "environment", half)
@@ -108,7 +108,9 @@ def test_the_reason_has_no_addresses_and_no_folders():
     assert finished([sys.executable, "-c", "print(input())"], "heard") == "heard\n"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others"
+)
 def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
     (part,) = parts(tmp_path, print, ["mujoco==3.17.0"])
     part.run(print)

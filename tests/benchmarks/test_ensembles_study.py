@@ -28,7 +28,6 @@ def frame() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
 
 
-@pytest.mark.slow
 def test_every_code_is_timed_where_it_reaches_the_error(frame):
     peers = frame[frame["part"] == "peers"]
     timed = peers[peers["seconds"] > 0.0]
@@ -51,7 +50,6 @@ def test_one_threads_members_are_charged_as_if_shared_by_all_processors(monkeypa
     assert named["microseconds"] == pytest.approx(1e6 * named["seconds"] / (3 * 4))
 
 
-@pytest.mark.slow
 def test_the_page_has_a_line_for_each_way(frame):
     table, _ = ensembles_table(frame)
     assert len(table) == len(frame)

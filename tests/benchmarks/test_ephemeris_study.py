@@ -64,7 +64,6 @@ def table() -> pd.DataFrame:
     return ephemeris.ephemeris_table()
 
 
-@pytest.mark.slow
 def test_every_body_has_a_row_for_every_time(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == ephemeris.COLUMNS
     assert len(table) == 2 * 10 * len(ephemeris.DAYS)

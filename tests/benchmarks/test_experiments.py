@@ -40,7 +40,7 @@ def test_a_free_body_has_no_drift_of_1e_18(chart: object, solver: str) -> None:
     assert found.drift_uncertainty < 0.25 * SMALL
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_free_body_has_no_drift_of_1e_18")
 def test_neither_has_one_that_also_moves() -> None:
     method = gauss_collocation(12).method
     found = energy_growth(galvi.problems.free_body_se3(), method, 0.25, FEW, 12)
@@ -82,7 +82,6 @@ def pair():
     return scales.study(problem, period, 50.0 * period, (1.0,), truth)
 
 
-@pytest.mark.slow
 def test_for_each_unknown_waves_win_on_two_time_scales(pair):
     error = errors(pair)
     assert error[scales.WAVES] < 1e-3 * error[scales.AS_MANY_UNKNOWNS]  # 5.5e-6
@@ -151,7 +150,7 @@ def test_a_change_is_seen(fault: str) -> None:
     assert all("drosophila" in change for change in changes(before, now)) and changes(before, now)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_change_is_seen")
 def test_public_models_are_read_as_the_table_says() -> None:
     kept = {tuple(wheel.name.split("-")[:2]) for wheel in public.WHEELS.glob("*.whl")}
     asked = stored()
@@ -162,7 +161,7 @@ def test_public_models_are_read_as_the_table_says() -> None:
     assert changes(asked, public.table()) == []
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_forces_of_position_keep_the_order_elsewhere")
 def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     from benchmarks.experiments import force_costs
     from benchmarks.timings import forced_runs
@@ -195,7 +194,7 @@ def test_forces_of_position_keep_the_order_elsewhere() -> None:
         assert abs(order - 2 * s) < 0.3 and moved > 1e-6 and found[-1] < 0.01 * moved, place
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_cost_of_events_is_that_of_runs_with_and_without_them")
 def test_an_event_takes_at_most_200_bytes() -> None:
     found = []
     for count in (2_000, 12_000):

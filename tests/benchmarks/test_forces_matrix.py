@@ -72,7 +72,7 @@ def test_a_verdict_takes_both_steps(errors, found):
     assert forces.verdict(np.array(errors), 1e-4) == found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_table_of_the_docs_is_what_the_study_finds")
 def test_the_whole_table_of_the_docs_is_what_the_study_finds():
     test_the_table_of_the_docs_is_what_the_study_finds(forces.forces_table())
 

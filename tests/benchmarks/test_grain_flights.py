@@ -146,7 +146,7 @@ def test_the_time_of_landing_is_of_the_order_of_the_steps(s: int) -> None:
         assert abs(slope(errors, steps) - 2 * s) < 0.4, errors
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_time_of_landing_is_of_the_order_of_the_steps")
 def test_a_landing_with_many_points_is_exact_in_coarse_steps() -> None:
     found = drop(gauss(8), 8, Ground())
     assert np.all(found.status == LANDED)

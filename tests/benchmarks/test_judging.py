@@ -49,7 +49,9 @@ def sources(problem: Problem, span: float) -> list[Source]:
     return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_own_runs.py::test_another_own_integrator_than_that_of_the_simulation"
+)
 def test_the_own_error_is_that_against_the_closed_form():
     found = judge(planet(), duration=10 * YEAR, error=1e-3)
     assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
@@ -64,7 +66,9 @@ def test_the_own_error_is_that_against_the_closed_form():
     assert 0.5 < abs(found.parts["phase_error"].iloc[1]) / off < 2.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_judging_scan.py::test_coarser_steps_are_tried_while_they_reach_the_error"
+)
 def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_tried_does():
     found = judge(planets(), duration=80_000.0, error=1e-6)
     best = found.recommended
@@ -81,7 +85,6 @@ def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_trie
     assert alone.error == alone.own["error"] and alone.passed
 
 
-@pytest.mark.slow
 def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
     """A moonlet far from the Sun: IAS15's own steps are too long for it, those that end at the
     times of comparison are not. 2.36 km are known from steps of 1/40 of its revolution."""
@@ -115,7 +118,7 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
 def test_encounters_are_found_and_timed():
     """Two planets on the same circle in opposite directions meet twice in a period."""
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0], [0, 3, 0]], dtype=float)
@@ -140,7 +143,7 @@ def test_encounters_are_found_and_timed():
     assert "encounter" not in " ".join(sentences(judge(planet(), duration=YEAR, quick=True)))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
 def test_encounters_between_two_outputs_of_an_archive_are_counted():
     """The planets of the test above are near each other for 0.02 of a year at 0.25 and 0.75."""
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0]], dtype=float)
@@ -155,7 +158,9 @@ def test_encounters_between_two_outputs_of_an_archive_are_counted():
     assert "misses 1 of 2 encounters: no state of it falls into them" in said
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_judging_scan.py::test_every_row_has_a_status_and_what_reaches_the_error_a_spread"
+)
 def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():
     eccentric = planet(0.99, integrator="ias15")
     bound = Problem(galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0,
@@ -191,7 +196,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_source_of_truth_that_is_wrong_is_seen")
 def test_a_source_that_stops_does_not_end_the_judgement():
     problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
     found = judge(problem, duration=2.5, error=1e-6)

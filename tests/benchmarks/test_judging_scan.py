@@ -150,7 +150,6 @@ def found() -> Judgement:
     return judge(planet(), duration=SPAN, error=0.5, quick=True)
 
 
-@pytest.mark.slow
 def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(found: Judgement) -> None:
     mine = found.table[found.table["integrator"] == f"REBOUND leapfrog{YOURS}"]
     steps = mine["setting"].str.removeprefix("dt = ").astype(float)
@@ -201,7 +200,7 @@ def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(found: Jud
     assert f"at the {found.samples} times compared" in rendered(found, "planet", {})
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_errors_are_given_at_the_end_too_and_with_the_number_of_times")
 def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) -> None:
     told = "in the units of the simulation, in which G = 1"
     assert any(told in note for note in found.notes)

@@ -38,7 +38,6 @@ def found() -> Judgement:
     return judge(swing(), duration=10.0, error=1e-6)
 
 
-@pytest.mark.slow
 def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgement) -> None:
     plain = galvi.Problem(galvi.Canonical(1.01, galvi.CosinePotential(9.81)), [2.0], [0.0])
     exact = PENDULUM.run(plain, found.duration, {"samples": 100})
@@ -54,7 +53,6 @@ def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgemen
     assert len(found.encounters.columns) == 0
 
 
-@pytest.mark.slow
 def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
     """Planted: a source that leaves the truth after 4 s."""
     assert math.isinf(found.trusted_until) and "part" not in sentences(found)[1]
@@ -76,7 +74,9 @@ def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> 
     assert alone not in sentences(replace(found, agreements=(second, *others)))[1]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_own_runs.py::test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator"
+)
 def test_a_damped_tree_has_no_energy_error() -> None:
     found = judge(swing(damping=0.1), duration=5.0, own={"integrator": "implicitfast"})
     assert math.isnan(found.own["energy"]) and math.isnan(found.own["momentum"])
@@ -121,7 +121,9 @@ def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned:
     assert all("moves as one rigid body" in one and "--key" in one for one in found)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/reports/test_judge.py::test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_is_none"
+)
 def test_a_run_that_fails_is_told_and_has_no_error() -> None:
     stiff = swing(damping=1000.0)  # beyond the stability of RK4 with its steps
     found = judge(stiff, duration=1.0, error=1e-6)

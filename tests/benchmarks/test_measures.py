@@ -234,7 +234,6 @@ def test_holm_asks_more_of_the_first_than_of_the_last() -> None:
     assert holm({"a": 0.018, "b": 0.024, "c": 0.049}, level) == set()
 
 
-@pytest.mark.slow
 def test_both_gates_are_needed() -> None:
     little = (times(1.0, 40, 0.01), times(1.05, 40, 0.01))
     assert p_value(*little) < LEVEL and relative_growth(*little) < 0.10
@@ -255,7 +254,6 @@ def test_the_size_is_each_benchmark_s_own() -> None:
     assert slower({"a": pair, "b": pair}, {"a": 0.10, "b": 0.50}) == {"a"}
 
 
-@pytest.mark.slow
 def test_equal_samples_pass_holm_as_rarely_as_stated() -> None:
     """Of 50 comparisons of 12 equal benchmarks each, the level 0.002 allows 0.1; none was red."""
     draws = 1.0 + 0.02 * np.random.default_rng(20).standard_normal((50, 12, 2, 10))

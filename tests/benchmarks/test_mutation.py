@@ -12,7 +12,6 @@ import pytest
 from benchmarks.applications.mutation import mutants, study, trial
 from benchmarks.applications.mutation.reach import (
     Reach,
-    _lines_with_names_of,
     copied,
     write_durations,
 )
@@ -58,7 +57,9 @@ def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not
     assert (project.root / "small.py").read_text() == SOURCE
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not"
+)
 def test_what_the_first_tests_do_not_find_the_others_may(project, monkeypatch):
     (project.root / "test_small.py").write_text(TEST + "\n\ndef test_0():\n    pass\n")
     names = ["test_small.py::test_0", "test_small.py::test_half"]
@@ -76,19 +77,6 @@ def test_the_quickest_tests_are_asked_first_and_no_more_than_two_minutes_of_them
     reach = Reach(tmp_path, tmp_path)
     assert reach.chosen(["a", "b", "c"]) == ["a", "b"]
     assert reach.chosen(["b", "c"]) == ["b"]
-
-
-@pytest.mark.slow
-def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_named(tmp_path):
-    callers = dict(Reach(ROOT, tmp_path)._callers("galvi/kernels/lie/rotations.py"))
-    assert "galvi/run/group_engine.py" in callers
-    assert "galvi/spaces/fourier.py" not in callers
-    compiled = dict(Reach(ROOT, tmp_path)._callers("references/textbook/grain_flights.py"))
-    cloud = "benchmarks/claims/vector_spaces/v25_brownout_cloud.py"
-    assert cloud in compiled and "galvi/method.py" not in compiled
-    used = "from galvi.kernels.lie.rotations import product\n\nx = 1\ny = product(x, x)\n"
-    assert _lines_with_names_of({"galvi.kernels.lie.rotations"}, used) == {4}
-    assert _lines_with_names_of({"galvi.kernels.lie.rotation"}, used) == set()
 
 
 def test_of_a_kernels_line_those_that_import_it_are_asked_first(tmp_path):

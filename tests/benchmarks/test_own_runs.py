@@ -57,7 +57,7 @@ def off_by_hand(sim: Any, steps: int) -> float:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_own_run_is_the_engines_to_the_last_bit")
 def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good() -> None:
     sim = star_last()
     found = judged(sim, 100.0, 1e-3)
@@ -69,7 +69,7 @@ def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good() -> Non
     assert found.recommended is not None  # candidates have the star first
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_own_run_is_the_engines_to_the_last_bit")
 def test_a_sorted_simulation_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the run of a simulation that was built from the problem, the heaviest first."""
     monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
@@ -156,7 +156,7 @@ def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
     assert found.recommended is not None and found.recommended["error"] <= 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
 def test_encounters_of_the_past_are_those_of_the_past() -> None:
     sim = backwards()
     past = judged(sim, 440.0, 1e-6).encounters
@@ -170,7 +170,9 @@ def test_encounters_of_the_past_are_those_of_the_past() -> None:
     assert past["distance"].iloc[0] == pytest.approx(gaps[k], rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/galvi/test_reading_rebound.py::test_a_tree_is_read_as_point_masses_and_says_so"
+)
 def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
     sim = rebound.Simulation()
     sim.root_size = 40.0
@@ -205,7 +207,7 @@ def kepler_16() -> Any:
     return sim
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_judging.py::test_moons_are_no_encounters_and_set_the_pace")
 def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> None:
     found = judged(kepler_16(), 60.0, 1e-12)
     assert len(found.encounters) == 0
@@ -277,7 +279,7 @@ def test_an_integrator_that_cannot_be_judged_says_what_to_do() -> None:
         judged(sim, 10.0)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_own_setting_may_be_that_of_a_problem_alone")
 def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, mine = read(star_last(), -1)
     said: list[str] = []

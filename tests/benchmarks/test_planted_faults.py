@@ -59,7 +59,9 @@ def test_invariants_alone_do_not_see_a_wrong_motion(
     assert [row.verdict for row in rows(CLAIM["V8"])] == [HOLDS, HOLDS]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_verdicts_without_drawn_bounds.py::test_an_escape_from_solved_steps_would_be_caught"
+)
 @pytest.mark.parametrize(
     ("label", "instead", "quantities"),
     [
@@ -97,7 +99,7 @@ def test_a_method_of_euler_that_is_another_is_caught(
     assert set(quantities) <= contradicted(CLAIM["V11"])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_invariants_alone_do_not_see_a_wrong_motion")
 def test_a_wrong_sign_of_the_velocity_is_caught_in_v11(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = v11.methods()
     found = {
@@ -126,7 +128,9 @@ class _Changed:
 INTEGRATE = galvi.integrate
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_verdicts_of_printed_inequalities.py::test_a_truth_that_steps_over_the_kink_is_caught"
+)
 def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -169,7 +173,9 @@ def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
 # --- The claims on theory catch a table, a check or a constant that is slightly wrong
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_verdicts_of_parity_and_coupling.py::test_a_lipschitz_constant_that_is_too_small_is_caught"
+)
 def test_a_wrong_constant_of_theory_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.Galerkin.theory
 
@@ -241,7 +247,7 @@ def test_nodes_that_follow_the_start_are_not_held() -> None:
 # --- L6 to L9, L11, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_invariants_alone_do_not_see_a_wrong_motion")
 def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.integrate
     monkeypatch.setattr(
@@ -263,7 +269,6 @@ def test_a_motion_that_is_a_millionth_off_is_caught(
     assert any(group in quantity for quantity in contradicted(L14))
 
 
-@pytest.mark.slow
 def test_a_second_variation_without_its_potential_has_no_zero_there(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -321,7 +326,9 @@ def test_a_step_that_leaves_the_chart_unseen_is_caught(monkeypatch: pytest.Monke
     assert any("end otherwise" in quantity for quantity in contradicted(l12.L12))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_verdicts_of_group_formulas.py::test_a_base_that_is_held_loses_momentum_wherever_it_is"
+)
 @pytest.mark.parametrize("moving", [True, False], ids=["moving base", "fixed base"])
 def test_momentum_at_a_base_point_that_stays_is_caught(
     moving: bool, monkeypatch: pytest.MonkeyPatch
@@ -344,7 +351,7 @@ def test_momentum_at_a_base_point_that_stays_is_caught(
     assert set(verdicts) - right - small <= broken <= set(verdicts) - right
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_step_with_a_fixed_base_is_not_symplectic")
 def test_a_method_that_is_not_symplectic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     on_rotations = {k: v for k, v in l16.PROBLEMS.items() if k.endswith(" on SO(3)")}
     monkeypatch.setattr(l16, "PROBLEMS", on_rotations)
@@ -366,7 +373,9 @@ def test_a_step_with_a_fixed_base_is_not_symplectic(moving: bool, low: float, hi
     assert low <= form_defect(step, galvi.SO3(), problem.q0, problem.p0) <= high
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_verdicts_of_parity_and_coupling.py::test_a_flow_without_a_coupling_is_not_symplectic"
+)
 def test_the_form_is_that_of_galvi_and_the_method_by_hand_is_too() -> None:
     """Two implementations of each, written apart."""
     method = galvi.Galerkin(galvi.Polynomials(7), galvi.gauss(8))

@@ -32,7 +32,7 @@ def truth(problem: Any, *given: Any, **how: Any) -> Any:
     return KNOWN[key]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_wrong_flight_is_caught_by_the_truth")
 def test_the_verdicts_are_those_expected() -> None:
     verdicts = {row.quantity: row.verdict for row in V25.judge(quick(V25))}
     assert set(verdicts.values()) == {FINDING}, verdicts
@@ -105,7 +105,7 @@ def test_a_balance_that_does_not_close_is_caught(
     assert any(one.startswith(quantity) for one in found), found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_balance_that_does_not_close_is_caught")
 def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

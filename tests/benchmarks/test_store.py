@@ -111,7 +111,9 @@ def pytest_runtest_logreport(report):
 """
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/reports/test_unfinished_builds.py::test_a_build_that_was_stopped_resumes_with_what_it_was_measuring"
+)
 def test_a_bench_that_was_stopped_is_resumed(tmp_path: Path) -> None:
     """Two of its rows are known when it is ended; the next measures the others, and saves all."""
     (tmp_path / "stopper.py").write_text(STOPPED)

@@ -29,7 +29,7 @@ def misses(frame: pd.DataFrame) -> list[float]:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order")
 def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> None:
     assert tuple(frame.columns) == study.COLUMNS and (frame["status"] == "").all()
     found = misses(frame)
@@ -37,7 +37,7 @@ def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> No
     assert frame["unsure"].max() < 1e-11
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_without_mujoco_the_section_says_so")
 def test_the_finest_steps_are_timed_and_shown(frame: pd.DataFrame) -> None:
     timed = frame["seconds_per_step"].dropna()  # on a busy machine not all of them are
     assert (timed > 0.0).all()

@@ -51,7 +51,7 @@ def changed(table: pd.DataFrame, values: Callable[[pd.DataFrame], Any], **where:
     return table
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_another_constant_of_a_steady_turning_is_caught")
 def test_a_wrong_discrete_lagrangian_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     right = l17.discrete_lagrangian
     monkeypatch.setattr(l17, "discrete_lagrangian", lambda run: (1.0 + 1e-6) * right(run))

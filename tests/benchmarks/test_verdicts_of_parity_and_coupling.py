@@ -248,7 +248,7 @@ def test_a_flow_without_a_coupling_is_not_symplectic(dropped: str, low: float, h
     assert low <= form_defect(step, galvi.SE3(), problem.q0, problem.p0) <= high
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_flow_without_a_coupling_is_not_symplectic")
 def test_the_claim_on_the_form_catches_coupling_that_is_one_sided(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -280,7 +280,7 @@ def test_a_lipschitz_constant_that_is_too_small_is_caught(
     assert caught == (case is HARDENING)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_lipschitz_constant_that_is_too_small_is_caught")
 def test_an_interval_that_iterates_leave_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     narrow = replace(HARDENING, radius=1.0, lipschitz=4.0)
     for module in (v12, v20):

@@ -61,7 +61,7 @@ def test_a_truth_that_steps_over_the_kink_is_caught(monkeypatch: pytest.MonkeyPa
     assert np.max(abs(apart)) > v23.AGREED  # 1e-11; with the right time 3e-14
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_truth_that_steps_over_the_kink_is_caught")
 def test_a_wrong_term_of_the_kink_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     right = brownout_crossing.rule_error
     monkeypatch.setattr(

@@ -105,7 +105,7 @@ def test_the_singularity_is_a_branch_point_of_exponent_one_half() -> None:
         assert float(mp.log(falls[0] / falls[1]) / mp.log(100)) == pytest.approx(0.5, abs=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_singularity_is_a_branch_point_of_exponent_one_half")
 @pytest.mark.parametrize("start", [0.0, -STEP / 2])
 def test_legendre_coefficients_of_the_velocity_have_no_algebraic_factor(start: float) -> None:
     """Those of q' fall like r^-n, so that the curve falls like n^(-3/2) r^-n."""

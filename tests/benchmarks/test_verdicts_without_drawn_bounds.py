@@ -113,7 +113,7 @@ def test_an_escape_from_solved_steps_would_be_caught() -> None:
     assert next(v for q, v in found.items() if q.startswith("share of inner")) == CONTRADICTED
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_escape_from_solved_steps_would_be_caught")
 @pytest.mark.parametrize(
     ("module", "name", "quantities"),
     [
@@ -184,7 +184,7 @@ def test_a_frame_that_gains_too_little_is_caught() -> None:
 # ---- Noether quantities
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_drift_of_another_order_is_caught")
 def test_components_that_share_a_space_after_all_are_caught() -> None:
     """Their angular momentum is then conserved: no order is left to be found."""
 

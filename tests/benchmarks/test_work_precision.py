@@ -232,7 +232,9 @@ def test_a_setting_far_behind_another_has_a_round_less() -> None:
     assert work_precision._rounds(case, timed, SimpleNamespace(end=0.0)) == [2, 2, 1, 2, 1]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_coordinate_problems.py::test_the_cost_of_some_problems_alone_has_their_rows"
+)
 def test_the_cost_table_counts_each_solver() -> None:
     table = cost_table(quick=True)
     assert tuple(table.columns) == tuple(column.name for column in COLUMNS)

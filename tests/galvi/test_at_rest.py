@@ -53,7 +53,7 @@ SMALL = st.tuples(*[st.sampled_from(TINY)] * 4)
 TURNING = st.tuples(*[st.sampled_from((*TINY, 0.3, -1.0))] * 3)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_no_mass_couples_is_solved_as_if_alone")
 @settings(max_examples=12)
 @example("hub", (0.0, 0.0, 0.0, 0.0), (0.0, 0.3, 0.0), CHARTS[0], 8, "auto")
 @example("flight", (0.0, 1e-16, 1e-300, 0.0), (0.0, 0.3, 0.0), CHARTS[1], 4, "newton")
@@ -73,7 +73,7 @@ def test_what_rests_is_stepped_and_agrees_with_a_start_nearby(
     assert near.success and gap(run, near) < 10.0 * NEAR
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_no_mass_couples_is_solved_as_if_alone")
 @settings(max_examples=4)
 @given(
     kind=st.sampled_from(("hub", "flight")),

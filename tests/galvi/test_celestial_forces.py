@@ -153,7 +153,7 @@ def test_other_wrong_forces_are_refused():
         galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_lanes_agree_with_the_general_kernel")
 def test_in_the_plane_a_run_is_that_of_space():
     forces = (galvi.Oblateness(0, 1e-3, 0.3), galvi.Tides(0, 0.3, 0.3, 0.01, spin=(0, 0, 2)))
     flat = galvi.integrate(bodies(forces, plane=True), METHOD, 0.05, 20)
@@ -237,7 +237,7 @@ def test_a_clock_with_a_force_refuses_what_it_cannot_do():
         galvi.integrate(problem, IN_CLOCK, 0.1, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_passes_of_a_driven_clock_solve_what_newtons_method_does")
 def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
     long, newton = (
@@ -305,7 +305,7 @@ def test_a_function_of_time_is_asked_at_the_time_of_the_start():
     assert galvi.integrate(problem, METHOD, 0.05, 2).success
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_run_with_a_negligible_force_says_of_passages_what_it_says_without")
 def test_a_step_that_newton_cannot_solve_is_tried_in_parts_and_ends_the_run_in_words():
     problem = bodies([one for name in ("tides", "EIH", "power laws") for one in CASES[name]])
     run = galvi.integrate(problem, METHOD, 3.0, 5)

@@ -75,7 +75,7 @@ def test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes() ->
     assert np.max(np.abs(runs[1].q - runs[0].q)) > 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_law_too_long_to_be_written_out_is_called_and_gives_the_same_run")
 def test_a_function_that_branches_is_called_and_the_status_says_so() -> None:
     def drag(q: Any, v: Any) -> Any:
         return -1e-3 * v if q[1, 0] > 0.0 else -2e-3 * v

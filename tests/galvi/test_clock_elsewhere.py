@@ -36,7 +36,6 @@ def test_the_end_of_a_run_becomes_a_simulation(make: Any) -> None:
     assert np.array_equal([body.xyz for body in sim.particles], run.q[-1])
 
 
-@pytest.mark.slow
 def test_what_cannot_be_handed_over_is_refused_by_name(tmp_path: Any) -> None:
     problem, clock, duration, step = CASES["elastic pendulum"]
     run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)

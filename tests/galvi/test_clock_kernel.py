@@ -293,7 +293,7 @@ def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> N
         assert motion_in_lanes(problem, method, None) is None
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_solve_the_equations_of_the_clock")
 def test_the_energy_does_not_drift() -> None:
     """At most 4 standard errors of it; with an early stop there are more than 100."""
     found = drift(binary(), blocks=60)

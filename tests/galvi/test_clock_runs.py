@@ -138,7 +138,6 @@ def test_what_a_clock_cannot_do_is_refused_in_words(call: Any, words: str) -> No
         call()
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
 def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
     problem, chosen = three_bodies(), method(6, DYNAMICAL)
@@ -174,7 +173,7 @@ def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
         galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, [0.1, 0.2], duration=2.0)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_bound_a_duration_and_say_so")
 def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("galvi.run.clocked.loop.free_memory", lambda: 2e5)
     monkeypatch.setattr("galvi.run.clocked.loop.ALWAYS_FREE", 0)
@@ -223,7 +222,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     assert (end is not None) == met and bool(loop.reason) != met
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_duration_within_a_step_is_one_shortened_step")
 def test_a_step_that_is_shortened_at_once_is_judged() -> None:
     problem = galvi.problems.kepler(0.9)
     g = 0.1**1.5
@@ -252,7 +251,6 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
 
 
-@pytest.mark.slow
 def test_a_wrong_gradient_of_a_clock_is_refused() -> None:
     def branches(q: Any) -> float:
         return 1.0 if q[0] > 1e9 else float((q @ q) ** 0.75)

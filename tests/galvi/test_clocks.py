@@ -78,7 +78,7 @@ def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) 
     assert galvi.symplecticity_defect(problem, method(2, clock, kind), step) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_step_is_symplectic_in_the_extended_phase_space")
 def test_a_clock_without_the_slope_of_g_is_not_symplectic(monkeypatch: pytest.MonkeyPatch) -> None:
     def fixed(problem: galvi.Problem, clock: Any, energy: float) -> galvi.Problem:
         base, rate = general.lagrangian_of(problem.system, problem), clock.rate(problem)
@@ -126,7 +126,7 @@ def test_steps_back_cancel_steps_forward(case: str) -> None:
     assert np.max(np.abs(back.q[-1] - problem.q0)) < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_clock_kernel.py::test_curves_and_rates_are_those_of_the_steps")
 def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() -> None:
     problem, clock, duration, _ = CASES["Kepler, Sundman"]
     times = np.linspace(0.01, 5.99, 401)
@@ -142,7 +142,7 @@ def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() ->
     assert 3.4 < orders[0] < 4.8 and 5.5 < orders[1] < 6.9, orders
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_events.py::test_states_at_many_times_are_those_at_each")
 def test_states_at_are_those_of_a_run_in_time_too() -> None:
     problem = galvi.problems.kepler(0.3)
     run = galvi.integrate(problem, method(6, None), 0.2, 20, save_every=3)
@@ -153,7 +153,7 @@ def test_states_at_are_those_of_a_run_in_time_too() -> None:
         galvi.states_at(run, 4.1)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_clock_runs.py::test_a_duration_that_ends_next_to_the_grid_is_met")
 @given(st.floats(0.05, 0.9), st.floats(0.1, 0.4), st.floats(0.5, 9.0))
 @settings(max_examples=15, deadline=None)
 def test_a_duration_of_any_length_is_met(e: float, step: float, duration: float) -> None:
@@ -184,7 +184,6 @@ def test_sitnikovs_body_stays_on_its_axis_and_where_quadruple_precision_has_it()
     assert np.max(np.abs(run.q[-1] - truth)) < 1e-10
 
 
-@pytest.mark.slow
 def test_a_function_that_cannot_be_traced_runs_as_well() -> None:
     def branches(q: Any) -> float:
         return 1.0 if q[0] > 1e9 else float(1.0 / (1.5 + math.cos(q[0]) * 0.5))

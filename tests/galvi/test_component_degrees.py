@@ -79,7 +79,6 @@ def test_a_run_is_saved_and_resumed(tmp_path):
     assert np.array_equal(rest.q, whole.q[6:])
 
 
-@pytest.mark.slow
 def test_a_body_has_the_degrees_it_was_given():
     body = galvi.problems.free_rigid_body()
     plain = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))

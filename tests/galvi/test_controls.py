@@ -59,7 +59,7 @@ def ticks(system: Any, problem: galvi.Problem) -> galvi.Trajectory:
     return run
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_ticks_of_resume_are_runs_of_new_problems")
 def test_a_loop_of_ticks_is_that_of_mujoco() -> None:
     problem = arm()
     run = ticks(problem.system, problem)
@@ -84,7 +84,7 @@ def test_ticks_of_resume_are_runs_of_new_problems() -> None:
     assert ticks(system, problem).q[-1] == pytest.approx(q, abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_with_numbers_is_the_model_read_with_these_controls")
 def test_members_with_controls_of_their_own() -> None:
     problem = arm()
     q, v = np.repeat(problem.q0[None], 4, axis=0), np.repeat(problem.v0[None], 4, axis=0)
@@ -135,7 +135,7 @@ def test_resume_with_controls_says_what_it_is_for() -> None:
         galvi.resume(driven, until=1.0, ctrl=np.zeros(5))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_controls_that_cannot_be")
 def test_judge_takes_controls(tmp_path: Any) -> None:
     """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
     ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])

@@ -31,7 +31,6 @@ def convergent(rate, start, seed, length=190):
     return np.maximum(exact, ROUNDING * random.integers(1, 4, length))
 
 
-@pytest.mark.slow
 @given(
     rate=st.floats(0.01, 0.6), start=st.floats(1e-6, 1.0), seed=st.integers(0, 999),
     tolerance=st.sampled_from([2.0**-60, TOLERANCE, 1e-12, 1e-9]),

@@ -111,7 +111,7 @@ def errors(start: Any, steps: float, back: bool = False) -> tuple[float, float]:
         return most[0], most[1]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_limit_is_where_it_is_for_a_reason")
 @settings(max_examples=60)
 @example(e=0.9, E=0.0, ratio=0.3, turn=0.4, steps=2.0, third=True, back=False)
 @example(e=0.9, E=np.pi, ratio=0.3, turn=0.4, steps=0.79, third=False, back=True)

@@ -99,7 +99,7 @@ def test_the_round_off_of_an_energy_is_taken_larger_where_a_body_is_at_rest():
         )
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods")
 def test_a_changed_energy_is_told_however_large_the_step():
     """Against bounds of the measure: T at the start, and that or the range of V over the run."""
     rng = np.random.default_rng(0)

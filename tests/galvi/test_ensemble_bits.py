@@ -49,7 +49,7 @@ def check_members_do_not_mix(name, parts, mark=""):
         assert np.array_equal(final(name, np.array(part), mark), together[part])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_for_any_number_of_threads_and_size_of_chunks")
 @given(
     order=st.permutations(range(MEMBERS)), size=st.integers(3, MEMBERS),
     name=st.sampled_from(["henon_heiles", "double_pendulum", "brownout", "pendulum_3d"]),

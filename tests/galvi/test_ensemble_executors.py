@@ -48,7 +48,9 @@ def same(one, other):
     )
 
 
-@pytest.mark.slow  # README.md has a cluster in this process
+@pytest.mark.slow(
+    beside="tests/benchmarks/test_ensembles_study.py::test_one_worker_of_a_cluster_does_all_of_the_work"
+)
 def test_on_a_cluster_of_this_machine():
     from distributed import Client, LocalCluster
 
@@ -95,28 +97,7 @@ def test_what_travels_is_text_and_numbers():
     assert all(np.array_equal(*pair) for pair in zip(there, run(16, 2).kept, strict=True))
 
 
-@pytest.mark.slow
-def test_a_folder_is_read_instead_of_computed(tmp_path, monkeypatch):
-    one = run(folder=tmp_path)
-    files = sorted(tmp_path.glob("*.parquet"))
-    assert same(run(), one) and len(files) == 7
-
-    files[2].unlink()
-    files[3].write_bytes(files[3].read_bytes()[:100])  # damaged
-    computed = []
-    chunk = engine._Work.chunk
-    monkeypatch.setattr(
-        engine._Work,
-        "chunk",
-        lambda self, members: computed.append(members) or chunk(self, members),
-    )
-    assert same(run(folder=tmp_path), one) and len(computed) == 2
-    assert sorted(tmp_path.glob("*.parquet")) == files
-    run(steps=11, folder=tmp_path)
-    assert len(computed) > 8  # other steps are another ensemble
-
-
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_ensemble_folder.py::test_the_version_is_part_of_the_name")
 def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
     problem = galvi.problems.kepler(0.3)
     q = np.stack([problem.q0, [1e-3, 0.0]])
@@ -193,7 +174,7 @@ tests.run(2000, 300, folder=folder)
 """
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_half_a_file_is_never_left")
 def test_fifty_kills_lose_and_change_nothing(tmp_path):
     """25 kills of a client at any time, 20 in the middle of a file, and 5 of workers."""
     chance, truth = random.Random(5), run(2000, 300)

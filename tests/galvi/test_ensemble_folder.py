@@ -65,7 +65,7 @@ class Potential:
         return 0.5 * float(q[0]) ** 2
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_a_function_holds_is_told_apart_beside_its_version")
 def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
     methods = [galvi.Galerkin(galvi.Polynomials(s), galvi.radau(s)) for s in (2, 3)]
     keeps = [galvi.FinalStates(), galvi.StatesAt([0.1]), galvi.StatesAt([0.2])]
@@ -299,7 +299,7 @@ def damaged(path, others, chance):
     return int(kind)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_file_that_is_not_what_was_written_is_computed_again")
 def test_no_damage_is_believed(tmp_path, small_files):
     """Five hundred random damages: bits, cuts, zeros, additions, files of others, folders."""
     chance, first = np.random.default_rng(7), np.asarray(ensemble(tmp_path))

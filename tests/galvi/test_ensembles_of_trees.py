@@ -70,14 +70,14 @@ def drawn(names: tuple[str, ...], seed: int, sizes: dict[str, int] = SIZES) -> d
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_earth_and_moon")
 @settings(max_examples=10)
 @given(st.sampled_from([("masses",), VARIED[:-1]]), st.integers(0, 99))  # no actuators
 def test_members_are_trees_with_their_numbers(names: tuple[str, ...], seed: int) -> None:
     assert off(START, drawn(names, seed)) < 1e-13  # 5e-16
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_earth_and_moon")
 def test_members_with_a_ball_joint_are_so_too() -> None:
     body = galvi.Link(galvi.Joint("ball"), 1.0, (0, 0, -0.5), (0.2, 0.3, 0.4))
     problem = galvi.Problem(galvi.Multibody([body]), np.eye(3), [0.3, 0.2, 0.1])
@@ -95,7 +95,9 @@ def test_earth_and_moon() -> None:
     assert places[:, 0] == pytest.approx(angles, rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_ensemble_folder.py::test_parameters_with_the_names_of_starts_hide_none"
+)
 def test_folders_tell_numbers_apart(tmp_path: Any) -> None:
     light, heavy = ({"masses": np.full((2, 2), mass)} for mass in (1.0, 3.0))
     damped = {"damping": np.array([[0.5, 0.5, 0.5], [0.0, 0.0, 0.0]])}
@@ -104,7 +106,7 @@ def test_folders_tell_numbers_apart(tmp_path: Any) -> None:
         np.testing.assert_array_equal(found, ends(START, parameters))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_controls.py::test_a_planted_drive_that_keeps_its_slope_is_caught")
 def test_a_parameter_that_is_left_out_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: damping whose law has only the terms that the first member needs."""
     parameters = {"damping": np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]])}

@@ -99,7 +99,7 @@ def test_forces_follow_masses_as_in_mujoco() -> None:
         assert system.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-12)  # 2e-14
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_members_with_branches_are_runs_by_themselves")
 def test_members_with_other_masses_have_their_drag_and_held_weights() -> None:
     problem = galvi.from_mujoco(TREE)
     found = galvi.integrate_ensemble(

@@ -142,7 +142,7 @@ def hip_and_knee() -> Any:
     return galvi.integrate(galvi.Problem(legs, start, [1.0, 0.0, 0.0, 2.0]), EIGHT, 0.02, 50)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_joint_is_given_by_number_or_by_name")
 def test_a_joint_beside_a_ball_joint_is_given_by_its_name(hip_and_knee: Any) -> None:
     named, numbered = (
         galvi.find_events(hip_and_knee, galvi.events.angle(joint, 0.0)) for joint in ("knee", 9)

@@ -53,7 +53,7 @@ def test_a_ball_bounces_as_in_closed_form(step: float) -> None:
     assert abs(len(again) - 128) <= 1
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_ball_bounces_as_in_closed_form")
 def test_ten_thousand_bounces() -> None:
     run = galvi.integrate(BALL, EIGHT, 0.7, math.ceil(2e4 * FALL / 0.7), events=BOUNCE)
     assert run.success and len(run.events) == 10_000
@@ -162,7 +162,7 @@ def test_actions_on_groups_and_of_driven_systems(case: str) -> None:
     assert np.max(np.abs(galvi.states_at(run, t + gap)[0] - other.q[-1])) < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid")
 @pytest.mark.skipif(not galvi.FAST, reason="frames are of galvi.fast")
 def test_a_frame_ends_at_an_event() -> None:
     planets = galvi.problems.outer_solar_system()

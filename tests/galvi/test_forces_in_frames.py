@@ -48,7 +48,7 @@ def test_bodies_are_where_short_steps_in_the_inertial_frame_have_them(
         assert off(problem, framed(12, **frame), 0.5, 20, 10) < 1e-13  # 1e-14
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_bodies_are_where_short_steps_in_the_inertial_frame_have_them")
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), count=st.integers(2, 5), D=st.integers(2, 3))
 def test_any_order_of_bodies_and_any_sources(seed: int, count: int, D: int) -> None:
@@ -173,7 +173,9 @@ def test_steps_where_what_is_left_is_too_strong_are_done_elsewhere() -> None:
     assert np.max(np.abs(run(times) - true(times))) < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_eccentric_orbits_in_frames.py::test_orbits_beyond_the_limit_are_refused_by_name"
+)
 def test_forces_of_velocity_and_functions_are_refused_by_name() -> None:
     for name, words in (
         ("tides", "with Tides. Use another chart"), ("one source", "with Relativity. Use"),

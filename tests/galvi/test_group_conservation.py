@@ -98,7 +98,7 @@ def test_the_energy_of_a_swinging_body_has_an_error_that_does_not_grow(chart):
     assert 1e-12 < first < 1e-6 and last < 2.0 * first  # 6e-8 and 1e-11 or so
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_momentum_energy_and_the_rotation_stay")
 def test_a_million_steps_leave_the_momentum_and_the_rotation_at_round_off():
     run = galvi.integrate(FREE, collocation(10), 0.2, 1_000_000, save_every=1000)
     spatial = galvi.momentum_map(run)

@@ -108,7 +108,6 @@ def test_halls_rule_and_rigid_motions_run_in_lanes(problem, degree, chart):
     assert max(compared(problem, hall(degree + 1, chart), min(0.15, 0.05 * degree), 24)) < close
 
 
-@pytest.mark.slow
 def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     """The series for lanes end at 2 radians, and these steps turn by 2.1."""
     method = hall(14, galvi.Exponential())
@@ -118,7 +117,6 @@ def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.slow
 def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_method():
     """L = v^2 / 2 + a t v_z: a rotation by 10 t - 10 t^2, at most 2.5, and none after the step."""
 
@@ -162,7 +160,7 @@ def test_momenta_energy_and_the_rotation_do_not_drift(problem, chart):
     check_drift(problem, chart, 10_000)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_momenta_energy_and_the_rotation_do_not_drift")
 @each_chart
 @pytest.mark.parametrize("problem", [FREE, SPINNING], ids=title)
 def test_nothing_drifts_in_a_million_steps(problem, chart):
@@ -250,7 +248,7 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_halls_rule_and_rigid_motions_run_in_lanes")
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
     """The kernels keep the sound formula, which they have compiled."""
     problem, method = swelling("SO3", 11), galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))

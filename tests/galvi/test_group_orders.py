@@ -52,7 +52,7 @@ def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, ch
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_order_is_so_too_against_the_closed_form_of_the_free_body")
 def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})

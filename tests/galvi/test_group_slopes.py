@@ -76,7 +76,9 @@ def test_momentum_and_velocity_of_a_lagrangian_undo_each_other():
         system.momentum(problem.v0)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_group_orders.py::test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy"
+)
 def test_a_wrong_gradient_is_caught_by_the_differences_and_by_the_energy():
     wrong = galvi.RigidBody(MOMENTS, bent, lambda R: bent_slope(R) + 1e-5 * TWIST.T)
     expected = [-along(bent, SO3, R0, a) for a in range(3)]

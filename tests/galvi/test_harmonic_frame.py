@@ -31,7 +31,9 @@ STIFF = galvi.Problem(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_period"
+)
 @given(
     alpha=st.floats(-0.5, 0.5),
     beta=st.floats(-0.5, 0.5),

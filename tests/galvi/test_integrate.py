@@ -52,17 +52,6 @@ def test_counts_are_the_same_in_every_run():
     assert runs[0].counts["force_evaluations"] == 4 * runs[0].counts["iterations"]
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not galvi.FAST, reason="nothing is traced")
-def test_differenced_derivatives_are_counted():
-    bare = galvi.Problem(galvi.Canonical(1.0, HENON.system.potential), HENON.q0, HENON.v0)
-    run, traced = (galvi.integrate(bare, FOUR, 0.3, 20, solver=s) for s in ("newton", "auto"))
-    for each in (run, traced):
-        assert np.allclose(each.q, galvi.integrate(HENON, FOUR, 0.3, 20).q, atol=1e-12)
-    assert run.counts["potential_evaluations"] == 48 * run.counts["force_evaluations"]
-    assert "potential_evaluations" not in traced.counts
-
-
 def test_an_explicit_time_dependence_is_seen_by_compiled_and_plain_functions():
     """q'' = cos t from rest at q = 0, so q = 1 - cos t."""
     import numba

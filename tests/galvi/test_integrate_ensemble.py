@@ -62,7 +62,7 @@ def test_members_take_about_as_many_passes_as_single_runs(name, unit, method):
     assert -0.045 < passes / sum(run.counts["iterations"] for run in runs) - 1.0 < 0.03
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_members_take_about_as_many_passes_as_single_runs")
 def test_changes_are_relative_to_the_place_far_from_the_origin():
     def L(g, v):
         return 0.5 * (v @ (v * [1.0, 1.3, 1.6])) - 0.4 * g[0, 0] - 0.3 * g[0, 2] + 0.2 * g[1, 2]
@@ -76,7 +76,7 @@ def test_changes_are_relative_to_the_place_far_from_the_origin():
     assert 0.95 < passes / sum(run.counts["iterations"] for run in runs) < 1.05  # 0.984
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_other_rules_spaces_and_charts")
 @given(
     degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
     backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
@@ -125,7 +125,7 @@ def test_other_rules_spaces_and_charts(name, method):
     assert_equal_runs(result, runs)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_step_that_needs_newton_is_done_by_itself")
 def test_a_body_that_turns_beyond_its_chart_is_run_by_itself():
     problem = galvi.problems.free_rigid_body()
     v = np.stack([problem.v0, 40.0 * problem.v0])
@@ -217,7 +217,9 @@ def test_members_of_a_frame_or_of_degrees_that_lanes_do_not_take_say_why_they_ru
     assert "weights or degrees" in result.status[0] and result.success.all()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_ensembles_with_forces.py::test_members_with_branches_are_runs_by_themselves"
+)
 def test_kept_values():
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 10)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -67,7 +66,9 @@ def test_a_simulation_comes_in_and_goes_out_with_all_it_has(active):
     assert np.array_equal(again.v0, run.v[7])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_reading_rebound.py::test_the_usual_time_between_the_states_of_an_archive_is_read"
+)
 def test_snapshots_of_an_archive(tmp_path):
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
@@ -87,7 +88,9 @@ def test_snapshots_of_an_archive(tmp_path):
         galvi.from_rebound(tmp_path / "absent.bin")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_reading_rebound.py::test_the_usual_time_between_the_states_of_an_archive_is_read"
+)
 def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch):
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
@@ -95,24 +98,17 @@ def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch
     monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
     assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
     assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
-    text = Path(reader.READER).read_text()
-    for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(3)"):
-        crashing = tmp_path / "crashing.py"
-        crashing.write_text(f"{text}\n    import os\n    os.{crash}\n")  # when all was read
-        monkeypatch.setattr(reader, "READER", str(crashing))
-        with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
+    program, damaged = tmp_path / "program.py", "it is damaged: REBOUND crashes"
+    monkeypatch.setattr(reader, "READER", str(program))
+    for text, words in (
+        ("import os; os.kill(os.getpid(), 6)", damaged),
+        ("import os; os.kill(os.getpid(), 11)", damaged),
+        ("import os; os._exit(3)", damaged),
+        ("import galvi_absent", "ended with: ModuleNotFoundError: No module named"),
+    ):
+        program.write_text(text)
+        with pytest.raises(ValueError, match=words):
             galvi.from_rebound(path)
-    broken = tmp_path / "broken.py"
-    broken.write_text(text.replace("import pickle", "import pickle, galvi_absent"))
-    monkeypatch.setattr(reader, "READER", str(broken))
-    with pytest.raises(ValueError, match="ended with: ModuleNotFoundError: No module named"):
-        galvi.from_rebound(path)
-    talking = tmp_path / "talking.py"
-    talking.write_text(
-        text.replace("    import rebound\n", "    print('hello')\n    import rebound\n")
-    )
-    monkeypatch.setattr(reader, "READER", str(talking))
-    assert galvi.from_rebound(path).q0.tobytes() == there.q0.tobytes()
 
 
 @pytest.mark.parametrize("snapshot", ["x", 1.5, True, None])
@@ -176,7 +172,7 @@ def test_what_is_no_simulation_is_refused():
         galvi.integrate(galvi.from_rebound(simulation()), SIX, 0.1, 2).to_rebound(at=3)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_xarray_is_imported_when_called")
 def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     code = (
         "import sys; sys.modules['rebound'] = sys.modules['matplotlib'] = None\n"
@@ -194,7 +190,7 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_run_as_a_result_of_scipy")
 def test_a_run_as_a_data_set_of_xarray():
     problem = galvi.from_rebound(simulation())
     run = galvi.integrate(problem, EIGHT, 0.1, 10)
@@ -282,7 +278,6 @@ def test_a_citation_names_what_was_used_and_nothing_else():
         galvi.cite(3)
 
 
-@pytest.mark.slow
 @settings(max_examples=200)
 @given(
     e=st.one_of(st.floats(0.0, 0.999), st.floats(1.001, 50.0)),

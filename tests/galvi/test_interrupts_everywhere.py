@@ -112,7 +112,7 @@ def fresh(number):
     return numba.njit(potential), numba.njit(gradient)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_compilation_leaves_an_ignored_interrupt_ignored")
 def test_an_interrupt_while_compiling_is_neither_printed_and_dropped_nor_lost(capfd):
     """The signal is delivered from a timer; a compilation is over before it takes effect."""
     before = signal.signal(signal.SIGALRM, lambda *_: presses())

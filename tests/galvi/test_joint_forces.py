@@ -315,7 +315,9 @@ def test_a_bad_force_of_the_users_is_refused_in_words():
         galvi.integrate(galvi.Problem(wrong, [0.1], [0.0]), METHOD, 0.01, 2)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_ensembles_with_forces.py::test_a_saved_run_in_a_medium_can_get_other_masses"
+)
 def test_forces_are_pickled_stored_and_varied(tmp_path):
     problem, own = read("held weights")
     q, v = next(states(problem))

@@ -80,7 +80,7 @@ def test_the_pull_back_is_the_derivative_of_the_motion_back(seed: int, t: float,
         assert error(known[0], 1.001 * known[1], *known[2:]) > 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_any_number_of_planets_fits_into_lanes")
 @settings(max_examples=20)
 @given(e=st.floats(0.0, 0.9), share=st.floats(0.05, 0.95), turn=st.floats(0.0, 6.0))
 def test_two_bodies_follow_the_closed_form_at_any_step(e: float, share: float, turn: float) -> None:

@@ -138,7 +138,7 @@ def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, ch
     assert stale == {name for name in CALLED if changed in CALLED[name] | {name}}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_edit_compiles_anew_what_may_call_it_and_nothing_else")
 def test_a_file_that_changes_in_a_running_process_is_still_the_one_that_was_imported(tmp_path):
     """What was imported before the edit must not be kept as the code of after."""
     ours, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
@@ -244,7 +244,7 @@ def test_without_sources_to_read_every_process_compiles(folder, monkeypatch):
     assert kept(folder) == []
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_without_sources_to_read_every_process_compiles")
 def test_galvi_is_imported_from_a_zip_file(tmp_path):
     whole = tmp_path / "galvi.zip"
     with zipfile.ZipFile(whole, "w") as packed:
@@ -381,7 +381,7 @@ def at_once(code, cache_folder, **more):
     return [out for out, _ in told]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_who_comes_second_waits_for_the_first_and_loads_what_it_kept")
 def test_two_processes_compile_at_once(tmp_path):
     source = (
         "from galvi.kernels.compile.jit import jit\n@jit\ndef kernel(x):\n    return x * x + 1.0\n"
@@ -395,7 +395,7 @@ def test_two_processes_compile_at_once(tmp_path):
     assert {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.nbc")} == files
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_is_damaged_is_compiled_anew_and_mended")
 def test_runs_are_the_same_with_any_cache(tmp_path):
     """The whole kernel: two at once from nothing, then damaged files, then no folder at all."""
     with_cache = at_once(RUN, tmp_path / "cache")

@@ -45,7 +45,7 @@ def test_steps_of_fixed_length_are_caught():
     assert abs(right[0, 0] / exact - 1.0) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
 def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
     GM, radius = 3.986e14, 7e6
     rate = np.sqrt(GM / radius**3)
@@ -58,7 +58,7 @@ def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
     assert np.allclose(run.q[-1] / radius, circle, rtol=0.0, atol=4e-11)  # 4e-12
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
 def test_a_body_far_from_the_origin_flies_as_a_free_body():
     def L(q, v):
         return 0.5 * v[:3] @ (MOMENTS * v[:3]) + v[3:] @ v[3:] - 2.0 * 9.81 * q[2, 3]
@@ -133,7 +133,7 @@ def test_very_different_masses_are_not_degenerate(given):
     assert np.allclose(run.p[-1], [2e6, 1.8e-7], rtol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_very_different_masses_are_not_degenerate")
 def test_a_mass_matrix_with_nothing_on_its_diagonal_is_regular():
     def L(q, v):
         return v[0] * v[1] + 0.5 * v[2] ** 2 - q @ q
@@ -159,7 +159,7 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_small_velocity_has_an_exact_momentum")
 def test_the_first_derivative_of_a_step_from_near_rest_has_the_scales_of_its_end():
     """Differences are taken again with them: 45 passes of four methods, else 116."""
 

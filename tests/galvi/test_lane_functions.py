@@ -101,7 +101,7 @@ def test_a_function_errs_by_less_than_its_bound(case: Case) -> None:
     assert largest_error(case, FEW) < case.limit
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_function_errs_by_less_than_its_bound")
 @pytest.mark.timeout(3600)
 @BY_NAME
 def test_so_it_does_at_a_million_points(case: Case) -> None:

@@ -98,7 +98,7 @@ def test_a_grain_too_stiff_for_the_iteration_is_left_to_newtons_method() -> None
     np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_grain_in_the_wind_is_that_of_the_general_kernel")
 def test_a_million_steps_of_a_grain() -> None:
     method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     run = galvi.integrate(galvi.problems.brownout(), method, 0.01, 1_000_000, save_every=1_000_000)

@@ -44,7 +44,7 @@ def test_spaces_and_rules_agree_with_the_general_kernel(name: str, method: galvi
     assert differences(problem(name), method, 0.05, 40) < 1e-14
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_spaces_and_rules_agree_with_the_general_kernel")
 @given(
     st.sampled_from([*LAGRANGIANS, "chain"]),
     st.integers(1, 12),

@@ -152,7 +152,7 @@ def test_the_sun_the_earth_and_the_moon_over_ten_years() -> None:
     assert error < 1e-11, error  # 3e-13
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_third_body_of_any_mass_is_as_near_to_the_truth_as_any_way_lets_it")
 def test_a_planet_in_kozai_lidov_cycles_is_where_ias15_has_it() -> None:
     """Two equal stars and a planet of 1e-3 or 0: 0.16 wrong after 13,500 years, silently."""
     pi2 = 4.0 * np.pi**2
@@ -198,7 +198,7 @@ def pull(t: float, y: Any) -> Any:
     return np.concatenate([y[y.size // 2 :], (-(1.0 - MU) * one - MU * other).ravel()])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_orbits_of_the_restricted_problem_are_where_ias15_has_them")
 def test_a_hundred_particles_in_one_clock_keep_jacobis_constant_and_follow_the_restricted_problem(
 ) -> None:  # fmt: skip
     problem = restricted(100)

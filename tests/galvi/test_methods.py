@@ -103,7 +103,6 @@ def test_methods_are_values():
     assert one.table is two.table
 
 
-@pytest.mark.slow
 def test_a_table_of_degree_64_takes_well_under_a_second_of_processor_time():
     assemble.cache_clear()
     galvi.gauss(64)

@@ -40,7 +40,7 @@ def largest_jump(q, p):
     return np.max(np.abs(np.diff(momentum)) / (EPSILON * np.maximum(size[1:], size[:-1])))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_members_of_an_ensemble_keep_it")
 @given(degree=st.integers(2, 32), step=st.floats(0.05, 2.0), more=st.booleans())
 @example(degree=22, step=1.1, more=False)  # each of these lost 1e-9 to 1e-7 in a step
 @example(degree=24, step=1.9, more=False)
@@ -61,7 +61,7 @@ def test_a_step_of_a_third_of_a_revolution_keeps_the_angular_momentum(degree, st
         assert np.abs(np.diff(runs[1].q[-1], axis=0) - newton.q[-1]).max() < close
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_members_of_an_ensemble_keep_it")
 @given(degree=st.integers(4, 20), step=st.floats(0.05, LONGEST))
 @example(degree=20, step=1.1)
 @settings(max_examples=15)

@@ -82,7 +82,9 @@ def copy(tmp_path):
     return tmp_path
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
+)
 def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
     """Its name comes first in its folder, so that all other numbers change."""
     names = {"modified_rodrigues": "another", "ModifiedRodrigues": "Another"}
@@ -98,7 +100,9 @@ def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
     assert found.stdout.startswith("Another")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
+)
 def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
     names = {"se2,": "another,", "kernels = se2": "kernels = another", "SE2": "Another"}
     folder = copy / "galvi/kernels/lie/groups"
@@ -116,7 +120,9 @@ def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
     assert "'Another'" in found.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="tests/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
+)
 def test_a_chart_without_its_kernel_file_is_refused(copy):
     (copy / "galvi/kernels/lie/charts/modified_rodrigues.py").unlink()
     assert "ImportError" in outcome(copy, NOW).stderr

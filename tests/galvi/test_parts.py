@@ -28,7 +28,6 @@ def pair() -> tuple[Any, Any]:
     return twice, total
 
 
-@pytest.mark.slow
 def test_what_was_a_part_can_be_called_from_python_and_by_others() -> None:
     twice, total = pair()
     total(np.arange(4.0))

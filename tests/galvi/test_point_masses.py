@@ -78,7 +78,9 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
     assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_massless_bodies_do_not_collide_and_those_that_pass_once_need_a_clock"
+)
 def test_bodies_that_pass_are_not_said_to_collide():
     """Into the pass, and from it; where a smaller step would help, it is what is said."""
 

@@ -121,7 +121,6 @@ def test_newton_blocks_are_the_own_blocks_of_the_jacobian():
         assert np.allclose(blocks[i : i + 3, :, 0], own, rtol=1e-13, atol=1e-16 * np.abs(own).max())
 
 
-@pytest.mark.slow
 def test_a_missing_gradient_and_hessian_are_differenced():
     problem = galvi.problems.henon_heiles()
     for potential in (problem.system.potential, problem.system.potential.py_func):

@@ -16,7 +16,7 @@ import pytest
 import galvi
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.slow(beside="test_agreement.py::test_all_engines_agree"),
     pytest.mark.skipif(not galvi.FAST, reason="there is one engine without galvi.fast"),
 ]
 ready = galvi.problems

@@ -94,7 +94,7 @@ def read_or_refused(model):
     return ""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_flag_is_read_harmless_or_refused")
 @settings(max_examples=150, deadline=None)
 @given(st.sampled_from(FIELDS), st.floats(0.05, 0.5))
 def test_an_array_of_a_model_is_read_harmless_or_refused(name, more):
@@ -107,7 +107,7 @@ def test_an_array_of_a_model_is_read_harmless_or_refused(name, more):
     read_or_refused(model)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_flag_is_read_harmless_or_refused")
 @settings(max_examples=80, deadline=None)
 @given(st.sampled_from(OPTIONS), st.floats(0.05, 0.5))
 def test_an_option_is_read_harmless_or_refused(name, more):
@@ -289,7 +289,9 @@ def off(model, *more):
     return max(np.max(one) for one, _ in mujoco_model.misfits(own, problem, states))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_body_that_spins_about_a_principal_axis_is_not_taken_for_a_misreading"
+)
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 8), st.integers(0, 2**31))
 def test_a_tree_that_is_read_right_is_not_refused(joints, seed):
@@ -475,7 +477,6 @@ def test_pairs_of_geoms_are_counted_as_one_by_one(data):
     assert _pairs(model) == pairs_one_by_one(model)
 
 
-@pytest.mark.slow
 def test_an_inertia_that_a_compiled_model_was_given_is_read(tmp_path):
     text = '<mujoco><worldbody><body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="{}"/>'
     text += "</body></worldbody></mujoco>"

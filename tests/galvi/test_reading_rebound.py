@@ -134,7 +134,7 @@ def test_an_encounter_in_mercurius_is_read() -> None:
         galvi.from_rebound(sim)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_usual_time_between_the_states_of_an_archive_is_read")
 def test_a_heartbeat_and_a_patch_version_do_not_matter(
     tmp_path: Any, caplog: pytest.LogCaptureFixture
 ) -> None:

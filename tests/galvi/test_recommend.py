@@ -131,7 +131,7 @@ def test_what_fails_is_kept_with_its_reason():
     assert all(c.error == math.inf and c.status for c in choice.scanned)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_extreme_errors_and_durations_get_an_answer")
 def test_the_budget_ends_the_scan():
     small = recommend(ORBIT, 1e-5, 1e4, budget=6e6)
     assert small.reached and small.measured < 1e3 and "extrapolated" in small.status
@@ -164,7 +164,7 @@ def test_a_rigid_body_gets_the_exponential_chart_and_its_error(options):
     assert np.max(np.linalg.norm(run.q[-1] - end, axis=-1)) <= 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_rigid_body_gets_the_exponential_chart_and_its_error")
 def test_a_body_in_space_and_one_with_a_torque_of_its_own_get_one_too():
     J = np.array([2.0, 3.0, 4.0])
     turned = galvi.RigidBody(J, lambda R: R[2, 2], lambda R: np.outer([0.0, 0.0, 1.0], [0, 0, 1.0]))
@@ -256,7 +256,7 @@ def resting_ball() -> galvi.Problem:
     return galvi.Problem(ball, q, v)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for")
 def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None:
     """Fewer steps cost ten times the time there, though not so many evaluations."""
     choice = recommend(resting_ball(), 1e-9, 10.0)
@@ -294,7 +294,7 @@ def test_steps_in_a_clock_keep_the_error_asked_for(error):
     assert abs(len(run.t) - 1 - choice.steps) <= 0.05 * choice.steps + 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 def test_equal_steps_through_an_encounter_point_to_the_clock_which_needs_fewer():
     equal = recommend(BURRAU, 1e-5, 5.0)
     clock = recommend(BURRAU, 1e-5, 5.0, clock=galvi.DynamicalTime())
@@ -311,7 +311,7 @@ def test_one_body_has_no_pace():
     assert recommend(alone, 1e-6, 10.0, budget=1e4).reached
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 def test_any_system_on_a_vector_space_has_its_clock_scanned():
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + (q @ q) ** -0.5, galvi.Rn(2))
     problem = galvi.Problem(system, ORBIT.q0, ORBIT.v0)
@@ -336,7 +336,7 @@ def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
     assert error() < 0.8 * sound  # 0.7 when this was written
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     """From the apocentre of a long orbit, whose clock is fast only later."""
     far = apocentre(0.97)
@@ -352,7 +352,7 @@ SERVO = """<mujoco><worldbody><body><joint name="hip" axis="0 1 0" damping=".1"/
 </mujoco>"""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_fails_is_kept_with_its_reason")
 def test_a_stop_that_no_step_cures_ends_the_search():
     """With 15,720,798 steps at the end, where only a failure of the step itself was looked for."""
     fast = galvi.from_mujoco(SERVO, ctrl=[0.3]).with_initial_state([0.0], [6.0])
@@ -363,7 +363,7 @@ def test_a_stop_that_no_step_cures_ends_the_search():
     assert max(one.steps for one in found.scanned) < 1_000_000
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 @pytest.mark.skipif(not galvi.FAST, reason="massless bodies in a clock need galvi.fast")
 def test_a_massless_body_is_scanned_in_a_clock() -> None:
     """A meteoroid past the Earth, for which the scan of equal steps advises the clock."""

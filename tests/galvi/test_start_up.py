@@ -56,13 +56,13 @@ def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
     pytest.fail(f"in imports of numpy: imports {imports}, first runs {firsts}")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_a_first_run_that_compiles_would_be_seen(tmp_path):
     found = started(STARTS[2], tmp_path, cache=str(tmp_path / "cache"))
     assert found.first > 2 * FIRST * found.numpys
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_after_warming_nothing_is_left_to_compile(tmp_path):
     settings = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     words = [sys.executable, "-m", "reports", "warm"]
@@ -74,7 +74,9 @@ def test_after_warming_nothing_is_left_to_compile(tmp_path):
     assert {path for path in (tmp_path / "cache").rglob("galvi-kernels/*.nbc")} == kept
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_kernel_cache.py::test_what_is_missing_is_compiled_and_kept_for_the_next_process"
+)
 def test_what_a_user_compiles_is_kept_too(folder):
     """Functions of the user's in a cache of their own, and no kernel compiled anew for them."""
     started(STARTS[-1], folder)
@@ -85,22 +87,13 @@ def test_what_a_user_compiles_is_kept_too(folder):
     assert {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")} == kept
 
 
-@pytest.mark.slow
-def test_memory_that_grows_would_be_seen(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        start_up, "TIMED", start_up.TIMED.replace("save_every=steps", "curves=False")
-    )
-    few, many = started(STARTS[1], tmp_path, (start_up.STEPS, start_up.MANY_STEPS)).peaks
-    assert many - few > 5.0  # 9.9
-
-
 def test_a_start_that_fails_says_why(tmp_path):
     (tmp_path / "numpy.py").write_text("raise ImportError('no such thing')")
     with pytest.raises(RuntimeError, match=r"(?s)pendulum could not be started: .*no such thing"):
         started(STARTS[-1], tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_integrate.py::test_counts_are_the_same_in_every_run")
 def test_two_processes_agree_to_the_last_bit_and_count():
     told = [
         subprocess.run(
@@ -116,7 +109,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
     assert len(set(told[0].splitlines())) == 4
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_integrate.py::test_a_long_run_does_not_grow_in_memory")
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])
@@ -129,7 +122,7 @@ def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_st
     assert 10.0 < row["few_steps"] <= row["many_steps"] < row["few_steps"] + 1.0  # + 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_most_of_a_first_run_is_compiling_and_each_function_has_its_share():
     imported, whole, table = compile_times.compile_times()
     shares = table[list(compile_times.COLUMNS[1:-1])].sum(axis="columns")

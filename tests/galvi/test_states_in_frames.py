@@ -23,7 +23,7 @@ METEOROID = galvi.Problem(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_states_of_a_completed_run_are_never_nan")
 def test_states_and_events_of_a_run_through_a_passage_are_numbers_and_right() -> None:
     """Five of its states were NaN, and the event ended with a ValueError."""
     run = galvi.integrate(METEOROID, FRAME, 20.0, duration=60.0)

@@ -129,7 +129,7 @@ def hand_slopes(q, v):
     return np.concatenate((v + turning, 0.75 * np.array([v[1], -v[0]]) - pull))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_motion_is_that_of_equations_derived_by_hand")
 def test_it_moves_as_slopes_written_by_hand_and_as_a_canonical_system():
     def L(q, v):
         spring = 0.5 * (q[0] ** 2 + 2.0 * q[1] ** 2) + 0.25 * q[0] ** 4

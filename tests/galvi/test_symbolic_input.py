@@ -49,7 +49,6 @@ def test_a_missing_sympy_is_a_sentence(monkeypatch):
         made(FREE, x, u)
 
 
-@pytest.mark.slow
 def test_galvi_does_not_import_sympy():
     command = [sys.executable, "-c", "import sys, galvi; sys.exit('sympy' in sys.modules)"]
     assert subprocess.run(command).returncode == 0
@@ -90,7 +89,7 @@ print("from disk", sum(law.stats.cache_hits.values()))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_parameters_are_numbers_of_the_system_and_not_of_the_code")
 def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
     def ran(seed):
         environment = {**os.environ, "PYTHONHASHSEED": seed}

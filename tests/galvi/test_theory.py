@@ -99,7 +99,6 @@ def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
     assert error < 1e-12  # 2e-14
 
 
-@pytest.mark.slow
 def test_names_reach_the_highest_degree():
     assert galvi.theory(P(64), galvi.gauss(64)).name == "Gauss collocation, 64 stages"
     assert galvi.theory(P(64), galvi.lobatto(64)).name == "Lobatto IIIA-IIIB, 64 stages"

@@ -146,7 +146,9 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch: pytest.Mo
         trace()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_celestial_laws.py::test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes"
+)
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
     body = galvi.RigidBody(MOMENTS, lambda R: -numbers["k"] * R[2, 2])
@@ -160,7 +162,9 @@ def test_a_number_that_changes_between_two_runs_is_used() -> None:
         np.testing.assert_allclose(run.q, heavy.q, rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_laws_with_forces.py::test_a_grain_too_stiff_for_the_iteration_is_left_to_newtons_method"
+)
 def test_a_step_too_long_for_the_iteration_is_left_to_newtons_method() -> None:
     run = galvi.integrate(SYSTEMS["a potential"], METHOD, 2.0, 4)
     assert run.failed_step is None and run.counts["newton_steps"] > 0

@@ -42,7 +42,7 @@ def distances_of_mujoco(model, run, h):
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_planted_fault_of_a_tree_is_seen")
 @settings(max_examples=200)
 @given(st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_200_random_trees_have_the_accelerations_energies_and_states_of_mujoco(joints, seed):
@@ -102,7 +102,9 @@ def test_a_planted_fault_of_a_tree_is_seen(fault, seen):
     assert np.min(defects(model, wrong, *state)[list(seen)]) > 1e-5
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_kernel"
+)
 @settings(max_examples=10)
 @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
 def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
@@ -121,7 +123,7 @@ def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
     np.testing.assert_allclose(momenta[0], mass @ v, rtol=0, atol=1e-13 * size)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_planted_fault_of_a_tree_is_seen")
 @settings(max_examples=40)
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
 def test_its_accelerations_by_newton_and_euler_are_those_of_its_lagrangian(joints, seed):
@@ -133,7 +135,9 @@ def test_its_accelerations_by_newton_and_euler_are_those_of_its_lagrangian(joint
     assert np.linalg.norm(off) < 1e-12 * size  # 3e-15
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_kernel"
+)
 @settings(max_examples=40)
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
 def test_its_law_for_lanes_is_its_kernel(joints, seed):
@@ -249,7 +253,7 @@ def energy_errors(problem):
     return np.max(np.abs(error)), np.polyfit(np.linspace(0.0, 1.0, error.size), error, 1)[0]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_momenta_of_a_floating_tree_are_kept_and_those_of_its_free_joint")
 @pytest.mark.parametrize("seed", range(4))
 def test_energies_of_conservative_trees_do_not_drift_over_100_000_steps(seed):
     kinds = (("hinge",), ("hinge", "slide"), ("ball", "hinge"), ("hinge", "slide", "ball"))[seed]
@@ -258,7 +262,7 @@ def test_energies_of_conservative_trees_do_not_drift_over_100_000_steps(seed):
     assert largest < 1e-13 and abs(drift) < 1e-14  # 1.3e-15 and 3.3e-16
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_damped_tree_is_not_symplectic_and_loses_what_its_energy_says")
 def test_a_damping_that_takes_a_trillionth_of_the_energy_would_be_seen():
     _, problem = problem_of(random_tree(3, 0, damping=False, kinds=("hinge",)), 0)
     links = [replace(one, joints=[replace(joint, damping=1e-14) for joint in one.joints])
@@ -267,7 +271,9 @@ def test_a_damping_that_takes_a_trillionth_of_the_energy_would_be_seen():
     assert energy_errors(braked)[1] < -1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_kernel"
+)
 @pytest.mark.parametrize("seed", range(10))
 def test_random_trees_move_in_lanes_as_in_the_general_kernel_and_in_mujoco(seed):
     # Some without springs: that of a ball joint jumps at half a turn, as one of these would.

@@ -114,7 +114,6 @@ def test_a_body_that_spins_keeps_its_momentum_and_agrees_with_polynomials():
     assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-12  # 2e-14; Polynomials(4) are 2e-8 away
 
 
-@pytest.mark.slow
 def test_the_highest_frequency_and_many_harmonics_are_still_orthonormal():
     for skip, harmonics, frequency in ((0, 24, 21.0), (64, 1, 512.0)):
         slopes = wave_slopes(skip, harmonics, frequency)[1]

@@ -65,7 +65,7 @@ def test_an_error_seen_over_too_short_a_part_is_refused(problem, duration, optio
     assert why in choice.status and choice.measured < 0.2 * duration
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_motion_that_changes_later_is_found_out")
 def test_a_force_that_is_lost_later_is_found_out():
     spring = galvi.Canonical(
         1.0, lambda q: 0.5 * q[0] ** 2, lambda q: q if q[0] >= -0.5 else np.array([np.nan])

@@ -88,7 +88,7 @@ def test_a_stiff_servo_whose_fast_motion_is_not_excited_is_not_named() -> None:
     assert v == pytest.approx(np.exp(-10.0 * 0.2), rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_servo_too_stiff_for_a_step_is_named_with_the_step_that_does")
 def test_the_step_of_a_stiff_servo_is_recommended_for_its_velocities() -> None:
     found = galvi.recommend(wrist(2.0), 1e-4, 0.02)
     assert found.reached

@@ -171,7 +171,7 @@ def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
         STORED_CHAIN.run(double(), 10.0, {"samples": 7})
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_others_come_to_the_stored_truth")
 @pytest.mark.skipif(
     bool(HEYOKA_CHAIN_QUADRUPLE.missing), reason=HEYOKA_CHAIN_QUADRUPLE.missing or "present"
 )
@@ -183,7 +183,6 @@ def test_the_stored_truth_can_be_made_again(case):
     assert [made[i] for i in rows] == [kept[i] for i in rows]
 
 
-@pytest.mark.slow
 def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
     """Two starts 1e-9 apart: over ten units of time they part as exp(1.9 t), so the Lyapunov time
     there is half a unit, and an error of 1e-16 would be 1e-8 at the end.

@@ -213,7 +213,7 @@ def test_from_apocentre_through_pericentre_too(e):
     assert worst <= BOUND
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_from_pericentre_the_error_is_a_rounding_for_any_eccentricity")
 def test_from_anywhere_with_any_strength():
     random = np.random.default_rng(20000101)
     for _ in range(30):

@@ -104,7 +104,9 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, whole.q)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_forces.py::test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as"
+)
 def test_plain_jitted_and_known_forces_move_alike():
     def pull(q, t):
         return (1.0 + 0.1 * np.sin(t)) * q
@@ -174,7 +176,7 @@ def test_implicit_euler_passes_through_zero_without_a_stall():
     assert run.success and run.counts["iterations"] <= 4
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_implicit_euler_passes_through_zero_without_a_stall")
 def test_implicit_euler_says_when_its_equations_have_no_solution_left():
     problem, step = galvi.problems.solar_system(), 0.005 * 365.25
     run = IMPLICIT_EULER.run(problem, 100 * step, {"step": step})

@@ -133,7 +133,9 @@ def test_a_reference_that_leaves_the_force_out_is_caught(name):
     assert error(Deaf(reference(name))) > 10.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as"
+)
 def test_a_force_of_time_and_one_in_plain_python_act_at_their_time():
     def driven(q, v, t):
         return np.array([np.cos(2.0 * t) - 0.1 * v[0]])
@@ -166,7 +168,9 @@ def test_semi_implicit_euler_is_of_first_order_and_symplectic_euler_without_a_fo
     np.testing.assert_allclose(free.q, same.q, rtol=0, atol=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_fixed_step.py::test_a_force_that_turns_nan_ends_the_run_with_a_sentence"
+)
 def test_semi_implicit_euler_with_too_large_a_step_says_so():
     stiff = forced(SPRING, njit(lambda q, v: -1e3 * v * np.abs(v)))
     run = SEMI_IMPLICIT_EULER.run(replace(stiff, v0=[10.0]), 100.0, {"step": 1.0})
@@ -187,7 +191,7 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
     assert not external_force(replace(problem, system=plain)).compiled
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_galvi_finds_the_closed_form_of_a_braked_free_body")
 def test_galvi_agrees_with_dop853_about_a_body_that_a_torque_brakes():
     problem = forced(galvi.problems.pendulum_3d(), rubbing)
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))

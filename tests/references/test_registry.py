@@ -248,7 +248,6 @@ def test_a_refusal_says_which_field_of_the_system_it_is_for():
         closed.run(UNKNOWN, 1.0, {})
 
 
-@pytest.mark.slow
 def test_engines_are_imported_only_when_they_are_used():
     engines = {"rebound", "jplephem", "de421", "heyoka", "mujoco", "pinocchio"}
     engines |= {"pandas", "scipy.integrate", "scipy.optimize", "scipy.spatial", "sympy"}  # 1 s

@@ -163,7 +163,7 @@ def bent(R, t):
     return 0.3 * np.sin(t) * R[0, 1] + 0.2 * R[2, 2] ** 2
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_torque_is_minus_the_slope_of_the_potential_along_every_turn")
 def test_any_potential_turns_a_body_for_scipy_and_euler_and_others_refuse_it():
     potentials = {
         "plain": galvi.RigidBody(FULL, lambda R: LEVER(R)),

@@ -76,7 +76,7 @@ def test_galvi_computes_what_the_page_says(name, n, rule, points):
         assert np.max(np.abs(ours.velocity(t).ravel() - v)) < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_galvi_computes_what_the_page_says")
 def test_a_step_is_symplectic_and_momenta_are_kept():
     _, theirs = both("Kepler", 6, "Gauss", 6, steps=10)
     turning = theirs.q[:, 0] * theirs.p[:, 1] - theirs.q[:, 1] * theirs.p[:, 0]

@@ -130,7 +130,7 @@ def test_claims_and_sections_that_take_times_say_so():
     assert set(load().in_workers) == beside
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 def test_a_build_measures_sections_beside_its_claims_and_only_once(
     make_suite, make_claim, tmp_path
 ):
@@ -178,7 +178,6 @@ def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_her
     assert set(store.results()) == {"V1", "V2", "V3"}
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
     studies = {name: broken if name == "b" else partial(quiet, 0.3) for name in "abcd"}
@@ -204,9 +203,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow_cases("kill")
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
-@pytest.mark.parametrize("how", ["kill", pytest.param("end", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("how", ["kill", "end"])
 def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
     (tmp_path / "script.py").write_text(KILLED)
     done = subprocess.run(

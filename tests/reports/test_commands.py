@@ -122,7 +122,7 @@ def test_a_comparison_that_raises_is_named_and_leaves_the_other(make_suite, tmp_
     assert not (tmp_path / "work_precision.csv").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_compare_writes_both_tables_and_their_origin")
 def test_no_command_means_build(make_suite, tmp_path):
     assert run(make_suite, ["--out", str(tmp_path)]) == 0
     for name in ("claims.csv", "work_precision.csv", "cost.csv", "provenance.json", "index.html"):
@@ -224,7 +224,7 @@ def test_a_claim_that_is_not_there_names_the_nearest_and_not_all(make_suite, mak
     assert "add it with --contender package.module:Class, or as conten" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_command_is_run_under_the_name_by_which_it_was_called")
 def test_the_module_is_the_command_and_help_names_what_was_called():
     command = [sys.executable, "-m", "galvi", "--help"]
     help = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)

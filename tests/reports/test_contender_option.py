@@ -58,7 +58,7 @@ def folder(tmp_path_factory):
     sys.path.remove(str(folder))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal")
 def test_the_example_of_the_page_stands_beside_ours_everywhere(
     folder, make_suite, tmp_path, monkeypatch, capsys
 ):

@@ -30,7 +30,6 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
             lay_out(figure, table)
 
 
-@pytest.mark.slow
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
     first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
     assert (first.svg, first.png) == (again.svg, again.png)
@@ -87,7 +86,7 @@ def test_contenders_whose_errors_are_alike_share_a_line_and_others_do_not():
     }  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_comparisons_draw_without_warnings")
 def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
     errors = {"galvi degree 8": 1e-9, "peer": 1e-5, "useless": 1e-2}
     rows = pd.DataFrame(

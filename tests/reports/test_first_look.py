@@ -33,7 +33,7 @@ def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(
     assert f"{NOTE}.</strong> To come: {to_come}." in page
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come")
 def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
 ) -> None:

@@ -41,7 +41,7 @@ def model(tmp_path_factory) -> Path:
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
 def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     model, tmp_path, capsys
 ):
@@ -94,7 +94,7 @@ def test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_
     assert name == "model.bin" and [case.outcome for case in cases] == expected
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
 def test_the_same_from_python(model, tmp_path, monkeypatch):
     """In a process of its own, which must not import a user's own folder of the same name."""
     (tmp_path / "benchmarks").mkdir()
@@ -156,7 +156,7 @@ ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbod
 </body></worldbody><keyframe><key qpos="0.5"/></keyframe></mujoco>"""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
 def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
     mujoco = pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(ARM)
@@ -179,7 +179,7 @@ BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true"
 <keyframe><key qpos="0"/><key name="up" qpos="0.5"/></keyframe></mujoco>"""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_cannot_be_judged_is_refused_in_a_sentence")
 def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, capsys):
     pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(BEYOND)
@@ -238,7 +238,6 @@ def test_the_own_setting_is_read():
         read_own("whfast")
 
 
-@pytest.mark.slow
 def test_the_command_without_the_suite_says_what_to_install(tmp_path):
     code = (
         "import sys; sys.modules['typer'] = None\n"

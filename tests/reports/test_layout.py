@@ -121,7 +121,7 @@ def compared(headline: Figure) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
 def test_comparisons_fit_in_any_width(make_suite):
     suite = make_suite()
     history = pd.DataFrame({"commit": [f"{k:040x}" for k in range(30)]})

@@ -56,7 +56,6 @@ class Balance(HTMLParser):
             assert self.open.pop() == tag
 
 
-@pytest.mark.slow
 def test_every_part_is_a_page_and_all_are_in_one_file(pages):
     shown = [part for part in PARTS if part.name != "history"]  # no benches are kept
     assert set(pages) == {*(part.name for part in shown), "report"}
@@ -229,7 +228,9 @@ def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_chec
         assert "--claims A-my-leapfrog --contender package.module:Class</code>" in page
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_checked"
+)
 def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
     make_suite, make_claim, tmp_path
 ):
@@ -266,7 +267,6 @@ def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
     assert f"{told}cccccccccccc, partly in the quick setting." in page
 
 
-@pytest.mark.slow
 def test_times_of_studies_are_left_out_where_nothing_was_timed(make_suite, tmp_path):
     for timed, words in ((False, ["verify", "--quick"]), (True, ["verify"])):
         for command in (words, ["build", "--kept"]):

@@ -65,7 +65,7 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(folder, few, 
     assert not rows["status"].str.contains("differenced").any()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
 def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
     from my_problem import gradient, potential
 
@@ -79,7 +79,7 @@ def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
         assert (said == (theirs & (given is None))).all()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
 def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
     pytest.importorskip("rebound")
     problem = galvi.problems.kepler(0.3)
@@ -97,7 +97,7 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
     assert set(table["contender"]) >= {"REBOUND IAS15", "SciPy DOP853", "Stormer-Verlet"}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_without_another_code_there_is_no_truth")
 def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
     monkeypatch.setattr(own, "TRUTHS", [one for one in own.TRUTHS if one[0] == "SciPy DOP853"])
     case = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True)

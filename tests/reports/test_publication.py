@@ -117,7 +117,7 @@ KINDS = re.compile(r"\\begin\{(?:tabular|longtable)\}\{(.*)\}\n")
 WORDS = st.text("abcdefghij MWX_m0123456789", max_size=90)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_table_that_is_too_wide_is_seen")
 @settings(max_examples=60)
 @given(st.lists(st.lists(WORDS, min_size=2, max_size=2) | st.lists(SIZES, min_size=2, max_size=2),
                 min_size=1, max_size=14))  # fmt: skip
@@ -172,7 +172,7 @@ def test_the_name_of_a_macro_has_letters_only(text):
     assert re.fullmatch("[A-Za-z]*", macro("claim", text))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_the_name_of_a_macro_has_letters_only")
 def test_the_numbers_of_a_report_are_macros_that_parse(make_suite, make_claim, tmp_path):
     suite = make_suite(make_claim("V1"))
     run(lambda: suite, ["build", "--out", str(tmp_path)])
@@ -199,7 +199,7 @@ def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, widt
     assert math.isfinite(float(box[2])) and float(box[2]) < 72.0 * 8.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_figure_is_as_wide_as_asked_and_has_its_fonts")
 def test_a_figure_is_exported_from_kept_rows(make_suite, make_claim, tmp_path, capsys):
     suite = make_suite(make_claim("V1"))
     run(lambda: suite, ["build", "--out", str(tmp_path)])

@@ -38,7 +38,7 @@ def expected_rows():
     return {(row.id, row.quantity): row for row in rows}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_headline_that_is_gone_is_named")
 def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
     rows = expected_rows()
     lines = table_of(TRUST.read_text(), RESULTS).splitlines()[2:]

@@ -63,7 +63,7 @@ def suite_with(make_suite):
     return make
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_long_study_that_was_not_run_says_how_to")
 def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path):
     long = walks(1e6, commit="feedfacecafe", drift=1.0)
     assert run(lambda: suite_with(long), ["build", "--out", str(tmp_path)]) == 0
@@ -87,7 +87,7 @@ def test_a_long_study_that_was_not_run_says_how_to(suite_with, tmp_path):
     assert "Short version; `make studies` runs the long one." in page
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_run_that_raises_leaves_the_others")
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, tmp_path, capsys):
     def broken(quick, report):
@@ -104,7 +104,7 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
         assert ("Round-off: not run (OSError: the lamp went out)." in left_out) is not shown
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_long_study_that_was_not_run_says_how_to")
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_without_its_engine_is_named_and_no_failure(suite_with, tmp_path, capsys):
     def broken(quick, report):

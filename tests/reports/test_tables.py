@@ -101,7 +101,7 @@ def test_runs_of_the_quick_setting_are_shown_and_judged_by_no_target(make_suite,
     assert not (tmp_path / "tables" / "targets.csv").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_one_command_prints_and_writes_them")
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
     suite = make_suite(targets=PLANTED)
@@ -274,7 +274,7 @@ def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_
     assert "Above 10⁻⁶: Body (0.0010)." in default_step(exact).text
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_figures.py::test_comparisons_draw_without_warnings")
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
     figure = comparison_figure("body", runs())
     assert figure.options["ylabel"].startswith("error of the attitude at the end")

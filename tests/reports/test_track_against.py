@@ -110,7 +110,7 @@ def sentence(root: Path) -> str:
     return str(json.loads((root.parent / "out" / "against.json").read_text())["verdict"])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.CaptureFixture) -> None:
     assert compared(checkout) == 0
     assert "is not worse than" in sentence(checkout) and "working tree" not in sentence(checkout)
@@ -118,7 +118,7 @@ def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.Capt
     assert list((checkout.parent / "spare").iterdir()) == []
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> None:
     write(checkout, stub(work=60_000, iterations=6))
     assert compared(checkout) == 1
@@ -218,7 +218,7 @@ def test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers(tmp_pa
         assert one.process is None
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on")
 def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
     write(checkout, stub(iterations=7))
     with checkouts("HEAD", checkout) as (base, head):
@@ -230,12 +230,10 @@ def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
             one.run(CASE)
 
 
-@pytest.mark.slow_cases("2")
+@pytest.mark.slow(beside="test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it")
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
-@pytest.mark.parametrize(
-    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: int) -> None:
     write(checkout, stub() + "import time\ntime.sleep(60)\n")
     program = (
@@ -325,7 +323,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return inner
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_another_projects_integrator_is_compared_with_its_own_revision(
     make_suite: Any, project: Path
 ) -> None:
@@ -342,7 +340,7 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(
     assert {one.get("message") for one in failures} >= set(row["alarms"].values())
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_history.py::test_each_quantity_of_each_bench_is_a_row")
 def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     make_suite: Any, project: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -383,7 +381,9 @@ def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
     assert said in error and error.count("\n") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_track_gates.py::test_a_benchmark_that_the_base_lacks_is_not_compared"
+)
 def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     make_suite: Any, project: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -400,7 +400,7 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
 HANGS = "        import time; time.sleep(99)\n        t, a ="
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers")
 def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
     """After two answers of a side that miss the limit, nothing more is asked of it."""
     module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)
@@ -419,14 +419,14 @@ def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) ->
     assert "The base: It gave no answer" in (project / "out" / "against.md").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_benchmark_may_ask_for_a_larger_size")
 def test_thresholds_of_a_project_are_those_of_its_benchmarks(project: Path) -> None:
     (case,) = contender_cases(["mine_to_track:Mine"], 60.0, Thresholds(0.2, 0.05, 1e-12))
     assert (case.slower, case.error_tolerance, case.rounding) == (0.2, 0.05, 1e-12)
     assert case.setting == {"tolerance": 1e-9, "samples": 1}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_modules_of_the_repository_are_found_from_any_folder")
 def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(
     make_suite: Any, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -456,7 +456,7 @@ def test_modules_of_the_repository_are_found_from_any_folder(
     assert importlib.util.find_spec("only_here") is not None
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_leak_is_red_by_its_memory")
 def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, project: Path) -> None:
     leaks = MINE.format(rate=1.0, count=7) + "\n\nKEPT = []\n"
     step = "        KEPT.extend(bytearray(b'1' * 16_384) for _ in range(4000 - len(KEPT) // 2))\n"

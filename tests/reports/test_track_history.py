@@ -37,7 +37,7 @@ def samples(random: np.random.Generator) -> dict[str, tuple[np.ndarray, np.ndarr
     return drawn
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 def test_a_thousand_comparisons_of_equal_code_raise_no_alarm():
     """As in `track`: slower in a first round, and again in a second one."""
     random, alarms, looked = np.random.Generator(np.random.Philox(7)), 0, 0
@@ -78,7 +78,9 @@ def alarms_together(comparisons: int, growth: float) -> int:
     return alarms
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_track_gates.py::test_what_is_below_the_size_of_each_is_red_by_all_together"
+)
 def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent():
     """As in `track`, where the memory layout of a process is drawn anew in each round."""
     equal, small, slow = (
@@ -90,7 +92,6 @@ def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent
     assert slow > 50
 
 
-@pytest.mark.slow
 def test_code_that_is_slower_is_seen_in_the_same_samples():
     random = np.random.Generator(np.random.Philox(8))
     for name in SIZES.keys() & set(RECORDED["benchmark"]):
@@ -99,7 +100,6 @@ def test_code_that_is_slower_is_seen_in_the_same_samples():
         assert name in slower({**drawn, name: (base, 2.0 * head)}, SIZES)
 
 
-@pytest.mark.slow
 def test_the_smallest_visible_change_grows_with_the_scatter_and_is_above_the_gate():
     random = np.random.Generator(np.random.Philox(9))
     quiet, loud = (1.0 + scatter * random.random((2, 14)) for scatter in (1e-3, 0.2))
@@ -257,7 +257,7 @@ def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None
     assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
 def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) -> None:
     for k in range(3):
         store(tmp_path, f"{k}.json", bench(k))
@@ -273,7 +273,7 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
     assert len(frame) == 4 * 6
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
 def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,7 +26,9 @@ from reports.tracking.series import read_history
 
 RESUMING = re.compile(r"^Resuming: (\d+) results? of the build of [^;]*; --anew", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow(
+    beside="test_unfinished_builds.py::test_a_build_that_was_stopped_resumes_with_what_it_was_measuring"
+)
 
 
 def commands(out: Path) -> dict[str, tuple[list[str], float]]:

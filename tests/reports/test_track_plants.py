@@ -219,7 +219,7 @@ def test_a_plant_finds_its_place(plant: Plant) -> None:
     replaced(YOSHIDA if plant.module == "yoshida" else adaptive(), plant)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
 def test_a_planted_fault_is_seen_and_equal_code_is_not(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plant: Plant

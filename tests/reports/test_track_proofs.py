@@ -154,7 +154,7 @@ def test_a_planted_fault_finds_its_place(tmp_path: Path, fault: Fault) -> None:
     plant(fault, tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault: Fault) -> None:
     head = Path(shutil.copytree(tree, tmp_path / "head"))
@@ -173,7 +173,7 @@ def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault:
     assert all(set(finding.alarms) == {"time"} for finding in outcome.worse), str(outcome)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 def test_equal_code_under_load_is_never_red(tree: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(tree, tmp_path / "other"))
     cases = tuple(case for case in CASES if case.quick)

@@ -85,7 +85,7 @@ def test_an_interrupted_build_says_that_it_can_be_resumed(bench, tmp_path, capsy
     assert len(kept(tmp_path)) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_build_that_was_stopped_resumes_with_what_it_was_measuring")
 def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(bench, tmp_path):
     for part, folder in (("", "whole"), ("top", "two")):
         out = ["--out", str(tmp_path / folder)]
@@ -111,7 +111,7 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(ben
     assert set(pd.read_csv(tmp_path / "two" / "study.csv")["date"]) == {"2026-01-01"}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_what_it_depends_on_makes_another_build")
 def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_path):
     out = ["--out", str(tmp_path)]
     stopped(bench, "study", *out)
@@ -151,7 +151,9 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     assert (said in capsys.readouterr().err) == changes
 
 
-@pytest.mark.slow
+@pytest.mark.slow(
+    beside="test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on"
+)
 def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, capsys):
     states = iter("aaaaaa" + "b" * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
@@ -175,7 +177,7 @@ def held(out: Path) -> Iterator[None]:
         process.kill()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence")
 def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(bench, tmp_path, capsys):
     with held(tmp_path):
         assert bench("--out", str(tmp_path)) == (2, [])

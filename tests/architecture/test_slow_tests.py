@@ -1,0 +1,70 @@
+"""What is slow has a faster test of its kind left for `make test`, named beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.conftest import check_beside
+
+SLOW = pytest.mark.slow.mark
+LEFT = ("tests/a/test_b.py::test_left", "tests/a/test_c.py::test_left")
+
+
+class Item:
+    """Of a collected test what is asked here: where it stands, and how it is marked."""
+
+    def __init__(self, place: str, *marks: pytest.Mark) -> None:
+        self.nodeid, self.marks = place, marks
+
+    def iter_markers(self, name: str) -> list[pytest.Mark]:
+        return [mark for mark in self.marks if mark.name == name]
+
+    def get_closest_marker(self, name: str) -> pytest.Mark | None:
+        return next(iter(self.iter_markers(name)), None)
+
+
+def checked(*items: Item, root: Path = Path()) -> None:
+    found: Any = [*map(Item, LEFT), *items]
+    check_beside(found, root)
+
+
+def slow(beside: str, test: str = "tests/a/test_b.py::test_slow") -> Item:
+    return Item(test, pytest.mark.slow(beside=beside).mark)
+
+
+@pytest.mark.parametrize("beside", ["test_left", "test_c.py::test_left", LEFT[1]])
+def test_a_test_that_is_left_may_be_named_from_near_and_far(beside: str) -> None:
+    checked(slow(beside))
+
+
+def test_a_test_of_which_a_case_is_left_needs_no_name() -> None:
+    checked(Item("tests/a/test_b.py::test_some[1]"), Item("tests/a/test_b.py::test_some[2]", SLOW))
+
+
+def test_a_file_that_was_not_collected_is_only_looked_for(tmp_path: Path) -> None:
+    named = slow("tests/d/test_e.py::test_left")
+    with pytest.raises(pytest.UsageError, match=r"beside 'tests/d/test_e\.py::test_left', which"):
+        checked(named, root=tmp_path)
+    (tmp_path / "tests/d").mkdir(parents=True)
+    (tmp_path / "tests/d/test_e.py").touch()
+    checked(named, root=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("items", "words"),
+    [
+        ([Item("tests/a/test_b.py::test_slow", SLOW)], "test_slow is slow and names no"),
+        ([Item(f"tests/a/test_b.py::test_all[{k}]", SLOW) for k in "12"], "test_all is slow and n"),
+        ([slow("test_gone")], "test_slow is slow beside 'test_gone', which is"),
+        ([slow("test_slow")], "beside 'test_slow', which is"),
+        ([slow("test_seen"), Item("tests/a/test_b.py::test_seen", pytest.mark.browser.mark)],
+         "beside 'test_seen', which is"),
+    ],
+    ids=["without a name", "all cases", "no test", "a slow one", "one of the browser"],
+)  # fmt: skip
+def test_what_names_no_test_that_is_left_is_refused(items: list[Item], words: str) -> None:
+    with pytest.raises(pytest.UsageError, match=words):
+        checked(*items)
