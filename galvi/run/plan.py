@@ -180,7 +180,7 @@ def steps_until(until: float, t0: float, step: float, done: int) -> int:
 
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
-LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
+LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
 FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
 CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
@@ -226,10 +226,9 @@ class RunArrays(NamedTuple):
 
     state, stages, solver_state  see galvi.checkpoint
     step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
-    counts                       (8,) as in COUNTED, then evaluations of single pairs of bodies,
+    counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
                                  steps that fixed-point iteration left to Newton's method, or a
-                                 moving frame to the inertial one, force evaluations in lanes, and
-                                 whether these call compiled functions
+                                 moving frame to the inertial one, and force evaluations in lanes
     saved_steps                  (saved,) numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
@@ -280,7 +279,7 @@ class RunArrays(NamedTuple):
             passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
             np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
             watch, np.full((seen, r + d + stages), np.nan), passage,
         )  # fmt: skip

@@ -15,7 +15,6 @@ import pytest
 import galvi
 from galvi.fast.lanes import vectors
 from tests.galvi.ensemble_cases import CASES, starts
-from tests.galvi.test_called_laws import PROBLEMS
 
 CHAIN = galvi.PlanarChain(np.full(5, 1.0), np.full(5, 0.4))
 LAWS: dict[str, tuple[galvi.Problem, float]] = {
@@ -26,8 +25,6 @@ LAWS: dict[str, tuple[galvi.Problem, float]] = {
         ),
         0.02,
     ),
-    "branching": (PROBLEMS["plane"], 0.05),
-    "branching_body": (PROBLEMS["body"], 0.05),
 }
 METHODS = {  # name -> degree, points
     "as many points, one vector": (5, 5),
@@ -142,8 +139,6 @@ def distance(found: State, truth: State) -> float:
     "five_rods-as many points, two vectors-member in company",
     "five_rods-more points, one vector-member alone",
     "five_rods-more points, one vector-member in company",
-    "branching_body-as many points, two vectors-in lanes",
-    "branching_body-as many points, two vectors-resumed",
 )
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("method", METHODS)
