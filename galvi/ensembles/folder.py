@@ -191,7 +191,7 @@ class Folder:
 
         messages  by number from the first of these members
         """
-        arrays = {f"value{k}": value for k, value in enumerate(values)}
+        arrays: dict[str, Any] = {f"value{k}": value for k, value in enumerate(values)}
         arrays |= {"failed": failed, "passes": passes, "messages": np.array(json.dumps(messages))}
         digest, path = np.array(self._digest(members, arrays)), self._file(members)
         try:
