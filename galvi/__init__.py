@@ -94,7 +94,6 @@ if FAST:
 
     register()
 
-PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
 _WITH_EVENTS[:] = [_with_events]
 _FOUND[:] = [Found]
@@ -112,7 +111,7 @@ __all__ = [
     "Events", "Exponential", "Extrema", "FinalStates", "Force", "Found", "Fourier", "FreeBody",
     "Galerkin", "HarmonicFrame", "Histogram", "Joint", "Judged", "KeplerFrame", "Lagrangian",
     "LinearSpring", "Link", "ModifiedRodrigues", "MomentumBalance", "Multibody", "NBody",
-    "Oblateness", "OrbitalElements", "PendulumWeight", "PiecewiseHermite", "PiecewisePolynomials",
+    "Oblateness", "OrbitalElements", "PiecewiseHermite", "PiecewisePolynomials",
     "PlanarChain", "PolynomialFourier", "Polynomials", "PowerLaw", "Problem", "Product",
     "QuadraticDrag", "Radiation", "Recommendation", "Relativity", "RigidBody", "Rn", "RotorDrag",
     "Rule", "SchillerNaumann", "SpringChain", "StatesAt", "Sundman", "Theory", "Tides",

@@ -116,8 +116,6 @@ class Problem:
             vars(found).update(system=system)
         return found
 
-    starting_at = with_initial_state  # the old name, kept for one version
-
     @cached_property
     def p0(self) -> Array:
         """Conjugate momentum at t0, dL/dv(q0, v0), shape of v0."""

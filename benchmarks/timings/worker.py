@@ -90,9 +90,10 @@ def starts(problem: Any, count: int) -> list[Any]:
     """The problem itself, and copies from slightly perturbed configurations."""
     if count == 1:
         return [problem]
-    # older revisions have only the second name
-    moved = getattr(problem, "with_initial_state", None) or problem.starting_at
-    return [moved(problem.q0 * (1.0 + SPREAD * k), problem.v0) for k in range(count)]
+    return [
+        problem.with_initial_state(problem.q0 * (1.0 + SPREAD * k), problem.v0)
+        for k in range(count)
+    ]
 
 
 def described(runs: list[Any], momenta: bool = False) -> dict[str, Any]:

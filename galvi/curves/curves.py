@@ -267,8 +267,7 @@ class FrameCurves(OverTime):
 
     space         psi_i are its basis functions after the constant, minus their values at 0
     t0, step      start of the first curve and the length h of each
-    bases         (steps, 4, m) the state in the frame before each step, and its low parts, which
-                  files of older versions lack
+    bases         (steps, 4, m) the state in the frame before each step, and its low parts
     coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
                   was done in the inertial frame all but the first are NaN, and its base has (q, v)
     first         number of the first step since the problem's start

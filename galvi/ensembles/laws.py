@@ -127,14 +127,14 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     if isinstance(system, Canonical):
         return _of_canonical(system, d)
     on_group = group_law(system)
-    if on_group is not None and on_group.calls is None:
+    if on_group is not None:
         layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-        law = Law(on_group.lines, d, math.prod(system.group.shape), layout=layout)
-        return law, LawNumbers(on_group.constants[None])
+        law = Law(on_group[0], d, math.prod(system.group.shape), layout=layout)
+        return law, LawNumbers(on_group[1][None])
     found = lane_law(system, d)
-    if found is None or found.calls is not None:
+    if found is None:
         return None
-    return Law(found.lines, d, d), LawNumbers(found.constants[None])
+    return Law(found[0], d, d), LawNumbers(found[1][None])
 
 
 def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:

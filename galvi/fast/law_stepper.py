@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.fast.lanes.called import LAYOUT, called_numbers
 from galvi.fast.lanes.group_law import HISTORY, compiled_advance_group_law
 from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.fast.lanes.law_pass import rows_of_work
 from galvi.fast.lanes.vectors import lanes_for
-from galvi.fast.laws import law_of
+from galvi.fast.laws import LawCode, law_of
 from galvi.fast.nystrom_stepper import (
     aligned,
     aligned_copies,
@@ -24,22 +22,21 @@ from galvi.fast.nystrom_stepper import (
     stages_in_lanes,
     words_of,
 )
-from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
+from galvi.fast.symbolic.lane_law import compiled_group_law, compiled_law, coupled
 from galvi.groups.group import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.arithmetic import two_sum
-from galvi.kernels.nystrom.solve import DIVERGED, FORCES, NEWTON_STREAK
+from galvi.kernels.nystrom.solve import FORCES, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_engine import stepper_after_failure
 from galvi.run.group_system import coupled_layout
-from galvi.run.plan import CALLED, FORCES_IN_LANES, Call, Run, RunArrays, run_plan
+from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, run_plan
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.nbody import NBody
 from galvi.systems.nbody_on_rn import NBodyOnRn
-from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
@@ -51,20 +48,7 @@ FINEST_IN_LANES = 2.0**-58
 FINEST_ON_RN = 2.0**-60
 
 
-class LaneLaw(NamedTuple):
-    """A law for lanes.
-
-    lines      that define it, see galvi.fast.symbolic.lane_law
-    constants  of the law
-    calls      the functions that it calls, which must exist as long; None where it calls none
-    """
-
-    lines: str
-    constants: Array
-    calls: LagrangianKernel | None = None
-
-
-def lane_law(system: Any, d: int) -> LaneLaw | None:
+def lane_law(system: Any, d: int) -> LawCode | None:
     """The law for lanes of a system of d coordinates on R^d, or None."""
     found = traces(system)
     if isinstance(system, NBody) and system.acting.of_velocity:
@@ -75,28 +59,9 @@ def lane_law(system: Any, d: int) -> LaneLaw | None:
 
 
 @lru_cache(maxsize=32)
-def _lane_law(system: Any, d: int, found: Traces) -> LaneLaw | None:
-    """The law for lanes of a system, which depends on the traces that were found; else one that
-    calls its functions, if they are compiled."""
-    whole: Any = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
-    law = law_of(whole)
-    if law is not None:
-        return LaneLaw(*law)
-    kernel: LagrangianKernel = whole.lagrangian_kernel()
-    if not kernel.compiled:
-        return None
-    group, mass, first = whole.group, None, LAYOUT + 4 * len(whole.group.layout)
-    if isinstance(whole, NBodyOnRn):
-        mass = first, 0, False
-    elif isinstance(whole, CanonicalOnRn):
-        mass = first, d, whole.canonical.mass.ndim == 2
-    lines = called(math.prod(group.shape), d, mass)
-    return LaneLaw(lines, called_numbers(kernel, group.layout), kernel)
-
-
-def with_room(law: LaneLaw, d: int, padded: int) -> Array:
-    """The constants of a law, and after them room that it may write to, for P stages."""
-    return np.append(law.constants, np.zeros(padded * d * (d + 1) // 2))
+def _lane_law(system: Any, d: int, found: Traces) -> LawCode | None:
+    """The law for lanes of a system, which depends on the traces that were found."""
+    return law_of(CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system)
 
 
 def has_law(problem: Problem, method: Galerkin) -> bool:
@@ -161,16 +126,16 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     lanes = lanes_for(s)
     tables = law_tables(method.table, run.step, lanes, component_degrees(method))
     padded = tables[3].shape[1]
-    law, function = _compiled(found.lines, d, lanes, padded == lanes)
+    lines, constants = found
+    law, function = _compiled(lines, d, lanes, padded == lanes)
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
-    constants, numbers = with_room(found, d, padded), np.zeros(4 * d + 4)
-    work.counts[CALLED] = found.calls is not None
+    numbers = np.zeros(4 * d + 4)
     arrays = (scratch, tables[3], tables[4], constants, numbers)
     given = words_of(*arrays, padded, s, len(tables[4]))
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
 
-    def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
+    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
             law, given.ctypes.data, tables, False, plan, todo, progress, scratch, numbers, spare,
@@ -182,7 +147,7 @@ def law_stepper(run: Run, work: RunArrays) -> Call:
     return call
 
 
-def group_law(system: Any) -> LaneLaw | None:
+def group_law(system: Any) -> LawCode | None:
     """The law for lanes of a system on a group other than R^d, or None."""
     group = getattr(system, "group", None)
     if group is None or isinstance(group, Rn):
@@ -199,8 +164,9 @@ def has_group_law(problem: Problem) -> bool:
 def _compiled_on_group(
     system: Any, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool,
     found: Traces,
-) -> tuple[int, LaneLaw, Any]:  # fmt: skip
-    """The address of the system's law in a chart, the law, and the function, which must be kept.
+) -> tuple[int, Array, Any]:  # fmt: skip
+    """The address of the system's law in a chart, its constants, and the function, which must be
+    kept.
 
     layout  of galvi.run.group_system
     lanes  of a vector
@@ -208,8 +174,8 @@ def _compiled_on_group(
     """
     law = _lane_law(system, system.group.dimension, found)
     assert law is not None
-    function = compiled_group_law(law.lines, layout, chart, lanes, one)
-    return int(addresses((function, PASS_TYPE))[0]), law, function
+    function = compiled_group_law(law[0], layout, chart, lanes, one)
+    return int(addresses((function, PASS_TYPE))[0]), law[1], function
 
 
 @lru_cache(maxsize=32)
@@ -256,20 +222,19 @@ def group_law_stepper(run: Run, work: RunArrays) -> Call:
     lanes = lanes_for(method.stages)
     tables, complement, others = group_law_tables(method.table, run.step, lanes)
     d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
-    law, found, function = _compiled_on_group(
+    law, constants, function = _compiled_on_group(
         system, tuple(map(tuple, layout.tolist())), chart, lanes, padded == lanes, traces(system)
     )
     scratch, spare = aligned(
         (rows_of_group_work(d, extra), padded), (6, max(HISTORY, padded, *work.state.shape))
     )
-    constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size + 1)
-    work.counts[CALLED] = found.calls is not None
+    numbers = np.zeros(3 * d + PLACE + problem.q0.size + 1)
     arrays = (scratch, tables, complement, constants, numbers)
     given = words_of(*arrays, padded, method.stages, extra)
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_IN_LANES))
 
-    def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
+    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
             law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
@@ -315,12 +280,7 @@ def lane_stepper(run: Run, work: RunArrays) -> Call | None:
             code = by_newton(min(todo, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
-        try:
-            code = packed(todo)
-        except Exception:  # of a function called where the iteration strayed, or raised again below
-            if solver == "fixed_point":
-                raise
-            code = DIVERGED
+        code = packed(todo)
         if code and solver == "fixed_point":
             return code
         if code:

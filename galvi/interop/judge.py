@@ -76,11 +76,6 @@ class Judged:
     page: str
 
     @property
-    def found(self) -> Mapping[str, Any]:
-        """Another name of ``data``."""
-        return self.data
-
-    @property
     def summary(self) -> list[str]:
         """The findings in sentences."""
         return list(self.data["summary"])

@@ -250,7 +250,7 @@ def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
 
 
 def _counts(engine: Engine, problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs, left, in_lanes, _ = work.counts.tolist()
+    *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):

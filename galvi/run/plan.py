@@ -4,10 +4,8 @@ vector spaces, on Lie groups and in moving frames."""
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -180,7 +178,7 @@ def steps_until(until: float, t0: float, step: float, done: int) -> int:
 
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
-LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
+LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
 FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
 CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
@@ -207,15 +205,10 @@ def check_memory(runs: Sequence[Run]) -> None:
 
 
 def free_memory() -> float:
-    """Bytes of memory that a process can still have: all there is, or infinite, where the system
-    does not say."""
-    try:
-        text = Path("/proc/meminfo").read_text(encoding="ascii")
-        return 1024.0 * int(text.partition("MemAvailable:")[2].split()[0])
-    except (OSError, IndexError):  # not Linux
-        if not hasattr(os, "sysconf"):
-            return float("inf")
-        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    """Bytes of memory that processes can still have."""
+    import psutil  # 0.05 s, which runs of little memory need not wait for
+
+    return float(psutil.virtual_memory().available)
 
 
 class RunArrays(NamedTuple):
@@ -226,10 +219,9 @@ class RunArrays(NamedTuple):
 
     state, stages, solver_state  see galvi.checkpoint
     step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
-    counts                       (8,) as in COUNTED, then evaluations of single pairs of bodies,
+    counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
                                  steps that fixed-point iteration left to Newton's method, or a
-                                 moving frame to the inertial one, force evaluations in lanes, and
-                                 whether these call compiled functions
+                                 moving frame to the inertial one, and force evaluations in lanes
     saved_steps                  (saved,) numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
@@ -280,7 +272,7 @@ class RunArrays(NamedTuple):
             passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
             np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
             watch, np.full((seen, r + d + stages), np.nan), passage,
         )  # fmt: skip

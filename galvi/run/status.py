@@ -14,7 +14,7 @@ from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
 from galvi.run.energy_check import Judgement
 from galvi.run.gimbal_lock import LOCKED
-from galvi.run.plan import CALLED, LEFT_OVER, Engine, Run, RunArrays
+from galvi.run.plan import LEFT_OVER, Engine, Run, RunArrays
 from galvi.run.point_masses import encounters
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
@@ -85,10 +85,8 @@ def _completed(
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
         left = int(work.counts[LEFT_OVER])
-        said = [engine.exceptions[1].format(left=left, steps=steps)] if left else []
-        if work.counts[CALLED] and (why := getattr(problem.system, "untraced", "")):
-            said.append(f"Compiled functions were called one state at a time: {why}.")
-        return " ".join([COMPLETED, *said])
+        said = engine.exceptions[1].format(left=left, steps=steps)
+        return f"{COMPLETED} {said}" if left else COMPLETED
     remedy = "Use a smaller step or a higher degree"
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT

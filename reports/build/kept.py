@@ -57,6 +57,7 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     """Every claim with rows in claims.csv, and its frame; the rows as they were judged then.
 
     First `claims`, in their order, then those of external integrators that are not among them.
+    Rows of other claims are left out, with a sentence.
     """
     rows = read(out / CLAIMS)
     if rows is None:
@@ -64,8 +65,15 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     times = durations(out)
     found = []
     known = {claim.id for claim in claims}
-    others = [_without_study(id) for id in rows["id"].unique() if id not in known]
-    for claim in (*claims, *others):
+    others = [id for id in rows["id"].unique() if id not in known]
+    theirs = [id for id in others if id.startswith(OF_CONTENDERS)]
+    if gone := [id for id in others if id not in theirs]:
+        print(
+            f"{out / CLAIMS} must hold rows of claims of this version; received some of "
+            f"{', '.join(gone)}, which are left out. `verify` writes a file without them.",
+            file=sys.stderr,
+        )
+    for claim in (*claims, *map(_without_study, theirs)):
         own = rows[rows["id"] == claim.id]
         if len(own):
             path = out / "frames" / f"{claim.id}.csv"
@@ -77,9 +85,8 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
 
 
 def _without_study(id: str) -> Claim:
-    """A claim of which rows are kept and nothing else is known."""
-    theirs = id.startswith(OF_CONTENDERS)
-    title = "an external integrator and the truth" if theirs else "a claim of another version"
+    """A claim of an external integrator, of which rows are kept and nothing else is known."""
+    title = "an external integrator and the truth"
     return Claim(id, title, lambda *given: pd.DataFrame(), lambda measured: [])
 
 

@@ -175,7 +175,7 @@ GROUPS = (
         "[models of your own](../../models.md).",
         (
             ("Potentials", ("CentralForce", "LinearSpring", "SpringChain", "UniformField",
-                            "UniformGravity", "CosinePotential", "PendulumWeight")),
+                            "UniformGravity", "CosinePotential")),
             ("Drag", ("RotorDrag", "QuadraticDrag", "SchillerNaumann")),
             ("On point masses", ("Relativity", "Oblateness", "PowerLaw", "Radiation", "Drag",
                                  "Tides", "Force")),
@@ -305,10 +305,7 @@ def _directive(name: str) -> str:
 def docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """Sphinx's `autodoc-process-docstring`: as reStructuredText, with example and tutorials."""
     short = name.removeprefix("galvi.")
-    if lines and lines[0].startswith("alias of"):
-        text = list(lines)
-    else:
-        text = restructured("\n".join(lines), KNOWN, short)
+    text = restructured("\n".join(lines), KNOWN, short)
     if short in examples():
         shown = (f"    {line}".rstrip() for line in examples()[short].splitlines())
         text += ["", ".. code-block:: pycon", "", *shown, ""]

@@ -15,7 +15,6 @@ import pytest
 import galvi
 from galvi.fast.lanes import vectors
 from tests.galvi.ensemble_cases import CASES, starts
-from tests.galvi.test_called_laws import PROBLEMS
 
 CHAIN = galvi.PlanarChain(np.full(5, 1.0), np.full(5, 0.4))
 LAWS: dict[str, tuple[galvi.Problem, float]] = {
@@ -26,8 +25,6 @@ LAWS: dict[str, tuple[galvi.Problem, float]] = {
         ),
         0.02,
     ),
-    "branching": (PROBLEMS["plane"], 0.05),
-    "branching_body": (PROBLEMS["body"], 0.05),
 }
 METHODS = {  # name -> degree, points
     "as many points, one vector": (5, 5),

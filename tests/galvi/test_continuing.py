@@ -3,7 +3,6 @@
 import signal
 import threading
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,19 +10,7 @@ from hypothesis import strategies as st
 
 import galvi
 from tests.galvi.ensemble_cases import CASES
-from tests.galvi.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
 
-slope_of_body = numba.njit(bent_slope)
-
-
-@numba.njit
-def branching(R):
-    """Which is called from the iteration in lanes, since it cannot be traced."""
-    return slope_of_body(R) if R[0, 0] < 9.0 else R
-
-
-CALLED = galvi.Problem(galvi.RigidBody(MOMENTS, bent, branching), R0, SPIN)
-LAWS = CASES | {"called": (CALLED, 0.05)}
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
@@ -114,9 +101,9 @@ def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path
     ]
 )
 @pytest.mark.parametrize("points", [4, 5])
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", CASES)
 def test_a_resumed_run_of_every_law_is_the_long_one_to_the_bit(name, points):
-    problem, step = LAWS[name]
+    problem, step = CASES[name]
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(points))
     whole = galvi.integrate(problem, method, step, 24)
     rest = galvi.resume(galvi.integrate(problem, method, step, 9), 15)

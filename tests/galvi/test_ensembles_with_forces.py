@@ -3,14 +3,12 @@ closed form."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import galvi
-from galvi.systems.trees.drag import drag_coefficients
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -136,19 +134,3 @@ def test_a_saved_run_in_a_medium_can_get_other_masses(tmp_path: Any) -> None:
         expected = problem.system.with_numbers(masses=[link.mass for link in system.links])
         state = [0.3, 0.7], [1.0, -2.0]
         assert np.array_equal(system.acceleration(*state), expected.acceleration(*state))
-
-
-def test_an_older_file_has_the_drag_of_its_masses_alone(tmp_path: Any) -> None:
-    problem = galvi.from_mujoco(TREE).with_initial_state([0.3, 0.7], [1.0, -2.0])
-    system, (force, _) = problem.system, problem.system.given_force
-    wet = tuple(
-        (k, axes, drag_coefficients(system.links[k], axes, medium)) for k, axes, medium in force.wet
-    )
-    older = replace(problem, system=replace(system, force=replace(force, wet=wet)))
-    galvi.save(galvi.integrate(older, EIGHT, 0.01, 3), tmp_path / "run.npz")
-    stored = galvi.load(tmp_path / "run.npz").problem.system
-    state = [0.3, 0.7], [1.0, -2.0]
-    assert np.array_equal(stored.acceleration(*state), system.acceleration(*state))
-    assert stored.with_numbers(gravity=[0.0, 0.0, -1.0]).gravity[2] == -1.0
-    with pytest.raises(ValueError, match="masses must stay as they are"):
-        stored.with_numbers(masses=OTHERS[1])

@@ -238,12 +238,12 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     body, d, method = SPINNING.system, 6, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     law = law_stepper.group_law(body)
     layout = tuple(map(tuple, coupled_layout(body, SPINNING).tolist()))
-    part = compiled_group_law(law.lines, layout, method.group_chart.number, 8, True)
+    part = compiled_group_law(law[0], layout, method.group_chart.number, 8, True)
     tables, complement, _ = law_stepper.group_law_tables(method.table, 0.1, 8)
     work, numbers = np.zeros((rows_of_group_work(d, 0), 8)), np.zeros(3 * d + PLACE + 17)
     numbers[3], work[ETA * d + 3] = 2.0, 0.1
     numbers[3 * d + PART], numbers[3 * d + PLACE :] = SIZES, [*np.eye(4).ravel(), 0.1]
-    words = words_of(work, tables, complement, law.constants, numbers, 8, 8, 0)
+    words = words_of(work, tables, complement, law[1], numbers, 8, 8, 0)
     part(words.ctypes.data)
     np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
 

@@ -72,3 +72,13 @@ def test_masked_entries_are_refused():
     with pytest.raises(ValueError, match=r"^q0 must have no masked entries; received 1 of them"):
         galvi.Problem(system, masked, [0.0, 1.0])
     assert galvi.Problem(system, np.ma.array([1.0, 0.0]), [0.0, 1.0]).q0.tolist() == [1.0, 0.0]
+
+
+def test_a_file_of_another_format_is_refused_with_the_remedy(tmp_path):
+    path = tmp_path / "run.npz"
+    galvi.save(RUNS["point mass"](), path)
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files}
+    np.savez(path, **of_facts(lambda facts: facts.update(version=3))(arrays))
+    with pytest.raises(ValueError, match=r"run.npz must have format \d+; received format 3. Run "):
+        galvi.load(path)

@@ -168,8 +168,3 @@ def test_newton_couples_all_of_a_few_bodies():
         field.slope(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, coupled)
         assert field.width == q.size
         assert np.allclose(coupled[:, :, 0], system.acceleration_jacobian(q, 0.0), rtol=1e-13)
-
-
-def test_old_names_stay_for_one_version():
-    assert galvi.PendulumWeight is galvi.CosinePotential
-    assert galvi.Problem.starting_at is galvi.Problem.with_initial_state

@@ -156,7 +156,7 @@ def _curves(
     motion = steppers.motion_of(problem, method, step)
     path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
     first = round((t0 - problem.t0) / step)
-    bases = bases.reshape(len(bases), -1, steppers.frame_start(problem, method)[0].shape[1])
+    bases = bases.reshape(len(bases), 4, steppers.frame_start(problem, method)[0].shape[1])
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
 
 

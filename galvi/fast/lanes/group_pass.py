@@ -86,7 +86,7 @@ class GroupPass(GroupRows):
         first = 3 * self.d + PLACE
         g = [self.number(lanes, first + i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
-        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        constants = Constants(self.builder, lanes, self.constants, self.row)
         time = self.load(lanes, TIMES)
         return xi, velocity, self.law(self.chart.place(g, xi), velocity, time, constants)
 

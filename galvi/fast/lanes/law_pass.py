@@ -69,14 +69,11 @@ class Generic:
 
 
 class Constants:
-    """Constants of a law, spread over all lanes when they are first used.
+    """Constants of a law, spread over all lanes when they are first used."""
 
-    of_pass  the Pass that evaluates the law; None outside of one
-    """
-
-    def __init__(self, builder, lanes, data, row, of_pass=None):
+    def __init__(self, builder, lanes, data, row):
         self.builder, self.lanes, self.data, self.row = builder, lanes, data, row
-        self.of_pass, self.loaded = of_pass, {}
+        self.loaded = {}
 
     def __getitem__(self, k):
         if k not in self.loaded:
@@ -172,7 +169,7 @@ class Pass:
         """f, dL/dv and the factors from q and v."""
         d = self.d
         q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
-        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        constants = Constants(self.builder, lanes, self.constants, self.row)
         forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
         rows = factored(mass) if self.written_out else mass
         factors = [factor for row in rows for factor in row]
@@ -189,7 +186,7 @@ class Pass:
     def accelerate(self, lanes):
         """The accelerations from q."""
         q = [self.load(lanes, Q, i) for i in range(self.d)]
-        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        constants = Constants(self.builder, lanes, self.constants, self.row)
         found = self.law(q, [0.0] * self.d, self.load(lanes, T), constants)[0]
         for i, acceleration in enumerate(found):
             self.store(lanes, q[0].same(acceleration), V, i)

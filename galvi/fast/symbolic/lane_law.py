@@ -119,12 +119,6 @@ def built_in(name: str, *arguments: Any) -> str:
     return f"from galvi.fast.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
-def called(entries: int, d: int, mass: tuple[int, int, bool] | None) -> str:
-    """The lines that define galvi.fast.lanes.called's law, of elements with so many entries."""
-    law = f"law = called({entries}, {d}, {mass})\n"
-    return f"from galvi.fast.lanes.called import called\n\n{law}"
-
-
 @lru_cache(maxsize=256)
 def coupled(law: str, d: int) -> list[tuple[int, int]]:
     """The pairs of components (i, j), j < i, that the mass of the law couples."""

@@ -31,11 +31,11 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.saving.whole_files import write_whole
 from galvi.trajectory import Restarts, Trajectory
 
-VERSION = 4
+VERSION = 5
 FOUND: list[Any] = []  # `galvi.Found`, which stands above: registered by galvi/__init__
 OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
-WATCHED = ("energies", "passage", "clock")  # absent in files of older versions
+WATCHED = ("energies", "passage", "clock")  # of a checkpoint
 UNREADABLE = (
     KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
     tokenize.TokenError,  # of an array's header
@@ -134,7 +134,10 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
             f"{path} must be a run written by galvi.save; it cannot be read as one."
         ) from error
     if version != VERSION:
-        raise ValueError(f"{path} must have format {VERSION}; received format {version}.")
+        raise ValueError(
+            f"{path} must have format {VERSION}; received format {shown(version)}. Run its problem "
+            f"again, or load it with the version of galvi that saved it."
+        )
     try:
         run = _restored(path, facts, arrays, problem)
         _check(run)
@@ -198,8 +201,7 @@ def _restored(
             raise LookupError("the curves do not fit") from error
     again: Any = None
     if "again" in facts:
-        none = np.zeros((len(facts["again"]["known"]), 0))  # of files of older versions
-        held = zip(*(arrays.get(f"known_{name}", none) for name in (*KNOWN, "clock")), strict=True)
+        held = zip(*(arrays[f"known_{name}"] for name in (*KNOWN, "clock")), strict=True)
         known = tuple(
             Checkpoint(
                 first, state, stages, numbers, facts["solver"], facts["tolerance"], clock=clock
@@ -217,7 +219,7 @@ def _restored(
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
-        facts["keep_curves"], *(read_only(arrays.get(name, np.zeros(0))) for name in WATCHED),
+        facts["keep_curves"], *(read_only(arrays[name]) for name in WATCHED),
     )  # fmt: skip
     about = facts.get("events")
     arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS} if about else {}
@@ -229,7 +231,7 @@ def _restored(
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
         read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
-        facts.get("engine", ""), read_only(arrays["tau"]) if "tau" in arrays else None,
+        facts["engine"], read_only(arrays["tau"]) if "tau" in arrays else None,
         FOUND[0](name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
         if about
         else None,

@@ -109,8 +109,7 @@ class JointForces:
     weights  (link, share): share of its weight that is held up
     pushes   (link or None, point (3,), force (3,), moment (3,)): constant, in the link's frame
     wet      (link, axes (3, 3), medium (2,)) of bodies in a medium, as in
-             galvi.systems.trees.drag, and its ``wind`` (3,). Older files have the coefficients (8,)
-             for the masses of then in place of the medium
+             galvi.systems.trees.drag, and its ``wind`` (3,)
     drives   `Drive` of each actuator, and ``controls`` (nu,), their present values
     tree     `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
 
@@ -133,15 +132,7 @@ class JointForces:
     def on(
         self, tree_: RigidTree, damping: Array, varied: bool, limited: bool = True
     ) -> JointForces:
-        """These forces on a tree, with the damping (d,) of its joints.
-
-        Raises ValueError for other masses where an older file does not have the medium.
-        """
-        if "masses" in tree_.varied and any(len(medium) == 8 for *_, medium in self.wet):
-            raise ValueError(
-                "masses must stay as they are: the file of this run has the drag of its bodies for "
-                "these masses only. Read the model again for others."
-            )
+        """These forces on a tree, with the damping (d,) of its joints."""
         return replace(
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
@@ -307,7 +298,7 @@ class JointForces:
         for k, axes, medium in self.wet:
             frame, r, C = on(k)
             own = self.tree.links[k]
-            drag = medium if len(medium) == 8 else drag_coefficients(own, axes, medium)
+            drag = drag_coefficients(own, axes, medium)
             row([[frame], r + C @ own.centre, C @ axes, drag], 0, of_mass=range(13, kernel.SUNK))
         wrenches = bool(self.weights or self.pushes or self.wet) or any(
             pull.points for pull in self.pulls
