@@ -70,8 +70,8 @@ def integrate_ensemble(
                 by one, some hundred times slower
     executor    what has a method ``submit``, such as Dask's ``Client``; None: one thread for each
                 processor
-    folder      keeps what is done in this folder, one Parquet file for each chunk of members, and
-                computes only what is not there; needs pyarrow
+    folder      keeps what is done in this folder, one .npz file for each chunk of members, and
+                computes only what is not there
     progress    True shows a progress bar of members
     tolerance   as for `galvi.integrate`
     version     of your functions, for a folder: a text that you change with their code. Asked for
@@ -207,11 +207,11 @@ class _Work:
     ) -> int:
         """Members of a chunk: from the time of a first one, which is done, or as in the folder."""
         self.begun = 0
+        if store is not None and (size := store.members_of_a_file()):
+            return size
         if self.law is None:
-            return PROBE if store is None else store.members_of_a_file(PROBE)
+            return PROBE
         if store is not None:
-            if store.known:
-                return store.members_of_a_file(PROBE)
             store.make_writable()
         probe = slice(0, min(PROBE, self.members))
         ((_, kept),) = self.computed([probe], executor, workers)
@@ -223,7 +223,7 @@ class _Work:
         bytes_each += 8.0 * (self.law.dimension * (self.method.stages + 8) + self.q[0].size + 64)
         size = members_of_a_chunk(each, bytes_each, self.members, workers)
         if store is not None:
-            return store.members_of_a_file(size)
+            return size
         self.take(probe, kept)
         count(probe.stop)
         self.begun = probe.stop
