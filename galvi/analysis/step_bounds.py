@@ -1,4 +1,4 @@
-"""Steps up to which theory holds, for a problem's motion."""
+"""Constants of a space and a rule, and steps up to which theory holds, for a problem's force."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from galvi.analysis.stiffness import Stiffness, estimated, given
 from galvi.arrays import Array
 from galvi.problem import Problem
 from galvi.rules.rule import Rule, gauss
@@ -39,7 +38,6 @@ class Norms:
     C         C_N, the least constant with |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
     lowest    lambda_N, least |u|_{X,N} / |u|_X (M 12)
     highest   Lambda_N, largest |u|_{X,N} / |u|_X (M 12)
-    seminorm  (least, largest) of |u'|_{0,N} / |u'|_0 (M section 5; claim V21)
 
     C is infinite for an ill-posed pair. None depends on h.
     """
@@ -48,7 +46,6 @@ class Norms:
     C: float
     lowest: float
     highest: float
-    seminorm: tuple[float, float]
 
 
 @lru_cache(maxsize=128)
@@ -67,7 +64,6 @@ def norms(space: Space, rule: Rule) -> Norms | None:
         max(one.C for one in found),
         min(one.lowest for one in found),
         max(one.highest for one in found),
-        (min(one.seminorm[0] for one in found), max(one.seminorm[1] for one in found)),
     )
 
 
@@ -79,28 +75,23 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     phi, end = (space.basis(t)[:, :functions] for t in (rule.nodes, np.ones(1)))
     slope, true = (space.derivative(t)[:, :functions] for t in (rule.nodes, fine[0]))
     last = end.T @ end
-    exact_slope = true.T @ (fine[1][:, None] * true)
-    exact, size = _scaled(exact_slope + last)
+    exact = true.T @ (fine[1][:, None] * true) + last
+    norm = np.sqrt(np.diagonal(exact))
+    exact, seen, values = (
+        gram / np.outer(norm, norm)
+        for gram in (
+            exact,
+            slope.T @ (rule.weights[:, None] * slope) + last,
+            phi.T @ (rule.weights[:, None] * phi),
+        )
+    )
     if not np.linalg.cond(exact) < DEPENDENT:
         return None
-    seen_slope = slope.T @ (rule.weights[:, None] * slope) / size
-    seen = seen_slope + last / size
-    values = phi.T @ (rule.weights[:, None] * phi) / size
     ratios = eigh(seen, exact, eigvals_only=True)
-    rates = eigh(seen_slope[1:, 1:], exact_slope[1:, 1:] / size[1:, 1:], eigvals_only=True)
     unseen = int(np.sum(ratios <= BLIND * ratios[-1]))
     C = Z0 * np.sqrt(eigh(values, seen, eigvals_only=True)[-1]) if not unseen else np.inf
-    low, high, least, most = np.sqrt(np.clip([ratios[0], ratios[-1], rates[0], rates[-1]], 0, None))
-    if unseen:
-        low = least = 0.0
-    return Norms(unseen, float(C), float(low), float(high), (float(least), float(most)))
-
-
-def _scaled(gram: Array) -> tuple[Array, Array]:
-    """The Gram matrix of functions of norm 1, and the products of their norms."""
-    norm = np.sqrt(np.diagonal(gram))
-    size = np.outer(norm, norm)
-    return gram / size, size
+    low, high = np.sqrt(np.clip([ratios[0], ratios[-1]], 0, None))
+    return Norms(unseen, float(C), 0.0 if unseen else float(low), float(high))
 
 
 def _fine(pieces: int) -> tuple[Array, Array]:
@@ -111,69 +102,22 @@ def _fine(pieces: int) -> tuple[Array, Array]:
 
 
 CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
+NO_CONSTANT = "M theorem 2 needs C_N, which this pair does not have."
+BOUNDS = ("unique_step", "stage_step", "fixed_point_step")
+AT_A_STEP = {"exists": "unique_step", "converges": "fixed_point_step"}
 
 
-@dataclass(frozen=True)
-class Bound:
-    """The largest step, in the problem's unit of time, or None and the reason."""
-
-    step: float | None
-    reason: str = ""
-
-
-def unique_motion(stiffness: Stiffness) -> Bound:
-    """M theorem 1: the exact motion is unique while eta = 3 K h^2 / (m z0^2) < 1."""
-    return Bound(_divided(Z0 / math.sqrt(CAUTION), stiffness.frequency))
-
-
-def unique_step(stiffness: Stiffness, friedrichs: float | None) -> Bound:
-    """M theorem 2: a step has exactly one solution, and M's iteration finds it, while
-    eta C_N^2 < 1."""
-    if friedrichs is None:
-        return Bound(None, "M theorem 2 needs C_N, which this pair does not have.")
-    return Bound(_divided(Z0 / math.sqrt(CAUTION) / friedrichs, stiffness.frequency))
-
-
-def contracting_stages(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
-    """H theorem 2.3.1, with its 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the norm of
-    the largest entry; at most 1, since lemma 2.3.2 asks for h < 1 in the unit of time."""
+def contracting_stages(space: Space, rule: Rule, square: float) -> tuple[float | None, str]:
+    """The bound of H theorem 2.3.1, 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the norm
+    of the largest entry, and at most 1, since lemma 2.3.2 asks for h < 1 in the unit of time; or
+    None and the reason."""
     if not isinstance(space, Polynomials):
-        return Bound(None, "H theorem 2.3.1 is for polynomials on their Chebyshev points.")
+        return None, "H theorem 2.3.1 is for polynomials on their Chebyshev points."
     if not assemble(space, rule).well_posed:
-        return Bound(None, "H lemma 2.3.1 needs A invertible; this pair is ill-posed.")
+        return None, "H lemma 2.3.1 needs A invertible; this pair is ill-posed."
     inverse, most = lagrange_constants(space, rule)
-    product = inverse * stiffness.square * most  # 0 also with one point, at the step's end
-    return Bound(1.0 if product == 0.0 else min(1.0, 1.0 / product))
-
-
-def minimal_action(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
-    """H theorem 2.3.5: stationary points are minima while h < pi sqrt(m / (D C_R))."""
-    highest = max(getattr(space, "degrees", (space.degree,)))
-    if space.dimension != highest + 1:
-        return Bound(None, "H theorem 2.3.5 is for spaces of polynomials alone.")
-    if rule.degree < 2 * highest:
-        return Bound(
-            None,
-            f"H theorem 2.3.5 asks for a rule of degree 2 s, here {2 * highest}; {rule.name} has "
-            f"{rule.degree}.",
-        )
-    return Bound(_divided(math.pi, _widest(stiffness)))
-
-
-def coercive_action(stiffness: Stiffness) -> Bound:
-    """H theorem 2.3.8: the action is coercive while h < pi sqrt(m / (2 D C_R))."""
-    return Bound(_divided(math.pi / math.sqrt(2.0), _widest(stiffness)))
-
-
-def converging_passes(stiffness: Stiffness, radius: float | None, why: str) -> Bound:
-    """Fixed-point iteration contracts near a solution while h^2 rho(A) omega^2 < 1.
-
-    radius  rho(A), the spectral radius of the tableau, or None
-    why     the reason when it is None
-    """
-    if radius is None:
-        return Bound(None, why)
-    return Bound(_divided(1.0, stiffness.frequency * math.sqrt(radius)))
+    product = inverse * square * most  # 0 with one point, at the step's end
+    return 1.0 if product == 0.0 else min(1.0, 1.0 / product), ""
 
 
 def lagrange_constants(space: Polynomials, rule: Rule) -> tuple[float, float]:
@@ -191,26 +135,6 @@ def lagrange_constants(space: Polynomials, rule: Rule) -> tuple[float, float]:
     return inverse, float(np.max(sums * largest))
 
 
-def _widest(stiffness: Stiffness) -> float:
-    return math.sqrt(stiffness.dimension * stiffness.entries)
-
-
-def _divided(angle: float, frequency: float) -> float:
-    return angle / frequency if frequency > 0.0 else math.inf
-
-
-STEPS = 10.0  # number of steps along which K is estimated
-BOUNDS = (
-    "unique_motion_step",
-    "unique_step",
-    "stage_step",
-    "minimum_step",
-    "coercive_step",
-    "fixed_point_step",
-)
-AT_A_STEP = ("contraction", "spectral_contraction", "exists", "minimizes", "coercive", "converges")
-
-
 def motion_theory(
     space: Space, rule: Rule, pair: Mapping[str, Any], problem: Problem, step: float | None,
     lipschitz: float | None,
@@ -221,101 +145,69 @@ def motion_theory(
 
     Raises ValueError for a space with degrees for components that the problem does not have.
     """
-    found: dict[str, Any] = {
-        "problem": problem.name or type(problem.system).__name__,
-        "units": problem.units,
-        "step": None if step is None else float(step),
-    }
     checked_degrees(space, problem.system, problem.v0.size)
-    changed: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     reasons: dict[str, str] = {}
     if pair["symmetric"] and not _commutes(problem.system):
-        changed["symmetric"] = None
+        found["symmetric"] = None
         reasons["symmetric"] = (
             "on a group a step's chart is based at its start: forward and backward steps differ by "
             "an error of order 2 s + 1."
         )
-    stiffness, why = _stiffness(problem, step, lipschitz)
-    if stiffness is None:
-        none = ("lipschitz", "frequency", *BOUNDS, *AT_A_STEP)
-        return {**found, **changed, "reasons": {**reasons, **dict.fromkeys(none, why)}}
-    bounds = _bounds(space, rule, pair, stiffness)
-    reasons.update({name: bound.reason for name, bound in bounds.items() if bound.step is None})
-    found.update({name: bound.step for name, bound in bounds.items()})
-    found.update(
-        lipschitz=stiffness.lipschitz, source=stiffness.source, frequency=stiffness.frequency
-    )
-    if step is None:
-        reasons.update(dict.fromkeys(AT_A_STEP, "no step was given."))
-    else:
-        found.update(_at_a_step(abs(float(step)), stiffness, pair, bounds, reasons))
-    return {**found, **changed, "reasons": reasons}
+    stiffness = _stiffness(problem, lipschitz)
+    if isinstance(stiffness, str):
+        reasons |= dict.fromkeys(("lipschitz", *BOUNDS, *AT_A_STEP), stiffness)
+        return {**found, "reasons": reasons}
+    constant, square = stiffness
+    C, radius, frequency = pair["friedrichs"], pair["spectral_radius"], math.sqrt(square)
+    stage_step, no_stages = contracting_stages(space, rule, square)
+    found |= {
+        "lipschitz": constant,
+        "source": "at the start" if lipschitz is None else "given",
+        "unique_step": None if C is None else Z0 / math.sqrt(CAUTION) / C / frequency,
+        "stage_step": stage_step,
+        "fixed_point_step": None if radius is None else math.inf,
+    }
+    if radius:
+        found["fixed_point_step"] = 1.0 / (frequency * math.sqrt(radius))
+    whys = NO_CONSTANT, no_stages, pair["reasons"].get("spectral_radius", "")
+    reasons |= {name: why for name, why in zip(BOUNDS, whys, strict=True) if found[name] is None}
+    for name, limit in AT_A_STEP.items():
+        bound = found[limit]
+        found[name] = None if bound is None or step is None else abs(step) < bound
+        if found[name] is None:
+            reasons[name] = "no step was given." if step is None else reasons[limit]
+    return {**found, "reasons": reasons}
 
 
-def _stiffness(
-    problem: Problem, step: float | None, lipschitz: float | None
-) -> tuple[Stiffness | None, str]:
-    """The stiffness, and why it is None."""
-    if not hasattr(problem.system, "acceleration_jacobian"):
-        return None, (
+def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float] | str:
+    """The Lipschitz constant K of dV/dq, given or that of the start, and the square of the largest
+    frequency, at most K over the least mass; or why they are not known."""
+    system: Any = problem.system
+    if not hasattr(system, "acceleration_jacobian"):
+        return (
             f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
-            f"{type(problem.system).__name__}."
+            f"{type(system).__name__}."
         )
-    if getattr(problem.system, "force", None) is not None:
-        return None, "the theorems are for forces that have a potential; here is one besides."
+    if getattr(system, "force", None) is not None:
+        return "the theorems are for forces that have a potential; here is one besides."
+    d = problem.v0.size
+    units = np.eye(d).reshape(-1, *problem.v0.shape)
+    mass = np.array([np.ravel(system.momentum(unit)) for unit in units])
     if lipschitz is not None:
-        return given(problem, float(lipschitz)), ""
-    return estimated(problem, None if step is None else STEPS * float(step))
+        return float(lipschitz), float(lipschitz / np.linalg.eigvalsh(mass)[0])
+    jacobian = system.acceleration_jacobian(problem.q0, problem.t0).reshape(d, d)
+    if not np.all(np.isfinite(jacobian)):
+        return "the derivative of the force is not finite at the start."
+    if not np.any(jacobian):
+        return "the force does not change with position at the start. Give lipschitz."
+    constant, square = (
+        float(np.max(np.abs(np.linalg.eigvals(x)))) for x in (mass @ jacobian, jacobian)
+    )
+    return constant, square
 
 
 def _commutes(system: Any) -> bool:
     """Whether the group is commutative, so that a chart's base does not matter."""
     layout = system.group.layout if hasattr(system, "group") else []
     return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)
-
-
-def _bounds(
-    space: Space, rule: Rule, pair: Mapping[str, Any], stiffness: Stiffness
-) -> dict[str, Bound]:
-    found = (
-        unique_motion(stiffness),
-        unique_step(stiffness, pair["friedrichs"]),
-        contracting_stages(space, rule, stiffness),
-        minimal_action(space, rule, stiffness),
-        coercive_action(stiffness),
-        converging_passes(
-            stiffness, pair["spectral_radius"], pair["reasons"].get("spectral_radius", "")
-        ),
-    )
-    return dict(zip(BOUNDS, found, strict=True))
-
-
-def _at_a_step(
-    h: float,
-    stiffness: Stiffness,
-    pair: Mapping[str, Any],
-    bounds: Mapping[str, Bound],
-    reasons: dict[str, str],
-) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, limit in (
-        ("exists", "unique_step"),
-        ("minimizes", "minimum_step"),
-        ("coercive", "coercive_step"),
-        ("converges", "fixed_point_step"),
-    ):
-        bound = bounds[limit]
-        found[name] = None if bound.step is None else h < bound.step
-        if bound.step is None:
-            reasons[name] = bound.reason
-    eta = CAUTION * stiffness.square * (h / Z0) ** 2
-    C, radius = pair["friedrichs"], pair["spectral_radius"]
-    found["contraction"] = None if C is None else eta * C**2
-    found["spectral_contraction"] = None if radius is None else h * h * stiffness.square * radius
-    for name, constant in (
-        ("contraction", "friedrichs"),
-        ("spectral_contraction", "spectral_radius"),
-    ):
-        if found[name] is None:
-            reasons[name] = pair["reasons"][constant]
-    return found

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
-from galvi.analysis.step_bounds import AT_A_STEP, BOUNDS, Z0, motion_theory, norms
+from galvi.analysis.step_bounds import AT_A_STEP, BOUNDS, motion_theory, norms
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.properties.properties import classical_names, is_symmetric, orders
@@ -34,8 +34,6 @@ class Theory:
     friedrichs         C_N of |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
     smallest_ratio     lambda_N of lambda_N |u|_X <= |u|_{X,N} (M 12)
     largest_ratio      Lambda_N of |u|_{X,N} <= Lambda_N |u|_X (M 12)
-    seminorm_ratio     largest |u'|_{0,N} / |u'|_0 (M section 5)
-    z0                 smallest positive root of 1 = z tan z (M section 2)
     order              at step ends, on smooth problems; 0 for a refused pair
     curve_order        of positions between step ends
     limited_by         "space", "rule for the force" or "rule for the kinetic energy"; "" for a
@@ -50,18 +48,11 @@ class Theory:
 
     problem, units, step   as given
     lipschitz              K, of dV/dq
-    source                 of K: given, or how it was estimated (from below, near the start)
-    frequency              sqrt(K / m), or when estimated the largest of M^-1 V''
-    unique_motion_step     M theorem 1, 3 K h^2 / (m z0^2) < 1
-    unique_step            M theorem 2, that times C_N^2
+    source                 of K: given, or at the start
+    unique_step            M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
     stage_step             H theorem 2.3.1, and at most 1
-    minimum_step           H theorem 2.3.5, pi sqrt(m / (D C_R))
-    coercive_step          H theorem 2.3.8, pi sqrt(m / (2 D C_R))
-    fixed_point_step       where h^2 rho(A) frequency^2 = 1
-    contraction            eta C_N^2 at the step: the bound of M on a pass (M theorem 2)
-    spectral_contraction   h^2 rho(A) frequency^2: what passes tend to
+    fixed_point_step       where h^2 rho(A) K / m = 1; K / m at the start is the largest of M^-1 V''
     exists                 the step is guaranteed to have exactly one solution (M theorem 2)
-    minimizes, coercive    the steps' curves are minima (H 2.3.5), the action coercive (2.3.8)
     converges              fixed-point iteration contracts near a solution
 
     A field that does not apply or was not requested is None; ``reasons`` says why.
@@ -76,7 +67,6 @@ class Theory:
     friedrichs: float | None
     smallest_ratio: float | None
     largest_ratio: float | None
-    seminorm_ratio: float | None
     order: int
     curve_order: int
     limited_by: str
@@ -84,24 +74,15 @@ class Theory:
     name: str
     names: tuple[str, ...]
     spectral_radius: float | None
-    z0: float = Z0
     problem: str | None = None
     units: str = ""
     step: float | None = None
     lipschitz: float | None = None
     source: str = ""
-    frequency: float | None = None
-    unique_motion_step: float | None = None
     unique_step: float | None = None
     stage_step: float | None = None
-    minimum_step: float | None = None
-    coercive_step: float | None = None
     fixed_point_step: float | None = None
-    contraction: float | None = None
-    spectral_contraction: float | None = None
     exists: bool | None = None
-    minimizes: bool | None = None
-    coercive: bool | None = None
     converges: bool | None = None
     reasons: Mapping[str, str] = field(default_factory=dict)
     frame: str = ""
@@ -131,7 +112,7 @@ def theory(
     rule       quadrature rule when ``method`` is a space
     problem    the problem whose force bounds the step
     step       in the problem's unit of time, negative for backwards
-    lipschitz  Lipschitz constant K of dV/dq; None: estimated along a short trajectory
+    lipschitz  Lipschitz constant K of dV/dq; None: that of the start
 
     Raises TypeError for an argument of another type, ValueError for a step or a lipschitz without a
     problem, for a number that is zero or not finite, and for a negative lipschitz.
@@ -139,8 +120,13 @@ def theory(
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
     of_pair = _of_pair(space, rule, _is_separable(problem))
+    if problem is not None:
+        of_pair |= {
+            "problem": problem.name or type(problem.system).__name__, "units": problem.units,
+            "step": None if step is None else float(step),
+        }  # fmt: skip
     if getattr(method, "in_frame", False):
-        return Theory(**in_frame(of_pair, method, problem, step))
+        return Theory(**in_frame(of_pair, method))
     if problem is None:
         return Theory(**of_pair)
     if getattr(method, "clock", None) is not None:
@@ -165,15 +151,13 @@ def _of_pair(space: Space, rule: Rule, separable: bool) -> dict[str, Any]:
     pair, size, found = assemble(space, rule), norms(space, rule), orders(space, rule)
     reasons: dict[str, str] = {}
     constants: dict[str, float | None] = dict.fromkeys(
-        ("friedrichs", "smallest_ratio", "largest_ratio", "seminorm_ratio")
+        ("friedrichs", "smallest_ratio", "largest_ratio")
     )
     if size is None:
         why = "the basis functions are too nearly dependent to tell the constant in float64."
         reasons.update(dict.fromkeys(("unseen", *constants), why))
     else:
-        constants.update(
-            smallest_ratio=size.lowest, largest_ratio=size.highest, seminorm_ratio=size.seminorm[1]
-        )
+        constants.update(smallest_ratio=size.lowest, largest_ratio=size.highest)
         if np.isfinite(size.C):
             constants["friedrichs"] = size.C
         else:
@@ -250,35 +234,25 @@ MOVED = (
 )
 
 
-def in_frame(
-    pair: Mapping[str, Any], method: Any, problem: Problem | None, step: float | None
-) -> dict[str, Any]:
-    """The fields of a `Theory` of a method in a frame, from those of its space and rule."""
+def in_frame(pair: Mapping[str, Any], method: Any) -> dict[str, Any]:
+    """The fields of a `Theory` of a method in a frame, from those of other methods."""
     frame = method.chart
     reasons = {name: why for name, why in pair["reasons"].items() if name != "spectral_radius"}
     reasons["spectral_radius"] = "the frame's equations are of first order, without this tableau."
     symmetric = pair["symmetric"]
     if not frame.reversible:
         symmetric, reasons["symmetric"] = None, MOVED
-    about: dict[str, Any] = {}
-    if problem is not None:
-        about = {
-            "problem": problem.name or type(problem.system).__name__, "units": problem.units,
-            "step": None if step is None else float(step),
-        }  # fmt: skip
-        reasons.update(dict.fromkeys(("lipschitz", "frequency", *BOUNDS, *AT_A_STEP), ELSEWHERE))
+    if "problem" in pair:
+        reasons.update(dict.fromkeys(("lipschitz", *BOUNDS, *AT_A_STEP), ELSEWHERE))
     said = f"{VARIATIONAL.format(order=pair['order'])}; {frame.conserved}"
     changed = {"symmetric": symmetric, "name": method.name, "names": (method.name,)}
     none = {"spectral_radius": None, "reasons": reasons, "frame": said}
-    return {**pair, **changed, **about, **none}
+    return {**pair, **changed, **none}
 
 
 LIMITS = (
-    ("unique_motion_step", "", "the exact motion is unique (M theorem 1)"),
     ("unique_step", "exists", "a step has exactly one solution (M theorem 2)"),
     ("stage_step", "", "H's iteration contracts (H theorem 2.3.1)"),
-    ("minimum_step", "minimizes", "a step's curve is a minimum (H theorem 2.3.5)"),
-    ("coercive_step", "coercive", "the exact action is coercive (H theorem 2.3.8)"),
     ("fixed_point_step", "converges", "fixed-point iteration contracts (spectrum)"),
 )
 

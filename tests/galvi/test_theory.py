@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.analysis.theory import Z0
+from galvi.analysis.step_bounds import Z0
 from galvi.spaces.fourier import Fourier
 from tests.galvi.own_spaces import Monomials
 from tests.galvi.theory_pairs import KEPLER, OSCILLATOR, P, method
@@ -30,7 +30,6 @@ def test_z0_is_the_smallest_positive_root_of_1_equals_z_tan_z():
 def test_the_constant_of_friedrichs_is_that_of_a_computation_by_hand(space, rule, squared):
     said = galvi.theory(space, rule)
     assert abs(said.friedrichs - Z0 * np.sqrt(squared)) < 1e-14
-    assert said.z0 == Z0
 
 
 @pytest.mark.slow_cases("40")
@@ -45,16 +44,15 @@ def test_the_constant_of_friedrichs_tends_to_1_with_the_degree(degree):
 def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
     for rule in (galvi.gauss(degree), galvi.lobatto(degree + 1)):
         said = galvi.theory(P(degree), rule)
-        for ratio in (said.smallest_ratio, said.largest_ratio, said.seminorm_ratio):
+        for ratio in (said.smallest_ratio, said.largest_ratio):
             assert abs(ratio - 1.0) < 1e-13  # 7e-14 at degree 64
     said = galvi.theory(P(degree), galvi.lobatto(degree))
-    assert abs(said.seminorm_ratio - np.sqrt(2 + 1 / (degree - 1))) < 1e-13
-    assert said.well_posed and said.consistent
+    assert said.largest_ratio > 1.1 and said.well_posed and said.consistent
 
 
 def test_the_constants_are_those_of_the_space_and_not_of_its_basis():
     mine, ours = (galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4)))
-    for name in ("friedrichs", "smallest_ratio", "largest_ratio", "seminorm_ratio"):
+    for name in ("friedrichs", "smallest_ratio", "largest_ratio"):
         assert abs(getattr(mine, name) - getattr(ours, name)) < 1e-10
     assert mine.names == ours.names and mine.order == ours.order
 
@@ -87,7 +85,7 @@ def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau
     assert said.friedrichs == max(part.friedrichs for part in parts)
     assert abs(said.largest_ratio - parts[0].largest_ratio) < 1e-14
     assert said.order == min(part.order for part in parts) and said.names == ()
-    for name in ("spectral_radius", "fixed_point_step", "spectral_contraction", "converges"):
+    for name in ("spectral_radius", "fixed_point_step", "converges"):
         assert getattr(said, name) is None and "tableau" in said.reasons[name]
     assert said.exists is not None
 
@@ -117,7 +115,6 @@ def test_what_does_not_apply_is_none_with_the_reason():
     said = method().theory(galvi.Problem(dragged, [1.0], [0.0]), 0.1, lipschitz=1.0)
     assert said.unique_step is None and "here is one besides" in said.reasons["unique_step"]
     short = galvi.theory(P(4), galvi.gauss(4), OSCILLATOR)
-    assert short.minimum_step is None and "Gauss 4 has 7" in short.reasons["minimum_step"]
     assert short.exists is None and short.reasons["exists"] == "no step was given."
 
 
