@@ -116,22 +116,20 @@ def to_scipy(run: Trajectory) -> Any:
     status   0 for a success, else -1; with `message` and `success`
     nfev     force evaluations; njev those of its derivative; nlu linear systems solved
     """
-
     from scipy.optimize import OptimizeResult  # a fifth of galvi's import
 
-    def rows(q: Array, v: Array, times: int) -> Array:
-        parts = [np.reshape(x, (times, -1)) for x in (q, v)]
-        return np.concatenate(parts, axis=1).T
+    def rows(q: Array, v: Array) -> Array:
+        return np.hstack([x.reshape(len(q), -1) for x in (q, v)]).T
 
     def sol(t: Any) -> Array:
-        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        y = rows(run(times), run.velocity(times), times.size)
+        times = np.atleast_1d(t)
+        y = rows(run(times), run.velocity(times))
         return y if np.ndim(t) else y[:, 0]
 
     counts = run.counts
     return OptimizeResult(
         t=run.t,
-        y=rows(run.q, run.v, len(run.t)),
+        y=rows(run.q, run.v),
         sol=None if run.curves is None and run.again is None else sol,
         t_events=None,
         y_events=None,
@@ -162,19 +160,20 @@ def to_xarray(run: Trajectory) -> Any:
         raise ModuleNotFoundError(
             "xarray is not installed. Install it: pip install xarray.", name="xarray"
         ) from error
-    places, rates = _dimensions(run)
-    coordinates: dict[str, Any] = {"t": run.t}
-    if isinstance(run.problem.system, NBody):
-        axes = run.problem.q0.shape[1]
-        coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[:axes])}
-    elif isinstance(run.problem.system, Multibody):
-        system = run.problem.system
+    system, coordinates = run.problem.system, dict[str, Any](t=run.t)
+    alike = run.q.shape == run.p.shape and not isinstance(system, Multibody)
+    places = ("coordinate",) if alike else ("entry",) if run.q.ndim == 2 else ("row", "column")
+    if isinstance(system, NBody):
+        places = ("body", "axis")
+        coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[: run.q.shape[2]])}
+    elif isinstance(system, Multibody):
         joints = [(link.name or str(k), one) for k, link in enumerate(system.links)
                   for one in link.joints]  # fmt: skip
         coordinates["velocity"] = [
             f"{one.type} of {name}" + (f", {k}" if one.dimension > 1 else "")
             for name, one in joints for k in range(one.dimension)
         ]  # fmt: skip
+    rates = places if alike else ("velocity",)
     steps = {} if run.step is None else {"step": run.step}
     return xarray.Dataset(
         {"q": (("t", *places), run.q), "p": (("t", *rates), run.p), "v": (("t", *rates), run.v),
@@ -183,15 +182,3 @@ def to_xarray(run: Trajectory) -> Any:
         {"problem": run.problem.name, "units": run.problem.units, "method": str(run.method),
          "success": int(run.success), "status": run.status, **steps, **run.counts},
     )  # fmt: skip
-
-
-def _dimensions(run: Trajectory) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the dimensions of a configuration, and of its velocity."""
-    shape, moving = run.problem.q0.shape, run.problem.v0.shape
-    if isinstance(run.problem.system, NBody):
-        return ("body", "axis"), ("body", "axis")
-    if len(shape) == 2:
-        return ("row", "column"), ("velocity",)
-    if shape == moving and not isinstance(run.problem.system, Multibody):
-        return ("coordinate",), ("coordinate",)
-    return ("entry",), ("velocity",)
