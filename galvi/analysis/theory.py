@@ -220,7 +220,7 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
     if step is not None and input_checks.real("step", step) == 0.0:
         raise ValueError(f"step must not be zero; received {step!r}.")
     if lipschitz is not None:
-        input_checks.positive("lipschitz", lipschitz, "Leave it out to have it estimated.")
+        input_checks.positive("lipschitz", lipschitz, "Leave it out for that of the start.")
 
 
 VARIATIONAL = (
