@@ -1,9 +1,9 @@
-"""Constants of a space and a rule, and steps up to which theory holds, for a problem's force."""
+"""Constants of a space and a rule, and steps up to which theorems hold."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.problem import Problem
 from galvi.rules.rule import Rule, gauss
 from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
-from galvi.systems.canonical_on_rn import checked_degrees
 from galvi.tableau import assemble
 
 Z0 = 0.860333589019379762
@@ -102,22 +100,33 @@ def _fine(pieces: int) -> tuple[Array, Array]:
 
 
 CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
-NO_CONSTANT = "M theorem 2 needs C_N, which this pair does not have."
-BOUNDS = ("unique_step", "stage_step", "fixed_point_step")
-AT_A_STEP = {"exists": "unique_step", "converges": "fixed_point_step"}
 
 
-def contracting_stages(space: Space, rule: Rule, square: float) -> tuple[float | None, str]:
-    """The bound of H theorem 2.3.1, 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the norm
-    of the largest entry, and at most 1, since lemma 2.3.2 asks for h < 1 in the unit of time; or
-    None and the reason."""
-    if not isinstance(space, Polynomials):
-        return None, "H theorem 2.3.1 is for polynomials on their Chebyshev points."
-    if not assemble(space, rule).well_posed:
-        return None, "H lemma 2.3.1 needs A invertible; this pair is ill-posed."
+def unique_step(friedrichs: float | None, square: float) -> float | None:
+    """M theorem 2: a step has exactly one solution, and M's iteration finds it, while
+    eta C_N^2 = 3 (h omega C_N / z0)^2 < 1, with the square of the largest frequency omega."""
+    return None if friedrichs is None else Z0 / (friedrichs * math.sqrt(CAUTION * square))
+
+
+def converging_passes(space: Space, rule: Rule, square: float) -> float | None:
+    """Fixed-point iteration contracts near a solution while h^2 rho(A) omega^2 < 1; None without a
+    tableau, or where components of different degrees have none in common."""
+    table = assemble(space, rule).table
+    if table is None or len(set(getattr(space, "degrees", (space.degree,)))) > 1:
+        return None
+    radius = float(np.max(np.abs(np.linalg.eigvals(table.A))))
+    return 1.0 / math.sqrt(radius * square) if radius > 0.0 else math.inf
+
+
+def contracting_stages(space: Space, rule: Rule, square: float) -> float | None:
+    """H theorem 2.3.1, with its 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the norm of
+    the largest entry; at most 1, since lemma 2.3.2 asks for h < 1 in the unit of time. None for
+    other spaces than polynomials on their Chebyshev points, and where A is singular."""
+    if not isinstance(space, Polynomials) or not assemble(space, rule).well_posed:
+        return None
     inverse, most = lagrange_constants(space, rule)
     product = inverse * square * most  # 0 with one point, at the step's end
-    return 1.0 if product == 0.0 else min(1.0, 1.0 / product), ""
+    return 1.0 if product == 0.0 else min(1.0, 1.0 / product)
 
 
 def lagrange_constants(space: Polynomials, rule: Rule) -> tuple[float, float]:
@@ -133,81 +142,3 @@ def lagrange_constants(space: Polynomials, rule: Rule) -> tuple[float, float]:
     inverse = float(np.linalg.norm(np.linalg.inv(A), np.inf))
     sums, largest = np.sum(np.abs(phi), axis=1), np.max(np.abs(phi[:, :-1]), axis=1)
     return inverse, float(np.max(sums * largest))
-
-
-def motion_theory(
-    space: Space, rule: Rule, pair: Mapping[str, Any], problem: Problem, step: float | None,
-    lipschitz: float | None,
-) -> dict[str, Any]:  # fmt: skip
-    """The fields of a `Theory` that depend on the problem, and the reasons for those that are None.
-
-    pair  the fields that depend on space and rule alone
-
-    Raises ValueError for a space with degrees for components that the problem does not have.
-    """
-    checked_degrees(space, problem.system, problem.v0.size)
-    found: dict[str, Any] = {}
-    reasons: dict[str, str] = {}
-    if pair["symmetric"] and not _commutes(problem.system):
-        found["symmetric"] = None
-        reasons["symmetric"] = (
-            "on a group a step's chart is based at its start: forward and backward steps differ by "
-            "an error of order 2 s + 1."
-        )
-    stiffness = _stiffness(problem, lipschitz)
-    if isinstance(stiffness, str):
-        reasons |= dict.fromkeys(("lipschitz", *BOUNDS, *AT_A_STEP), stiffness)
-        return {**found, "reasons": reasons}
-    constant, square = stiffness
-    C, radius, frequency = pair["friedrichs"], pair["spectral_radius"], math.sqrt(square)
-    stage_step, no_stages = contracting_stages(space, rule, square)
-    found |= {
-        "lipschitz": constant,
-        "source": "at the start" if lipschitz is None else "given",
-        "unique_step": None if C is None else Z0 / math.sqrt(CAUTION) / C / frequency,
-        "stage_step": stage_step,
-        "fixed_point_step": None if radius is None else math.inf,
-    }
-    if radius:
-        found["fixed_point_step"] = 1.0 / (frequency * math.sqrt(radius))
-    whys = NO_CONSTANT, no_stages, pair["reasons"].get("spectral_radius", "")
-    reasons |= {name: why for name, why in zip(BOUNDS, whys, strict=True) if found[name] is None}
-    for name, limit in AT_A_STEP.items():
-        bound = found[limit]
-        found[name] = None if bound is None or step is None else abs(step) < bound
-        if found[name] is None:
-            reasons[name] = "no step was given." if step is None else reasons[limit]
-    return {**found, "reasons": reasons}
-
-
-def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float] | str:
-    """The Lipschitz constant K of dV/dq, given or that of the start, and the square of the largest
-    frequency, at most K over the least mass; or why they are not known."""
-    system: Any = problem.system
-    if not hasattr(system, "acceleration_jacobian"):
-        return (
-            f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
-            f"{type(system).__name__}."
-        )
-    if getattr(system, "force", None) is not None:
-        return "the theorems are for forces that have a potential; here is one besides."
-    d = problem.v0.size
-    units = np.eye(d).reshape(-1, *problem.v0.shape)
-    mass = np.array([np.ravel(system.momentum(unit)) for unit in units])
-    if lipschitz is not None:
-        return float(lipschitz), float(lipschitz / np.linalg.eigvalsh(mass)[0])
-    jacobian = system.acceleration_jacobian(problem.q0, problem.t0).reshape(d, d)
-    if not np.all(np.isfinite(jacobian)):
-        return "the derivative of the force is not finite at the start."
-    if not np.any(jacobian):
-        return "the force does not change with position at the start. Give lipschitz."
-    constant, square = (
-        float(np.max(np.abs(np.linalg.eigvals(x)))) for x in (mass @ jacobian, jacobian)
-    )
-    return constant, square
-
-
-def _commutes(system: Any) -> bool:
-    """Whether the group is commutative, so that a chart's base does not matter."""
-    layout = system.group.layout if hasattr(system, "group") else []
-    return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)

@@ -1,23 +1,23 @@
-"""What theory says of a method: order, symmetry, constants, its classical name."""
+"""What theory says of a method: order, symmetry, constants, its classical name, and its steps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
-from math import inf
-from types import MappingProxyType
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
-from galvi.analysis.step_bounds import AT_A_STEP, BOUNDS, motion_theory, norms
+from galvi.analysis.step_bounds import contracting_stages, converging_passes, norms, unique_step
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.properties.properties import classical_names, is_symmetric, orders
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space, checked
 from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import checked_degrees
 from galvi.systems.nbody import NBody
 from galvi.tableau import assemble
 
@@ -39,23 +39,22 @@ class Theory:
     limited_by         "space", "rule for the force" or "rule for the kinetic energy"; "" for a
                        refused pair
     symmetric          a step forward and a step backward cancel
-    name, names        the best known classical name, "" for none; all of them. With a problem those
-                       that hold for it, without one those that hold for every Lagrangian
-    spectral_radius    rho(A) of the Nystrom tableau
+    names              its classical names, the best known first. With a problem those that hold for
+                       it, without one those that hold for every Lagrangian
     frame              what holds in a moving frame, a sentence; "" for other methods
 
     With a problem, in its units; the theorems ask for a K that holds everywhere:
 
-    problem, units, step   as given
-    lipschitz              K, of dV/dq
-    source                 of K: given, or at the start
-    unique_step            M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
-    stage_step             H theorem 2.3.1, and at most 1
-    fixed_point_step       where h^2 rho(A) K / m = 1; K / m at the start is the largest of M^-1 V''
-    exists                 the step is guaranteed to have exactly one solution (M theorem 2)
-    converges              fixed-point iteration contracts near a solution
+    problem, step      as given
+    lipschitz          K, of dV/dq
+    source             of K: given, or at the start
+    unique_step        M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
+    stage_step         H theorem 2.3.1, and at most 1
+    fixed_point_step   where h^2 rho(A) K / m = 1, of the Nystrom tableau A; K / m at the start is
+                       the largest of M^-1 V''
+    no_bounds          why there are no such steps, a sentence; "" where there are
 
-    A field that does not apply or was not requested is None; ``reasons`` says why.
+    A field that does not apply, or cannot be told in float64, is None.
     """
 
     space: str
@@ -71,32 +70,41 @@ class Theory:
     curve_order: int
     limited_by: str
     symmetric: bool | None
-    name: str
     names: tuple[str, ...]
-    spectral_radius: float | None
+    frame: str = ""
     problem: str | None = None
-    units: str = ""
     step: float | None = None
     lipschitz: float | None = None
     source: str = ""
     unique_step: float | None = None
     stage_step: float | None = None
     fixed_point_step: float | None = None
-    exists: bool | None = None
-    converges: bool | None = None
-    reasons: Mapping[str, str] = field(default_factory=dict)
-    frame: str = ""
+    no_bounds: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "reasons", MappingProxyType(dict(self.reasons)))
+    @property
+    def name(self) -> str:
+        """The best known classical name, "" for none."""
+        return self.names[0] if self.names else ""
+
+    @property
+    def exists(self) -> bool | None:
+        """Whether the step is guaranteed to have exactly one solution (M theorem 2)."""
+        return self._is_below(self.unique_step)
+
+    @property
+    def converges(self) -> bool | None:
+        """Whether fixed-point iteration contracts near a solution of the step."""
+        return self._is_below(self.fixed_point_step)
+
+    def _is_below(self, bound: float | None) -> bool | None:
+        return None if bound is None or self.step is None else abs(self.step) < bound
 
     def __str__(self) -> str:
-        return sentences(self)
+        return "\n".join(_lines(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Field name -> value, in plain Python types."""
-        values = {one.name: getattr(self, one.name) for one in fields(self)}
-        return {**values, "names": list(self.names), "reasons": dict(self.reasons)}
+        return {**asdict(self), "names": list(self.names)}
 
 
 def theory(
@@ -119,24 +127,34 @@ def theory(
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
-    of_pair = _of_pair(space, rule, _is_separable(problem))
+    found = _of_pair(space, rule, _is_separable(problem))
     if problem is not None:
-        of_pair |= {
-            "problem": problem.name or type(problem.system).__name__, "units": problem.units,
-            "step": None if step is None else float(step),
-        }  # fmt: skip
+        name = problem.name or type(problem.system).__name__
+        found = replace(found, problem=name, step=None if step is None else float(step))
     if getattr(method, "in_frame", False):
-        return Theory(**in_frame(of_pair, method))
+        return _in_frame(found, method)
     if problem is None:
-        return Theory(**of_pair)
+        return found
     if getattr(method, "clock", None) is not None:
         raise ValueError(
             f"the bounds of a step are those of steps constant in time; received a method with the "
             f"clock {method.clock}. Leave the clock out, or the problem."
         )
-    more = motion_theory(space, rule, of_pair, problem, step, lipschitz)
-    reasons = {**of_pair["reasons"], **more["reasons"]}
-    return Theory(**{**of_pair, **more, "reasons": reasons})
+    checked_degrees(space, problem.system, problem.v0.size)
+    if found.symmetric and not _commutes(problem.system):
+        found = replace(found, symmetric=None)  # the chart of a step is based at its start
+    stiffness = _stiffness(problem, lipschitz)
+    if isinstance(stiffness, str):
+        return replace(found, no_bounds=stiffness)
+    constant, square = stiffness
+    return replace(
+        found,
+        lipschitz=constant,
+        source="at the start" if lipschitz is None else "given",
+        unique_step=unique_step(found.friedrichs, square),
+        stage_step=contracting_stages(space, rule, square),
+        fixed_point_step=converging_passes(space, rule, square),
+    )
 
 
 def _is_separable(problem: Problem | None) -> bool:
@@ -147,41 +165,27 @@ def _is_separable(problem: Problem | None) -> bool:
     return isinstance(system, Canonical) and system.force is None
 
 
-def _of_pair(space: Space, rule: Rule, separable: bool) -> dict[str, Any]:
-    pair, size, found = assemble(space, rule), norms(space, rule), orders(space, rule)
-    reasons: dict[str, str] = {}
-    constants: dict[str, float | None] = dict.fromkeys(
-        ("friedrichs", "smallest_ratio", "largest_ratio")
+def _of_pair(space: Space, rule: Rule, separable: bool) -> Theory:
+    pair, size, order = assemble(space, rule), norms(space, rule), orders(space, rule)
+    one_degree = len(set(getattr(space, "degrees", (space.degree,)))) == 1
+    return Theory(
+        space=str(space),
+        rule=rule.name,
+        well_posed=pair.well_posed,
+        unseen=None if size is None else size.unseen,
+        consistent=pair.consistent,
+        defect=pair.defect,
+        friedrichs=size.C if size is not None and isfinite(size.C) else None,
+        smallest_ratio=None if size is None else size.lowest,
+        largest_ratio=None if size is None else size.highest,
+        order=order.at_steps,
+        curve_order=order.on_curve,
+        limited_by=order.limit,
+        symmetric=None if pair.table is None else is_symmetric(pair.table, rule),
+        names=classical_names(pair.table, separable)
+        if pair.table is not None and pair.consistent and one_degree
+        else (),
     )
-    if size is None:
-        why = "the basis functions are too nearly dependent to tell the constant in float64."
-        reasons.update(dict.fromkeys(("unseen", *constants), why))
-    else:
-        constants.update(smallest_ratio=size.lowest, largest_ratio=size.highest)
-        if np.isfinite(size.C):
-            constants["friedrichs"] = size.C
-        else:
-            reasons["friedrichs"] = "no constant bounds a function that the rule cannot see."
-    names: tuple[str, ...] = ()
-    symmetric = radius = None
-    if pair.table is None:
-        for name in ("symmetric", "spectral_radius"):
-            reasons[name] = "an ill-posed pair makes no step."
-    else:
-        symmetric = is_symmetric(pair.table, rule)
-        if len(set(getattr(space, "degrees", (space.degree,)))) > 1:
-            reasons["spectral_radius"] = "components of different degrees have no common tableau."
-        else:
-            radius = float(np.max(np.abs(np.linalg.eigvals(pair.table.A))))
-            names = classical_names(pair.table, separable) if pair.consistent else ()
-    return {
-        "space": str(space), "rule": rule.name, "well_posed": pair.well_posed,
-        "unseen": None if size is None else size.unseen, "consistent": pair.consistent,
-        "defect": pair.defect, **constants, "order": found.at_steps,
-        "curve_order": found.on_curve, "limited_by": found.limit, "symmetric": symmetric,
-        "name": names[0] if names else "", "names": names, "spectral_radius": radius,
-        "reasons": reasons,
-    }  # fmt: skip
 
 
 def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:
@@ -223,86 +227,93 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
         input_checks.positive("lipschitz", lipschitz, "Leave it out for that of the start.")
 
 
-VARIATIONAL = (
-    "Hamilton's principle in phase space, in coordinates that move with the flow: every step is "
-    "symplectic once its passes have converged, of order {order} in h"
-)
-ELSEWHERE = "the bounds of M and H are for curves in the inertial frame."
-MOVED = (
-    "its nodes are placed by the orbit at the start of a run: with the same nodes forward and "
-    "backward steps cancel, from another start they differ by the error of the step."
-)
+def _in_frame(found: Theory, method: Any) -> Theory:
+    """The theory of a method in a frame, from that of its space and rule.
+
+    Where the orbit at the start of a run places the nodes, forward and backward steps with the same
+    nodes cancel; from another start they differ by the error of the step: ``symmetric`` is None.
+    """
+    return replace(
+        found,
+        symmetric=found.symmetric if method.chart.reversible else None,
+        names=(method.name,),
+        frame=(
+            "Hamilton's principle in phase space, in coordinates that move with the flow: every "
+            "step is symplectic once its passes have converged, of order "
+            f"{found.order} in h; {method.chart.conserved}"
+        ),
+        no_bounds=""
+        if found.problem is None
+        else "the bounds of M and H are for curves in the inertial frame.",
+    )
 
 
-def in_frame(pair: Mapping[str, Any], method: Any) -> dict[str, Any]:
-    """The fields of a `Theory` of a method in a frame, from those of other methods."""
-    frame = method.chart
-    reasons = {name: why for name, why in pair["reasons"].items() if name != "spectral_radius"}
-    reasons["spectral_radius"] = "the frame's equations are of first order, without this tableau."
-    symmetric = pair["symmetric"]
-    if not frame.reversible:
-        symmetric, reasons["symmetric"] = None, MOVED
-    if "problem" in pair:
-        reasons.update(dict.fromkeys(("lipschitz", *BOUNDS, *AT_A_STEP), ELSEWHERE))
-    said = f"{VARIATIONAL.format(order=pair['order'])}; {frame.conserved}"
-    changed = {"symmetric": symmetric, "name": method.name, "names": (method.name,)}
-    none = {"spectral_radius": None, "reasons": reasons, "frame": said}
-    return {**pair, **changed, **none}
-
-
-LIMITS = (
-    ("unique_step", "exists", "a step has exactly one solution (M theorem 2)"),
-    ("stage_step", "", "H's iteration contracts (H theorem 2.3.1)"),
-    ("fixed_point_step", "converges", "fixed-point iteration contracts (spectrum)"),
-)
-
-
-def sentences(theory: Any) -> str:
-    """The text of a `Theory`: order and symmetry, constants and, with a problem, step bounds."""
-    return "\n".join(_lines(theory))
-
-
-def _lines(theory: Any) -> Iterator[str]:
-    known = f" = {theory.name}" if theory.name else ""
-    yield f"{theory.space} with {theory.rule}{known}"
-    yield _verdict(theory)
-    if theory.order:
-        yield (
-            f"order {theory.order} at step ends, {theory.curve_order} on the curve, limited by the "
-            f"{theory.limited_by}"
+def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float] | str:
+    """The Lipschitz constant K of dV/dq, given or that of the start, and the square of the largest
+    frequency, at most K over the least mass; or why they are not known."""
+    system: Any = problem.system
+    if not hasattr(system, "acceleration_jacobian"):
+        return (
+            f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
+            f"{type(system).__name__}."
         )
-    if theory.friedrichs is not None:
+    if getattr(system, "force", None) is not None:
+        return "the theorems are for forces that have a potential; here is one besides."
+    d = problem.v0.size
+    units = np.eye(d).reshape(-1, *problem.v0.shape)
+    mass = np.array([np.ravel(system.momentum(unit)) for unit in units])
+    if lipschitz is not None:
+        return float(lipschitz), float(lipschitz / np.linalg.eigvalsh(mass)[0])
+    jacobian = system.acceleration_jacobian(problem.q0, problem.t0).reshape(d, d)
+    if not np.all(np.isfinite(jacobian)):
+        return "the derivative of the force is not finite at the start."
+    if not np.any(jacobian):
+        return "the force does not change with position at the start. Give lipschitz."
+    constant, square = (
+        float(np.max(np.abs(np.linalg.eigvals(x)))) for x in (mass @ jacobian, jacobian)
+    )
+    return constant, square
+
+
+def _commutes(system: Any) -> bool:
+    """Whether the group is commutative, so that a chart's base does not matter."""
+    layout = system.group.layout if hasattr(system, "group") else []
+    return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)
+
+
+def _lines(found: Theory) -> Iterator[str]:
+    """Order and symmetry, constants and, with a problem, step bounds."""
+    yield f"{found.space} with {found.rule}" + (f" = {found.name}" if found.name else "")
+    if not found.well_posed:
+        yield "ill-posed: a free particle has no unique motion"
+    elif not found.consistent:
+        yield f"well posed, inconsistent: a free particle is off by {found.defect:.1e} of a step"
+    else:
+        symmetry = {True: ", symmetric", False: ", not symmetric", None: ""}[found.symmetric]
+        yield f"well posed, consistent{symmetry}"
+    if found.order:
         yield (
-            f"C_N {theory.friedrichs:.4f}, lambda_N {theory.smallest_ratio:.4f}, "
-            f"Lambda_N {theory.largest_ratio:.4f}"
+            f"order {found.order} at step ends, {found.curve_order} on the curve, limited by the "
+            f"{found.limited_by}"
         )
-    if theory.frame:
-        yield theory.frame
-    if theory.problem is None:
-        return
-    if theory.lipschitz is None:
-        yield f"{theory.problem}: no bounds on the step: {theory.reasons['lipschitz']}"
-        return
-    yield f"{theory.problem}: Lipschitz constant {theory.lipschitz:.4g}, {theory.source}"
-    yield from _limits(theory)
-
-
-def _verdict(theory: Any) -> str:
-    if not theory.well_posed:
-        return "ill-posed: a free particle has no unique motion"
-    if not theory.consistent:
-        return f"well posed, inconsistent: a free particle is off by {theory.defect:.1e} of a step"
-    symmetry = {True: ", symmetric", False: ", not symmetric", None: ""}[theory.symmetric]
-    return f"well posed, consistent{symmetry}"
-
-
-def _limits(theory: Any) -> Iterator[str]:
-    for name, holds, words in LIMITS:
-        limit = getattr(theory, name)
-        if limit is None:
-            yield f"no bound      {theory.reasons[name]}"
-            continue
-        line = f"{'any step' if limit == inf else f'h < {limit:.4g}':<14}{words}"
-        if holds and theory.step is not None:
-            line += f": {'yes' if getattr(theory, holds) else 'not said'} at {theory.step:g}"
-        yield line
+    if found.friedrichs is not None:
+        yield (
+            f"C_N {found.friedrichs:.4f}, lambda_N {found.smallest_ratio:.4f}, "
+            f"Lambda_N {found.largest_ratio:.4f}"
+        )
+    if found.frame:
+        yield found.frame
+    if found.no_bounds:
+        yield f"{found.problem}: no bounds on the step: {found.no_bounds}"
+    elif found.problem is not None:
+        yield f"{found.problem}: Lipschitz constant {found.lipschitz:.4g}, {found.source}"
+    for bound, holds, words in (
+        (found.unique_step, found.exists, "a step has exactly one solution (M theorem 2)"),
+        (found.stage_step, None, "H's iteration contracts (H theorem 2.3.1)"),
+        (found.fixed_point_step, found.converges, "fixed-point iteration contracts (spectrum)"),
+    ):
+        if bound is not None:
+            answer = (
+                "" if holds is None else f": {'yes' if holds else 'not said'} at {found.step:g}"
+            )
+            yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<14}{words}{answer}"
