@@ -97,7 +97,7 @@ def test_what_travels_is_text_and_numbers():
     assert all(np.array_equal(*pair) for pair in zip(there, run(16, 2).kept, strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(beside="test_ensemble_folder.py::test_the_version_is_part_of_the_name")
 def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
     problem = galvi.problems.kepler(0.3)
     q = np.stack([problem.q0, [1e-3, 0.0]])
