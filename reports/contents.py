@@ -14,7 +14,7 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
-from reports.studies.costs import BROWNOUT_CLOUD, PROCESSORS, START_UP
+from reports.studies.costs import BROWNOUT_CLOUD, START_UP
 from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
 from reports.studies.events import FLYBYS, TRANSITS
@@ -52,7 +52,6 @@ SECTIONS = (  # in the order of the page
     RECOMMENDATION,
     START_UP,
     ENSEMBLES,
-    PROCESSORS,
     MUTANTS,
     FUZZ,
 )

@@ -22,7 +22,7 @@ from benchmarks.timings.case import ROUND_OFF, STEP, TRAJECTORY, Case
 from benchmarks.timings.catalogue import CASES
 from benchmarks.timings.truth import Unknown, error_of, true_ends
 from references import reference
-from reports.studies import costs, faults
+from reports.studies import faults
 
 
 def test_it_names_the_versions_that_run() -> None:
@@ -87,16 +87,12 @@ def test_of_no_rows_there_are_none():
 
 
 @pytest.mark.parametrize("current", ["0a", "unknown"])
-def test_the_tables_show_that_version(monkeypatch, current):
-    for section in (faults, costs):
-        monkeypatch.setattr(section, "version", lambda: current)
+def test_the_table_shows_that_version(monkeypatch, current):
+    monkeypatch.setattr(faults, "version", lambda: current)
     shown = current if current in DATES else "5b"
     calls = FRAME[:3].assign(target="gauss", calls=[1, 2, 3], returned=0, refused=0, finding="")
     table, _ = faults.fuzz_table(calls)
     assert table["calls"].iloc[-1] == str([1, 2, 3][[*DATES].index(shown)])
-    runs = FRAME[:3].assign(case="a", processor="generic", units=[1.0, 2.0, 3.0], status="")
-    table, _ = costs.processors_table(runs)
-    assert table.loc[0, "generic"].startswith("123"[[*DATES].index(shown)])
 
 
 ROOT = Path(__file__).parents[2]
