@@ -13,7 +13,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test core slow check report docs studies mutants fuzz bench newest native clean help
+.PHONY: install test core slow check report docs studies mutants bench newest native clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -53,9 +53,6 @@ mutants: $(STAMP) ## plant small faults and count those that the tests find (hou
 	@$(BIN)/python -c 'import cosmic_ray, pytest_cov' 2>/dev/null || $(BIN)/python -m pip install \
 	    --quiet --disable-pip-version-check -e '.[$(EXTRAS),mutants]' -c constraints.txt
 	$(BIN)/python -m reports studies --only mutants
-
-fuzz: $(STAMP) ## call what is public with odd arguments for MINUTES=10; resumes
-	$(BIN)/python -m reports studies --only fuzz --minutes $(or $(MINUTES),10)
 
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)

@@ -18,7 +18,7 @@ from reports.studies.costs import BROWNOUT_CLOUD, START_UP
 from reports.studies.engine_versions import ENGINE_VERSIONS
 from reports.studies.ensembles import ENSEMBLES
 from reports.studies.events import FLYBYS, TRANSITS
-from reports.studies.faults import FUZZ, MUTANTS
+from reports.studies.faults import MUTANTS
 from reports.studies.forces import FORCES
 from reports.studies.free_body_drift import FREE_BODY_DRIFT
 from reports.studies.number_of_bodies import NUMBER_OF_BODIES
@@ -53,7 +53,6 @@ SECTIONS = (  # in the order of the page
     START_UP,
     ENSEMBLES,
     MUTANTS,
-    FUZZ,
 )
 
 
