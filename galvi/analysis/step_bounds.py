@@ -308,7 +308,7 @@ def _at_a_step(
         found[name] = None if bound.step is None else h < bound.step
         if bound.step is None:
             reasons[name] = bound.reason
-    eta = CAUTION * stiffness.square * (h / Z0) ** 2
+    eta = CAUTION * stiffness.square * ((h / Z0) * (h / Z0))  # infinite where it overflows
     C, radius = pair["friedrichs"], pair["spectral_radius"]
     found["contraction"] = None if C is None else eta * C**2
     found["spectral_contraction"] = None if radius is None else h * h * stiffness.square * radius

@@ -32,7 +32,7 @@ from galvi.run.energies import conserves_energy
 EXAMPLES = 12  # of each call
 COUNTS = {"steps", "particles", "masses", "links", "points"}
 MANY, LARGEST = 100, 2**62  # counts in between are good ones, and take long
-LONGEST = 900  # characters of a refusal
+LONGEST = 2000  # characters of a refusal, with 64 numbers
 WRONG = 0.01  # of the energy's scale: a run that is called good changes its energy by less
 KINDS = (ValueError, TypeError, OSError, ImportError, AttributeError)  # of a refusal
 FOLDER = Path(galvi.__file__).parent
