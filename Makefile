@@ -61,8 +61,8 @@ newest: $(STAMP) ## install the newest engines in .venv/newest, and say what mov
 	$(PYTHON) -m venv .venv/newest
 	.venv/newest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade \
 	    --upgrade-strategy eager -e '.[suite,peers]'
-	.venv/newest/bin/python -m benchmarks.experiments.signatures --write .venv/newest/signatures.csv
-	$(BIN)/python -m benchmarks.experiments.signatures .venv/newest/signatures.csv
+	.venv/newest/bin/python -m benchmarks.studies.signatures --write .venv/newest/signatures.csv
+	$(BIN)/python -m benchmarks.studies.signatures .venv/newest/signatures.csv
 
 native: $(STAMP) ## build REBOUND for this processor, as a further contender of the comparisons
 	CFLAGS='-O3 -march=native' $(BIN)/python -m pip install --quiet --disable-pip-version-check \
