@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pandas as pd
+import pytest
 
 from benchmarks.studies import signatures
 
@@ -22,3 +25,15 @@ def test_a_version_that_moves_otherwise_fails_or_is_gone_is_told() -> None:
         "p, ends, step=1: '' became 'It failed.'.",
         "p, gone, step=1: not there.",
     ]
+
+
+def test_what_is_written_and_read_again_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = {"problem": "p", "settings": "step=1", "engines": "engine 1"}
+    rows = [{**row, "contender": "moves", "error": 0.1 + 0.2, "status": ""},
+            {**row, "contender": "ends", "error": float("nan"), "status": "Failed."}]  # fmt: skip
+    monkeypatch.setattr(signatures, "signatures", lambda: pd.DataFrame(rows))
+    file = str(tmp_path / "signatures.csv")
+    assert signatures.main(["--write", file]) == signatures.main([file]) == 0
+    assert "2 signatures are the same." in capsys.readouterr().out
