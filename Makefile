@@ -13,7 +13,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test core slow check report docs studies mutants fuzz bench newest native clean help
+.PHONY: install test core slow check report docs studies mutants bench newest native clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -54,9 +54,6 @@ mutants: $(STAMP) ## plant small faults and count those that the tests find (hou
 	    --quiet --disable-pip-version-check -e '.[$(EXTRAS),mutants]' -c constraints.txt
 	$(BIN)/python -m reports studies --only mutants
 
-fuzz: $(STAMP) ## call what is public with odd arguments for MINUTES=10; resumes
-	$(BIN)/python -m reports studies --only fuzz --minutes $(or $(MINUTES),10)
-
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
 
@@ -64,8 +61,8 @@ newest: $(STAMP) ## install the newest engines in .venv/newest, and say what mov
 	$(PYTHON) -m venv .venv/newest
 	.venv/newest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade \
 	    --upgrade-strategy eager -e '.[suite,peers]'
-	.venv/newest/bin/python -m benchmarks.experiments.signatures --write .venv/newest/signatures.csv
-	$(BIN)/python -m benchmarks.experiments.signatures .venv/newest/signatures.csv
+	.venv/newest/bin/python -m benchmarks.studies.signatures --write .venv/newest/signatures.csv
+	$(BIN)/python -m benchmarks.studies.signatures .venv/newest/signatures.csv
 
 native: $(STAMP) ## build REBOUND for this processor, as a further contender of the comparisons
 	CFLAGS='-O3 -march=native' $(BIN)/python -m pip install --quiet --disable-pip-version-check \

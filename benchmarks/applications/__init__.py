@@ -1,1 +1,1 @@
-"""Beside the report: a user's models and integrators, clouds, fuzzing, mutants, processors."""
+"""Beside the report: a user's models and integrators, clouds, mutants."""

@@ -81,14 +81,5 @@ class RowFiles:
         self.report(f"{path.name} is set aside as {aside.name}: {why}.")
 
 
-def of_one_version(frame: pd.DataFrame, current: str) -> pd.DataFrame:
-    """The rows whose ``commit`` is the current version; without any, those of the commit with the
-    newest ``date`` (YYYY-MM-DD), of several on that day the one stored last."""
-    if frame.empty or (frame["commit"] == current).any():
-        return frame[frame["commit"] == current]
-    newest = frame[frame["date"] == frame["date"].max()]["commit"].iloc[-1]
-    return frame[frame["commit"] == newest]
-
-
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()

@@ -1,6 +1,6 @@
 """Time a call in processor time, and store settings, counts and error with the time.
 
-`python -m benchmarks.experiments.clock_comparison` shows why processor time is used.
+docs/why.md says why processor time is used.
 """
 
 from __future__ import annotations

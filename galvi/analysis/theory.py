@@ -219,7 +219,7 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(
             f"problem must be a galvi.Problem such as galvi.problems.kepler(0.6); received "
-            f"{problem!r}."
+            f"{shown(problem)}."
         )
     if step is not None and input_checks.real("step", step) == 0.0:
         raise ValueError(f"step must not be zero; received {step!r}.")

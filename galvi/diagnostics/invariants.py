@@ -10,7 +10,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.diagnostics.symplecticity import stage_states
 from galvi.groups.group import SE3, SO3
-from galvi.input_checks import shown
+from galvi.input_checks import flag, shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.free_body import FreeBody
@@ -162,7 +162,7 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
             f"the balance of momentum is for a Canonical system of one body or a RigidBody; "
             f"received a {type(system).__name__} system."
         )
-    momentum = linear_momentum(run) if linear else momentum_map(run)
+    momentum = linear_momentum(run) if flag("linear", linear) else momentum_map(run)
     t, q, v, weights = stage_states(run)
     if len(momentum) != len(t) + 1:
         raise ValueError("the balance of momentum needs every step; integrate with save_every=1.")

@@ -225,6 +225,7 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     both ways have the energy of the start. Raises ValueError when a run fails, what
     `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
     """
+    check_types(problem, method, "round_trip_error(problem, method, step, steps)")
     step = input_checks.real("step", step)
     if method.clock is not None:
         return clock_round_trip_error(problem, method, step, steps)

@@ -109,12 +109,7 @@ class StatesAt:
     times: Any
 
     def __post_init__(self) -> None:
-        times = np.atleast_1d(
-            input_checks.array(
-                "times",
-                np.asarray(self.times, dtype=float) if np.size(self.times) == 0 else self.times,
-            )
-        )
+        times = np.atleast_1d(input_checks.array("times", self.times))
         if times.ndim != 1:
             raise ValueError(f"times must have shape (times,); received shape {times.shape}.")
         object.__setattr__(self, "times", tuple(times.tolist()))

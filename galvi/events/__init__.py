@@ -44,7 +44,7 @@ def within(
     else:
         far, hill = input_checks.positive("hill_radii", hill_radii), True
     asked = Distances(i, j, far, hill)
-    if ANY in (i, j):
+    if any(isinstance(body, str) and body == ANY for body in (i, j)):
         return Event(asked, 0, name=asked.name_of(i, j))
     return Event(asked.one_of(i, j), 0, name=asked.name_of(i, j))
 

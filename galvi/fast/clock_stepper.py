@@ -36,7 +36,7 @@ TOLERANCE = 2.0**-56
 # Below it changes that do not shrink are rounding: for a quarter of all steps passes end in a cycle
 # of two. Which comes last depends on the sign of the guess's error, and K drifts by 2e-17 of g |E0|
 # a step, or as much the other way with one pass more. With the mean of both it does not, to 3e-18
-# (`python -m benchmarks.experiments.clock_drift`).
+# (docs/why.md, "In a clock").
 NOISE = 1e-14
 FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",

@@ -142,7 +142,7 @@ def _controls(model: Any, ctrl: Any) -> Array:
 def _keyframe(model: Any, key: Any) -> int:
     """The number of a keyframe."""
     if model.nkey == 0:
-        raise ValueError(f"the model has no keyframes; received key {key!r}.")
+        raise ValueError(f"the model has no keyframes; received key {input_checks.shown(key)}.")
     if not isinstance(key, str):
         return input_checks.whole("key", key, 0, model.nkey - 1)
     names = [model.key(k).name for k in range(model.nkey)]
@@ -151,7 +151,7 @@ def _keyframe(model: Any, key: Any) -> int:
     known = ", ".join(repr(one) for one in names if one) or "none has a name"
     raise ValueError(
         f"key must be a number from 0 to {model.nkey - 1}, or a name of a keyframe ({known}); "
-        f"received {key!r}."
+        f"received {input_checks.shown(key)}."
     )
 
 

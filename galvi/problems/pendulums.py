@@ -321,7 +321,7 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     """
     value = input_checks.real("damping", damping)
     base = [Link(Joint("free"), 5.0, (0.0, 0.02, -0.1), (0.15, 0.2, 0.1), name="body")]
-    links = base if floating else []
+    links = base if input_checks.flag("floating", floating) else []
     first = len(links)
     for k, axis in enumerate(AXES):
         links.append(

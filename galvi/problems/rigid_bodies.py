@@ -55,7 +55,7 @@ def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
         system=RigidBody(
             PENDULUM_INERTIA, UniformGravity(1.0, (0.0, 0.0, 1.0), (0.0, 0.0, strength))
         ),
-        q0=np.diag([-1.0, 1.0, -1.0]) if inverted else np.eye(3),
+        q0=np.diag([-1.0, 1.0, -1.0]) if input_checks.flag("inverted", inverted) else np.eye(3),
         v0=np.array(PENDULUM_VELOCITY),
         name=f"3D pendulum{', inverted' if inverted else ''}, m g = {strength:g}",
         parameters={"weight": strength, "inverted": bool(inverted)},

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import sys
-import time
 from collections.abc import Sequence
 
 from benchmarks.applications.external.loading import describe_error
@@ -30,16 +28,12 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             write_table(options.out / "tables", name, table, origin=origin)
 
 
-def run_long_forms(
-    suite: Suite, options: Options, only: str = "", minutes: float = math.inf
-) -> tuple[str, ...]:
-    """`studies`: do every missing run; returns a sentence for each that raised, or found a fault.
+def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
+    """`studies`: do every missing run; returns a sentence for each that raised.
 
-    only     names of studies, with commas between; all when empty; ValueError for another name
-    minutes  after which no further run is started
+    only  names of studies, with commas between; all when empty; ValueError for another name
     """
     failures: list[str] = []
-    end = time.monotonic() + 60.0 * minutes
     folder = options.out / FOLDER
 
     def say(text: str) -> None:
@@ -58,11 +52,9 @@ def run_long_forms(
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
         with Studies(len(missing)) as studies:
             for one in missing:
-                if time.monotonic() > end:
-                    break
                 try:
                     with studies(section.name, one.title) as report:
-                        failures += one.run(report) or ()
+                        one.run(report)
                 except Exception as error:
                     failures.append(f"{one.title}: not run ({describe_error(error)}).")
     print(f"The rows are in {folder}; build shows them.")

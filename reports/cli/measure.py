@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -139,7 +138,6 @@ def build_all(
 def long_studies(
     context: typer.Context,
     only: str = typer.Option("", "--only", metavar="mutants,free-spin", help="Only these studies."),
-    minutes: float = typer.Option(math.inf, metavar="M", help="Start no run after so many."),
     out: Path = FOLDER,
 ) -> int:
     """Run the long studies (hours); resumes after an interruption."""
@@ -148,7 +146,7 @@ def long_studies(
     given = invocation(context)
     suite = given.load()
     try:
-        failures = run_long_forms(suite, given.options(suite, False, out), only, minutes)
+        failures = run_long_forms(suite, given.options(suite, False, out), only)
     except ValueError as error:
         raise typer.BadParameter(f"--only: {error}") from None
     _tell(failures)

@@ -46,8 +46,7 @@ Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its 
 class LongForm:
     """The long form of a study: hours of runs, done one by one and stored.
 
-    runs    (folder, report) -> runs, each with title, done() and run(report), which may return
-            sentences on what it found
+    runs    (folder, report) -> runs, each with title, done() and run(report)
     stored  (folder, report) -> the rows of the finished runs
     """
 

@@ -1,7 +1,7 @@
 """The page of defects: what the suite saw in peers, and, apart, what others report of them.
 
-``docs/defects.csv`` and ``docs/engine_versions.csv`` are measured, by the command that they name;
-``reported.csv`` is written by hand, and nothing in it was run.
+``docs/defects.csv`` and ``docs/engine_versions.csv`` were measured, and the command of a line shows
+it again; ``reported.csv`` is written by hand, and nothing in it was run.
 """
 
 from __future__ import annotations
@@ -11,16 +11,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.experiments.engine_defects import (
-    CHANGE,
-    DEFECT,
-    DEFECTS,
-    ROUND_OFF,
-    SHOWN,
-    VERSIONS,
-)
 from benchmarks.store.provenance import ROOT
 
+VERSIONS, DEFECTS = ROOT / "docs" / "engine_versions.csv", ROOT / "docs" / "defects.csv"
+DEFECT, CHANGE = "defect", "change"  # kinds of a line
+ROUND_OFF, SHOWN = 1e-12, 0.0125  # of attitudes, not fitted; and the step of the errors
 FORCES = ROOT / "docs" / "forces.md"
 HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", "trace": "TRACE",
               "mercurius": "MERCURIUS"}  # fmt: skip
@@ -29,8 +24,8 @@ INTRODUCTION = (
     "What the suite finds in the codes it compares, each with the command that shows it again, the "
     "versions that ran, and what was seen. A line may be a limit that the code's own documentation "
     "states: whoever does not read it there is as wrong. Where results depend on it, a reference "
-    "here refuses the version or the option. A maintainer who finds a line wrong corrects it by "
-    "running its command: the tables are written by it."
+    "here refuses the version or the option. A maintainer who finds a line wrong shows so by "
+    "running its command."
 )
 CHANGED = (
     "A body turns otherwise from version to version, by design or since a fault was corrected: "

@@ -1,18 +1,12 @@
-"""The sections on what runs cost: from nothing, of a brownout cloud, and on other processors."""
+"""The sections on what runs cost: from nothing, and of a brownout cloud."""
 
 from __future__ import annotations
 
 from functools import partial
 
-import pandas as pd
-
 from benchmarks.applications.brownout import cost
-from benchmarks.applications.processors import study as processors
-from benchmarks.store.provenance import version
-from benchmarks.store.row_files import of_one_version
 from benchmarks.studies import start_up
-from reports.results.section import LongForm, Section, long_form_only
-from reports.tables.number_format import readable
+from reports.results.section import LongForm, Section
 from reports.tables.study_table import readable_table
 
 START_UP_COLUMNS = {
@@ -63,31 +57,4 @@ BROWNOUT_CLOUD = Section(
     table=partial(readable_table, headings=CLOUD_COLUMNS),
     long_form=LongForm(cost.parts, cost.stored),
     timed=True,
-)
-
-
-def processors_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each case, a column for each processor; of this version, or else the newest."""
-    rows = of_one_version(frame, version())
-    lines: dict[str, dict[str, str]] = {}
-    for row in rows.to_dict("records"):
-        line = lines.setdefault(row["case"], {"run": row["case"]})
-        line[row["processor"]] = row["status"] or readable(row["units"])
-    names = [name for name in dict.fromkeys(rows["processor"]) if name != processors.HOST]
-    table = pd.DataFrame(lines.values(), columns=["run", *names]).fillna("")
-    return table, dict.fromkeys(names, "number")
-
-
-PROCESSORS = Section(
-    name="processors",
-    title="The same runs on other processors",
-    text="A hundred steps in each kernel, compiled for other processors, with their instructions "
-    "alone and the BLAS that goes with them: the largest difference of the last state from that of "
-    "this machine's own, in units in the last place of the largest coordinate, or momentum. "
-    "Vectors of 8, 4 or 2 numbers and fused products round differently, so that results agree to "
-    "rounding, which grows as the motion lets it; success and status must be the same. On one kind "
-    "of processor all bits are the same, in every process and thread.",
-    measure=long_form_only,
-    table=processors_table,
-    long_form=LongForm(processors.parts, processors.stored),
 )

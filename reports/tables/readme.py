@@ -219,7 +219,7 @@ def _choice(row: pd.Series) -> str:
 
 def evidence(root: Path, out: Path) -> str:
     """What speaks for galvi's numbers, counted: statements, checks, truths, planted faults, and
-    the mutants and calls at random where `make studies` has kept them."""
+    the mutants where `make studies` has kept them."""
     claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
@@ -229,7 +229,6 @@ def evidence(root: Path, out: Path) -> str:
         ("stored truths, with script, engine, version and hash", f"{len(truths())}", "report"),
         ("planted faults that a claim must catch", f"{faults}", "`make test`"),
         ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
-        ("calls with odd arguments", _calls(out / "fuzz.csv"), "`make fuzz`"),
     ]
     rows = "\n".join(f"| {' | '.join(line)} |" for line in lines if line[1])
     return f"| evidence | number | from |\n|---|---|---|\n{rows}"
@@ -243,15 +242,6 @@ def _mutants(file: Path) -> str:
     rows = rows[[change not in same for change in changes]]
     found = int((rows["outcome"] == KILLED).sum())
     return f"{found} of {len(rows)} ({found / len(rows):.1%}), those that compute the same left out"
-
-
-def _calls(file: Path) -> str:
-    if not file.exists():
-        return ""
-    rows = read_csv(file, keep_default_na=False)
-    found = rows.loc[rows["finding"] != "", ["target", "finding"]].drop_duplicates()
-    calls = int(pd.to_numeric(rows["calls"]).sum())
-    return f"{calls}; {len(found)} neither answered nor refused in a sentence"
 
 
 def marks(name: str) -> tuple[str, str]:

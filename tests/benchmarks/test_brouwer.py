@@ -224,9 +224,7 @@ def foreign(path: Path) -> None:
     galvi.save(galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3), path)
 
 
-@pytest.mark.slow(
-    beside="test_store.py::test_the_current_version_is_shown_or_else_the_newest_by_date"
-)
+@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
         for part in round_off.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -247,3 +248,21 @@ def sought(event: Any) -> Any:
 def test_pairs_that_cannot_be_are_refused_in_words(call: Any, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         call()
+
+
+@pytest.mark.slow(beside="test_one_event_of_all_pairs_is_those_of_each")
+def test_an_event_takes_at_most_200_bytes() -> None:
+    """Of an oscillator that passes its centre so often, whose run keeps two states."""
+    event = galvi.Event(lambda q, v, t: q[0], name="centre")
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    counts, bytes_held = [], []
+    for passages in (2_000, 12_000):
+        steps = int((passages + 0.5) * np.pi / 2.0)
+        problem = galvi.problems.harmonic_oscillator()
+        run = galvi.integrate(problem, method, 2.0, steps, save_every=steps)
+        tracemalloc.start()
+        counts.append(len(galvi.find_events(run, event)))
+        bytes_held.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert abs(counts[0] - 2_000) <= 1 and abs(counts[1] - 12_000) <= 1
+    assert (bytes_held[1] - bytes_held[0]) / (counts[1] - counts[0]) < 200.0

@@ -166,12 +166,12 @@ def test_a_mistyped_word_gives_status_2_and_names_the_nearest(
 @pytest.mark.parametrize(
     "words",
     [["verify", "--claims", ","], ["verify", "--out"], ["--quick", "verify"], ["verify", "x"],
-     ["export"], ["studies", "--minutes", "x"]],
+     ["export"], ["verify", "--timeout", "x"]],
 )  # fmt: skip
 def test_other_misuse_gives_status_2_and_one_sentence(make_suite, words, capsys):
     assert run(make_suite, words) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "--minutes" not in words or line.startswith("--minutes: ")
+    assert "--timeout" not in words or line.startswith("--timeout: ")
 
 
 def test_an_interrupt_has_a_status_and_a_sentence(make_suite, make_claim, tmp_path, capsys):

@@ -138,12 +138,7 @@ def test_the_evidence_is_counted(tmp_path):
     pd.DataFrame(columns).to_csv(tmp_path / "claims.csv")
     lines = evidence(ROOT, tmp_path).splitlines()
     assert "| claims | 2, in 3 checks | `galvi verify` |" in lines
-    assert not any("mutants" in line or "odd arguments" in line for line in lines)
-    pd.DataFrame({"target": "step", "calls": [7, 8], "finding": ["", "hangs"]}).to_csv(
-        tmp_path / "fuzz.csv"
-    )
-    said = evidence(ROOT, tmp_path)
-    assert "15; 1 neither answered nor refused in a sentence" in said
+    assert not any("mutants" in line for line in lines)
     assert len(lines) <= len(table_of(TRUST.read_text(), EVIDENCE).splitlines())
 
 

@@ -26,7 +26,7 @@ KINDS = (  # a page of each kind, and those with what is widest
     "multibody",
     "frames",
     "suite",
-    "solver-experiments",
+    "why",
     "tutorials/index",
     "tutorials/first_run",
     "tutorials/judged",

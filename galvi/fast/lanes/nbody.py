@@ -6,7 +6,7 @@ compilation serves every number of stages s, padded to P, a multiple of LANES.
 
 The first pass over all bodies is followed by some over two bodies alone, the star and the planet
 that moves fastest relative to its distance, which extrapolation predicts by far the worst: for the
-Sun and planets, the innermost to 1e-4, the next to 1e-10 (`benchmarks.experiments.solver_ideas`).
+Sun and planets, the innermost to 1e-4, the next to 1e-10 (docs/why.md, "Point masses").
 These passes only improve the guess. Iterations and force evaluations count the passes over all
 bodies; the PAIR_PASSES + 1 evaluations of the single pair are counted as PAIRS. In them moves
 begins with h^2 A^T, and Q, a, base, low and background are (d, P).
@@ -57,7 +57,7 @@ from galvi.kernels.nystrom.step import (
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
-PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/solver-experiments.md
+PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 
 
 @jit_inline

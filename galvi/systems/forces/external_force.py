@@ -9,7 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.input_checks import shown
+from galvi.input_checks import flag, shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.user_functions import check_arguments, compiles, returned_array
@@ -45,8 +45,11 @@ class Forced(Protocol):
 
 
 def check_force(system: Forced) -> None:
-    """Raise TypeError for a force that cannot be called with these arguments, ValueError for
-    timed_force without a force and for a built-in force without timed_force."""
+    """Raise TypeError for a force that cannot be called with these arguments and for flags that are
+    none, ValueError for timed_force without a force and for a built-in force without timed_force.
+    """
+    for name in ("explicit_time", "timed_force"):
+        flag(name, getattr(system, name))
     arguments = "(q, v, t)" if system.timed_force else "(q, v)"
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")

@@ -1,7 +1,7 @@
 """How each peer moves, in a few numbers, so that a new version that moves otherwise is told.
 
-    python -m benchmarks.experiments.signatures --write FILE     what the installed engines do
-    python -m benchmarks.experiments.signatures FILE             the same, compared with a file
+    python -m benchmarks.studies.signatures --write FILE     what the installed engines do
+    python -m benchmarks.studies.signatures FILE             the same, compared with a file
 
 `make newest` does the first with the newest engines in an environment of their own, and the second
 with those of constraints.txt; exit 1 where they differ.
@@ -78,7 +78,7 @@ def main(arguments: list[str]) -> int:
     if arguments[0] == "--write":
         write(Path(arguments[1]), signatures().to_csv(index=False))
         return 0
-    other = pd.read_csv(Path(arguments[0]), converters={"status": str})
+    other = pd.read_csv(Path(arguments[0])).fillna({"status": ""})
     here = signatures()
     said = list(differences(here, other))
     print(f"{here['engines'].iloc[0]}\n{other['engines'].iloc[0]}")

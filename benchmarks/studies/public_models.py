@@ -1,4 +1,4 @@
-"""What galvi reads of public MuJoCo models: `python -m benchmarks.experiments.public_models`.
+"""What galvi reads of public MuJoCo models: `python -m benchmarks.studies.public_models`.
 
 It reads every model in the wheels that `make install` keeps in the environment's ``models``, and
 those that come with MuJoCo, and writes docs/public_models.csv: the velocities, the parts that had

@@ -1,1 +1,0 @@
-"""Calls with arguments at random: what must never happen, whatever is given."""

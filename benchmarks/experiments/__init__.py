@@ -1,1 +1,0 @@
-"""Experiments that support choices in the solver and the suite, each a runnable module."""
