@@ -3,6 +3,7 @@ leapfrog, Runge and Kutta's method, Gauss's collocation by iteration, and SciPy'
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -33,38 +34,55 @@ def triple_jump(order: int) -> list[float]:
 @njit(cache=True)
 def acceleration(kind, masses, q, t, out):
     """Accelerations (n, d) of all bodies, those of one point as of one body."""
-    if kind == KEPLER:
-        out[0] = -q[0] / np.sum(q[0] ** 2) ** 1.5
-    elif kind == SPRING:
-        out[0] = -q[0]
-    elif kind == DRIVEN:
-        out[0] = -q[0] - q[0] ** 3 + np.sin(1.5 * t)
-    elif kind == PENDULUM:
-        out[0] = -np.sin(q[0])
-    elif kind == STAR:
+    out[:] = 0.0
+    if kind == STAR:
         x, y = q[0]
         out[0, 0], out[0, 1] = -x - 2.0 * x * y, -y - x * x + y * y
-    else:
-        out[:] = 0.0
+    elif kind == BODIES:
         for i in range(len(masses)):
             for j in range(i):
-                gap = q[j] - q[i]
-                pull = gap / np.sum(gap * gap) ** 1.5
-                out[i] += masses[j] * pull
-                out[j] -= masses[i] * pull
+                pull(q[i], q[j], masses[j], out[i])
+                pull(q[j], q[i], masses[i], out[j])
+    elif kind == KEPLER:
+        pull(q[0], np.zeros(q.shape[1]), 1.0, out[0])
+    elif kind == PENDULUM:
+        out[0, 0] = -math.sin(q[0, 0])
+    else:
+        for k in range(q.shape[1]):
+            out[0, k] = -q[0, k]
+        if kind == DRIVEN:
+            out[0, 0] += math.sin(1.5 * t) - q[0, 0] ** 3
+
+
+@njit(cache=True)
+def pull(q, other, mass, out):
+    """out <- out + acceleration of the body at q by that at other."""
+    square = 0.0
+    for k in range(len(q)):
+        square += (other[k] - q[k]) ** 2
+    for k in range(len(q)):
+        out[k] += mass * (other[k] - q[k]) / (square * math.sqrt(square))
+
+
+@njit(cache=True)
+def move(q, v, h):
+    """q <- q + h v."""
+    for i in range(q.shape[0]):
+        for k in range(q.shape[1]):
+            q[i, k] += h * v[i, k]
 
 
 @njit(cache=True)
 def composed(kind, masses, q, v, t0, h, steps, every, weights, saved):
-    a = np.empty_like(q)
+    q, v, a = q.copy(), v.copy(), np.empty_like(q)
     for k in range(steps):
         t = t0 + k * h
         for w in weights:
-            q = q + 0.5 * w * h * v
+            move(q, v, 0.5 * w * h)
             t += 0.5 * w * h
             acceleration(kind, masses, q, t, a)
-            v = v + w * h * a
-            q = q + 0.5 * w * h * v
+            move(v, a, w * h)
+            move(q, v, 0.5 * w * h)
             t += 0.5 * w * h
         if (k + 1) % every == 0:
             saved[0, (k + 1) // every], saved[1, (k + 1) // every] = q, v
@@ -74,11 +92,11 @@ def composed(kind, masses, q, v, t0, h, steps, every, weights, saved):
 def implicit(kind, masses, q, v, t0, h, steps, every, A, b, c, saved):
     """A Runge-Kutta method, its stages by iteration, of which one of an explicit method ends."""
     stages = len(b)
-    pull, speed = np.zeros((stages, *q.shape)), np.zeros((stages, *q.shape))
+    force, speed = np.zeros((stages, *q.shape)), np.zeros((stages, *q.shape))
     for k in range(steps):
         t = t0 + k * h
         for i in range(stages):
-            acceleration(kind, masses, q, t + c[i] * h, pull[i])
+            acceleration(kind, masses, q, t + c[i] * h, force[i])
             speed[i] = v
         before = np.inf
         for _ in range(100):
@@ -87,17 +105,17 @@ def implicit(kind, masses, q, v, t0, h, steps, every, A, b, c, saved):
                 place, fast = np.zeros_like(q), np.zeros_like(q)
                 for j in range(stages):
                     place += A[i, j] * speed[j]
-                    fast += A[i, j] * pull[j]
+                    fast += A[i, j] * force[j]
                 fast = v + h * fast
                 moved = max(moved, np.max(np.abs(fast - speed[i])))
                 speed[i] = fast
-                acceleration(kind, masses, q + h * place, t + c[i] * h, pull[i])
+                acceleration(kind, masses, q + h * place, t + c[i] * h, force[i])
             if moved == 0.0 or (moved < 1e-12 and moved >= before):
                 break
             before = moved
         for i in range(stages):
             q = q + h * b[i] * speed[i]
-            v = v + h * b[i] * pull[i]
+            v = v + h * b[i] * force[i]
         if (k + 1) % every == 0:
             saved[0, (k + 1) // every], saved[1, (k + 1) // every] = q, v
 

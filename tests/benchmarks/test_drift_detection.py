@@ -129,12 +129,6 @@ def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
 RATIO = "over the largest of single steps from exact states"
 
 
-@pytest.fixture(scope="module")
-def measured() -> dict[str, pd.DataFrame]:
-    """The frames of the claims' quick studies."""
-    return {claim.id: quick(claim) for claim in (V2, V8, V15, L4, L8)}
-
-
 @pytest.mark.slow_cases("V2-rising", "V2-falling", "V2-widening", "V8-rising")
 @pytest.mark.parametrize("change", PLANTS)
 @pytest.mark.parametrize(
@@ -157,14 +151,13 @@ def test_a_drift_of_5_percent_planted_in_a_claim_s_history_is_caught(
     history: str,
     quantity: str,
     change: Change,
-    measured: dict[str, pd.DataFrame],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def judged(table: pd.DataFrame) -> str:
         (row,) = (row for row in claim.judge(table) if row.quantity == quantity)
         return row.verdict
 
-    table = measured[claim.id]
+    table = quick(claim)
     assert judged(table) == HOLDS
     rows = (table["study"] == "history") & (table["quantity"] == history)
     planted = table.copy()
@@ -250,10 +243,10 @@ def test_the_form_of_degree_one_is_known_and_without_one_there_is_no_bound() -> 
 
 
 def test_a_form_of_another_degree_does_not_predict_the_drift_free_energy(
-    measured: dict[str, pd.DataFrame], monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def judged() -> str:
-        (row,) = (row for row in V2.judge(measured["V2"]) if row.quantity == v02.OF_FORM)
+        (row,) = (row for row in V2.judge(quick(V2)) if row.quantity == v02.OF_FORM)
         return row.verdict
 
     assert judged() == ATTAINED

@@ -145,6 +145,7 @@ def test_grains_that_touch_each_other_are_caught(monkeypatch: pytest.MonkeyPatch
     assert ALONE in contradicted(V25)
 
 
+@pytest.mark.slow(beside="test_a_wrong_flight_is_caught_by_the_truth")
 def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     """Thrown upwards in still air: what the row on the highest place rules out."""
     still = "def wind(q, decay):\n    return 0.0, 0.0, 0.0\n"

@@ -30,6 +30,7 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
             lay_out(figure, table)
 
 
+@pytest.mark.slow(beside="test_comparisons_draw_without_warnings")
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
     first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
     assert (first.svg, first.png) == (again.svg, again.png)
