@@ -63,6 +63,7 @@ def test_every_import_contract_has_a_planted_fault() -> None:
     assert {contract["id"] for contract in settings["contracts"]} == set(FAULTS)
 
 
+@pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
 def test_a_forbidden_import_breaks_its_contract(copy: Path) -> None:
     """A circle alone, then all faults at once, each told below the name of its contract."""
 
@@ -102,6 +103,7 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> N
     assert "galvi.spaces.space -> galvi.run" in result.stdout
 
 
+@pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
 def test_a_room_without_a_place_in_its_package_is_refused(copy: Path) -> None:
     for package in PACKAGES:
         stray = copy / package / "stray.py"

@@ -161,6 +161,9 @@ def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
     ]
 
 
+@pytest.mark.slow(
+    beside="test_another_force_is_caught_though_its_order_and_energy_are_not_declared"
+)
 def test_an_error_beyond_the_one_that_it_claims_is_caught():
     contender = Leapfrog()
     for factor, caught in ((1.0, 0), (0.01, 2)):

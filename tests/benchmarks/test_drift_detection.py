@@ -129,7 +129,7 @@ def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
 RATIO = "over the largest of single steps from exact states"
 
 
-@pytest.mark.slow_cases("V2-rising", "V2-falling", "V2-widening", "V8-rising")
+@pytest.mark.slow_cases(but=["V8-falling", "V8-widening", "L4-rising", "L4-falling", "L4-widening"])
 @pytest.mark.parametrize("change", PLANTS)
 @pytest.mark.parametrize(
     ("claim", "history", "quantity"),

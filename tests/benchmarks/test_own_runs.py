@@ -219,6 +219,7 @@ def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> Non
     assert any("24552" in sentence for sentence in sentences(whole))
 
 
+@pytest.mark.slow(beside="test_a_rebuilt_model_is_caught")
 def test_what_does_not_agree_is_not_said_to() -> None:
     """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
     sim = rebound.Simulation()
@@ -260,6 +261,7 @@ def test_labels_name_what_is_not_usual() -> None:
     assert "corrector 17" in label and "kernel lazy" in label
 
 
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
 def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
     sim = rebound.Simulation()
     sim.add(m=1.0)
@@ -410,6 +412,7 @@ def test_a_misread_model_is_refused_along_the_run(monkeypatch: pytest.MonkeyPatc
         judge(Model(problem, mine), 0.2, quick=True)
 
 
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_an_own_setting_may_be_that_of_a_problem_alone() -> None:
     problem, _ = read(star_last(), -1)
     found = judge(problem, 100.0, 1e-3, quick=True)

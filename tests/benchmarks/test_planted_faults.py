@@ -256,7 +256,7 @@ def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatc
     assert contradicted(L8) == set()
 
 
-@pytest.mark.slow_cases("SO(3) x R^3")
+@pytest.mark.slow(beside="test_invariants_alone_do_not_see_a_wrong_motion")
 @pytest.mark.parametrize("group", ["SO(3) x R^3", "SE(2)"])
 def test_a_motion_that_is_a_millionth_off_is_caught(
     group: str, monkeypatch: pytest.MonkeyPatch

@@ -25,6 +25,11 @@ from references.closed_forms.kepler import KEPLER
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
 
+# Quick studies of V33 and V34 take 7 and 11 s; other claims' tables show the same kinds of faults.
+WHOLE_STUDY = pytest.mark.slow(
+    beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured"
+)
+
 
 def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
     return {one.quantity: one.verdict for one in claim.judge(table)}
@@ -79,6 +84,7 @@ def test_the_longest_accurate_step_is_found(errors: list[float], expected: float
     assert v33.longest(table, "any", limit) == pytest.approx(expected, nan_ok=True)
 
 
+@WHOLE_STUDY
 def test_a_leapfrog_as_accurate_as_order_8_is_seen() -> None:
     table = quick(V33)
     table = table[table["label"] != v33.LEAP].copy()
@@ -89,6 +95,7 @@ def test_a_leapfrog_as_accurate_as_order_8_is_seen() -> None:
     assert other in found
 
 
+@WHOLE_STUDY
 def test_high_order_that_needs_steps_as_short_is_seen() -> None:
     table = scaled(quick(V33), 1e12, label=v33.EIGHT, quantity=v33.ERROR)
     table = table[(table["label"] != v33.EIGHT) | (table["step"] > 1.0)]
@@ -101,6 +108,7 @@ def test_high_order_that_needs_steps_as_short_is_seen() -> None:
     assert found[name] == CONTRADICTED
 
 
+@WHOLE_STUDY
 def test_orbits_that_leave_in_short_steps_are_seen() -> None:
     table = quick(V33)
     short = (table["quantity"] == v33.FARTHEST) & (table["step"] > 0.5)
@@ -111,6 +119,7 @@ def test_orbits_that_leave_in_short_steps_are_seen() -> None:
         assert name in found
 
 
+@WHOLE_STUDY
 def test_cheap_steps_are_seen() -> None:
     table = quick(V33)
     own = table["label"].isin([v33.FIXED_POINT, v33.NEWTON])
@@ -125,6 +134,7 @@ def test_cheap_steps_are_seen() -> None:
     )
 
 
+@WHOLE_STUDY
 @pytest.mark.parametrize(("label", "n"), [(v33.LEAP, v33.N), (v33.KUTTA, v33.FINE)])
 def test_steps_that_do_not_pay_are_seen(label: str, n: int) -> None:
     table = quick(V33)
@@ -133,6 +143,7 @@ def test_steps_that_do_not_pay_are_seen(label: str, n: int) -> None:
     assert name in accused(V33, table)
 
 
+@WHOLE_STUDY
 def test_curves_that_keep_pace_are_not_accused() -> None:
     table = quick(V33)
     for steps in curves.COUNTS:
@@ -145,6 +156,7 @@ def test_curves_that_keep_pace_are_not_accused() -> None:
     assert {found[f"{name}, {steps} steps"] for steps in curves.COUNTS} == {CONTRADICTED}
 
 
+@WHOLE_STUDY
 def test_a_curve_that_is_worse_from_the_start_is_seen() -> None:
     table = quick(V33)
     late = (table["study"] == curves.IN_N % 100) & (table["quantity"] == curves.QUANTITIES[1])
@@ -153,6 +165,7 @@ def test_a_curve_that_is_worse_from_the_start_is_seen() -> None:
     assert name in accused(V33, table)
 
 
+@WHOLE_STUDY
 def test_a_method_that_does_not_converge_is_seen_in_every_base() -> None:
     table = quick(V33)
     ends = (table["study"] == curves.IN_N % 10) & (table["quantity"] == curves.QUANTITIES[0])
@@ -166,6 +179,7 @@ QUOTIENT = (
 )
 
 
+@WHOLE_STUDY
 @pytest.mark.parametrize(
     ("times", "verdict"), [(1.5, HOLDS), (5.0, CONTRADICTED), (20.0, NOT_REPRODUCED)]
 )
@@ -177,6 +191,7 @@ def test_a_curve_whose_own_error_is_hidden_is_what_h_saw(times: float, verdict: 
     assert verdicts(V33, table)[OWN] == verdict
 
 
+@WHOLE_STUDY
 @pytest.mark.parametrize(
     ("power", "verdict"), [(3.5, HOLDS), (1.5, CONTRADICTED), (0.0, NOT_REPRODUCED)]
 )
@@ -207,6 +222,7 @@ def test_a_first_function_that_does_not_vanish_at_the_end_is_caught(
     assert f"largest {v34.NOETHER}, all rules, phi_1, n and h" in found
 
 
+@WHOLE_STUDY
 def test_the_bound_without_integration_by_parts_needs_the_straight_line() -> None:
     table = quick(V34)
     hats = table["quantity"].eq(v34.PROVED) & table["label"].eq(v34.HATS)
@@ -233,17 +249,20 @@ def test_what_is_no_symmetry_is_not_kept() -> None:
     assert f"largest of {v34.SECOND}, all rules, phi_1, n and h" in found
 
 
+@WHOLE_STUDY
 def test_local_motions_of_another_momentum_are_caught() -> None:
     """As if steps were handed on with a momentum that errs by as much as the bound allows."""
     table = scaled(quick(V34), 1e5, quantity=v34.GLOBAL)
     assert accused(V34, table) == {f"largest of {v34.GLOBAL}"}
 
 
+@WHOLE_STUDY
 def test_a_run_on_the_exact_ends_has_the_global_motion() -> None:
     table = scaled(quick(V34), 0.0, quantity=v34.FIRST)
     assert "|I(local motion) - I(start)| in the first step" in accused(V34, table)
 
 
+@WHOLE_STUDY
 @pytest.mark.parametrize(
     ("power", "quantity", "name"),
     [
@@ -262,6 +281,7 @@ def test_another_order_is_seen(power: float, quantity: str, name: str) -> None:
     assert name in accused(V34, table)
 
 
+@WHOLE_STUDY
 @pytest.mark.parametrize(
     ("by", "where", "name"),
     [
@@ -285,5 +305,6 @@ def test_the_curve_is_that_of_the_run() -> None:
     assert step.a @ run.q[0] == 0.0
 
 
+@WHOLE_STUDY
 def test_what_h_says_holds_and_what_is_ours_is_a_finding() -> None:
     assert set(verdicts(V34, quick(V34)).values()) == {HOLDS, FINDING}

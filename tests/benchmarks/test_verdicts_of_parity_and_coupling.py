@@ -207,6 +207,7 @@ def test_a_body_by_its_centre_would_not_show_it() -> None:
         assert np.max(abs(sound - other)) < 1e-13
 
 
+@pytest.mark.slow(beside="test_a_coupling_that_is_dropped_spoils_every_order_on_se3")
 def test_a_spring_that_pulls_one_body_only_spoils_every_order_on_the_product(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
