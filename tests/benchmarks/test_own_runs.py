@@ -281,7 +281,7 @@ def test_an_integrator_that_cannot_be_judged_says_what_to_do() -> None:
         judged(sim, 10.0)
 
 
-@pytest.mark.slow(beside="test_an_own_setting_may_be_that_of_a_problem_alone")
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, mine = read(star_last(), -1)
     said: list[str] = []

@@ -207,7 +207,7 @@ def test_a_factor_of_another_order_is_seen(power: float, verdict: str) -> None:
 # --- V34
 
 
-@pytest.mark.slow(beside="test_sides_that_change_places_are_seen")
+@WHOLE_STUDY
 def test_a_first_function_that_does_not_vanish_at_the_end_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -241,7 +241,7 @@ def no_generator() -> Iterator[None]:
         yield
 
 
-@pytest.mark.slow(beside="test_local_motions_of_another_momentum_are_caught")
+@WHOLE_STUDY
 @pytest.mark.usefixtures("no_generator")
 def test_what_is_no_symmetry_is_not_kept() -> None:
     found = contradicted(V34)
