@@ -227,7 +227,7 @@ def evidence(root: Path, out: Path) -> str:
         ("claims", f"{claims['id'].nunique()}, in {len(claims)} checks", "`galvi verify`"),
         ("checks with another verdict than expected", f"{differing}", "`galvi verify`"),
         ("stored truths, with script, engine, version and hash", f"{len(truths())}", "report"),
-        ("planted faults that a claim must catch", f"{faults}", "`make test`"),
+        ("planted faults that a claim must catch", f"{faults}", "`make test`, `make slow`"),
         ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
     ]
     rows = "\n".join(f"| {' | '.join(line)} |" for line in lines if line[1])
