@@ -51,7 +51,7 @@ def changed(table: pd.DataFrame, values: Callable[[pd.DataFrame], Any], **where:
     return table
 
 
-@pytest.mark.slow(beside="test_another_constant_of_a_steady_turning_is_caught")
+@pytest.mark.slow(beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured")
 def test_a_wrong_discrete_lagrangian_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     right = l17.discrete_lagrangian
     monkeypatch.setattr(l17, "discrete_lagrangian", lambda run: (1.0 + 1e-6) * right(run))
