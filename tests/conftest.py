@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import io
 import os
-import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -32,36 +31,6 @@ SLOW = 3600  # seconds, of those marked slow; the time-out of others is in pypro
 # The first call of a kernel compiles it, which no deadline of an example should count.
 settings.register_profile("galvi", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("galvi")
-
-
-# Without galvi.fast the tests of the core alone: files that name none of these, nor use a module of
-# tests that does.
-OF_FAST = (
-    "galvi.fast", "galvi.ensembles", "integrate_ensemble", "KeplerFrame", "HarmonicFrame", "sympy",
-    "elastic_pendulum", "kepler_polar", "start_up", "problems.__all__", "recommend",
-)  # fmt: skip
-USED = re.compile(r"^from (tests[\w.]*) import ([\w, ]+|\([^)]*\))", re.MULTILINE)
-
-
-def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    if os.environ.get("GALVI_FAST") != "0" or collection_path.suffix != ".py":
-        return None
-    if not collection_path.name.startswith("test_"):
-        return None
-    return True if _needs_fast(collection_path) else None
-
-
-def _needs_fast(path: Path) -> bool:
-    text = path.read_text(encoding="utf-8")
-    if any(name in text for name in OF_FAST):
-        return True
-    for folder, names in USED.findall(text):
-        place = Path(__file__).parents[1].joinpath(*folder.split("."))
-        modules = (place / name for name in re.findall(r"\w+", names))
-        files = (one.with_suffix(".py") for one in (place, *modules))
-        if any(_needs_fast(one) for one in files if one.is_file()):
-            return True
-    return False
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
