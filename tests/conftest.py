@@ -92,8 +92,8 @@ def check_beside(items: list[pytest.Item], root: Path) -> None:
     for test, some in cases.items():
         if not all(item.get_closest_marker("slow") for item in some):
             continue
-        named = [mark.kwargs["beside"] for mark in some[0].iter_markers("slow") if mark.kwargs]
-        if not named:
+        named = [mark.kwargs.get("beside", "") for mark in some[0].iter_markers("slow")]
+        if not any(named):
             raise pytest.UsageError(f"{test} is slow and names no test beside it that is left.")
         place = full_name(named[0], test)
         file = place.partition("::")[0]

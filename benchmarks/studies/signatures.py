@@ -78,7 +78,7 @@ def main(arguments: list[str]) -> int:
     if arguments[0] == "--write":
         write(Path(arguments[1]), signatures().to_csv(index=False))
         return 0
-    other = pd.read_csv(Path(arguments[0])).fillna({"status": ""})
+    other = pd.read_csv(Path(arguments[0]), dtype={"status": str}).fillna({"status": ""})
     here = signatures()
     said = list(differences(here, other))
     print(f"{here['engines'].iloc[0]}\n{other['engines'].iloc[0]}")

@@ -105,7 +105,10 @@ CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sq
 def unique_step(friedrichs: float | None, square: float) -> float | None:
     """M theorem 2: a step has exactly one solution, and M's iteration finds it, while
     eta C_N^2 = 3 (h omega C_N / z0)^2 < 1, with the square of the largest frequency omega."""
-    return None if friedrichs is None else Z0 / (friedrichs * math.sqrt(CAUTION * square))
+    if friedrichs is None:
+        return None
+    largest = friedrichs * math.sqrt(CAUTION * square)
+    return Z0 / largest if largest > 0.0 else math.inf
 
 
 def converging_passes(space: Space, rule: Rule, square: float) -> float | None:
@@ -115,7 +118,8 @@ def converging_passes(space: Space, rule: Rule, square: float) -> float | None:
     if table is None or len(set(getattr(space, "degrees", (space.degree,)))) > 1:
         return None
     radius = float(np.max(np.abs(np.linalg.eigvals(table.A))))
-    return 1.0 / math.sqrt(radius * square) if radius > 0.0 else math.inf
+    largest = math.sqrt(radius * square)
+    return 1.0 / largest if largest > 0.0 else math.inf
 
 
 def contracting_stages(space: Space, rule: Rule, square: float) -> float | None:
@@ -126,7 +130,7 @@ def contracting_stages(space: Space, rule: Rule, square: float) -> float | None:
         return None
     inverse, most = lagrange_constants(space, rule)
     product = inverse * square * most  # 0 with one point, at the step's end
-    return 1.0 if product == 0.0 else min(1.0, 1.0 / product)
+    return 1.0 if product <= 1.0 else 1.0 / product
 
 
 def lagrange_constants(space: Polynomials, rule: Rule) -> tuple[float, float]:

@@ -52,7 +52,8 @@ class Theory:
     stage_step         H theorem 2.3.1, and at most 1
     fixed_point_step   where h^2 rho(A) K / m = 1, of the Nystrom tableau A; K / m at the start is
                        the largest of M^-1 V''
-    no_bounds          why there are no such steps, a sentence; "" where there are
+    no_bounds          why the problem has no such steps, a sentence; else "", and a step is None
+                       where the pair does not have what its theorem asks for
 
     A field that does not apply, or cannot be told in float64, is None.
     """
@@ -88,23 +89,28 @@ class Theory:
 
     @property
     def exists(self) -> bool | None:
-        """Whether the step is guaranteed to have exactly one solution (M theorem 2)."""
+        """Whether the step is guaranteed to have exactly one solution (M theorem 2); None where a
+        K of the start alone would say so."""
         return self._is_below(self.unique_step)
 
     @property
     def converges(self) -> bool | None:
-        """Whether fixed-point iteration contracts near a solution of the step."""
+        """Whether fixed-point iteration contracts near a solution of the step; None likewise."""
         return self._is_below(self.fixed_point_step)
 
     def _is_below(self, bound: float | None) -> bool | None:
-        return None if bound is None or self.step is None else abs(self.step) < bound
+        if bound is None or self.step is None:
+            return None
+        below = abs(self.step) < bound
+        return None if below and self.source != "given" and bound < inf else below
 
     def __str__(self) -> str:
         return "\n".join(_lines(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Field name -> value, in plain Python types."""
-        return {**asdict(self), "names": list(self.names)}
+        """Name -> value of fields and properties, in plain Python types."""
+        properties = {name: getattr(self, name) for name in ("name", "exists", "converges")}
+        return {**asdict(self), "names": list(self.names), **properties}
 
 
 def theory(
@@ -123,7 +129,7 @@ def theory(
     lipschitz  Lipschitz constant K of dV/dq; None: that of the start
 
     Raises TypeError for an argument of another type, ValueError for a step or a lipschitz without a
-    problem, for a number that is zero or not finite, and for a negative lipschitz.
+    problem, for a number that is not finite, a step of zero, and a negative lipschitz.
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
@@ -224,7 +230,9 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
     if step is not None and input_checks.real("step", step) == 0.0:
         raise ValueError(f"step must not be zero; received {step!r}.")
     if lipschitz is not None:
-        input_checks.positive("lipschitz", lipschitz, "Leave it out for that of the start.")
+        number = input_checks.real("lipschitz", lipschitz, "Leave it out for that of the start.")
+        if number < 0.0:
+            raise ValueError(f"lipschitz must not be negative; received {shown(lipschitz)}.")
 
 
 def _in_frame(found: Theory, method: Any) -> Theory:
@@ -257,13 +265,16 @@ def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float]
             f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
             f"{type(system).__name__}."
         )
-    if getattr(system, "force", None) is not None:
-        return "the theorems are for forces that have a potential; here is one besides."
+    if getattr(system, "force", None) is not None or getattr(system, "forces", None):
+        return "the theorems are for the force of the potential alone; here is one besides."
     d = problem.v0.size
     units = np.eye(d).reshape(-1, *problem.v0.shape)
     mass = np.array([np.ravel(system.momentum(unit)) for unit in units])
+    least = float(np.linalg.eigvalsh(mass)[0])
+    if least <= 0.0:
+        return "the theorems are for positive masses; here is a body without mass."
     if lipschitz is not None:
-        return float(lipschitz), float(lipschitz / np.linalg.eigvalsh(mass)[0])
+        return float(lipschitz), float(lipschitz) / least
     jacobian = system.acceleration_jacobian(problem.q0, problem.t0).reshape(d, d)
     if not np.all(np.isfinite(jacobian)):
         return "the derivative of the force is not finite at the start."
@@ -279,6 +290,9 @@ def _commutes(system: Any) -> bool:
     """Whether the group is commutative, so that a chart's base does not matter."""
     layout = system.group.layout if hasattr(system, "group") else []
     return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)
+
+
+STAGES = "H's iteration contracts (H theorem 2.3.1)"
 
 
 def _lines(found: Theory) -> Iterator[str]:
@@ -306,14 +320,16 @@ def _lines(found: Theory) -> Iterator[str]:
     if found.no_bounds:
         yield f"{found.problem}: no bounds on the step: {found.no_bounds}"
     elif found.problem is not None:
-        yield f"{found.problem}: Lipschitz constant {found.lipschitz:.4g}, {found.source}"
+        more = "" if found.source == "given" else "; give one that holds everywhere for a yes"
+        yield f"{found.problem}: Lipschitz constant {found.lipschitz:.4g}, {found.source}{more}"
     for bound, holds, words in (
         (found.unique_step, found.exists, "a step has exactly one solution (M theorem 2)"),
-        (found.stage_step, None, "H's iteration contracts (H theorem 2.3.1)"),
+        (found.stage_step, None, STAGES),
         (found.fixed_point_step, found.converges, "fixed-point iteration contracts (spectrum)"),
     ):
         if bound is not None:
-            answer = (
-                "" if holds is None else f": {'yes' if holds else 'not said'} at {found.step:g}"
-            )
-            yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<14}{words}{answer}"
+            asked = found.step is not None and words != STAGES
+            answer = f": {'yes' if holds else 'not said'} at {found.step:g}" if asked else ""
+            yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<13} {words}{answer}"
+        elif found.problem is not None and not found.no_bounds:
+            yield f"{'no bound':<13} {words}: the pair does not have what it needs"

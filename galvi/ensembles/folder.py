@@ -157,8 +157,13 @@ class Folder:
         """How many members a file of this ensemble has, but for the last one; 0 where there is
         none."""
         names = (path.name for path in self.path.glob(f"{self.request}-*"))
-        found = (re.fullmatch(r"\w+-(\d+)-(\d+)\.npz", name) for name in names)
-        return max((int(one[2]) - int(one[1]) for one in found if one), default=0)
+        matches = (re.fullmatch(r"\w+-(\d+)-(\d+)\.npz", name) for name in names)
+        ranges = (slice(int(one[1]), int(one[2])) for one in matches if one)
+        for members in sorted(ranges, key=lambda one: one.start - one.stop):
+            size = members.stop - members.start
+            if size > 0 and members.start % size == 0 and self._read(members) is not None:
+                return size
+        return 0
 
     def summary(self, computed: int) -> str:
         """What was loaded and computed, in words."""
@@ -170,18 +175,24 @@ class Folder:
         path = self._file(members)
         if not os.path.lexists(path):
             return None
-        try:
-            with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            if str(arrays.pop("digest")) != self._digest(members, arrays):
-                raise ValueError("not what was written")
-        except Exception:  # damaged data can raise any exception
+        arrays = self._read(members)
+        if arrays is None:
             self.damaged += 1
             return None
         self.loaded += 1
         failed, passes, messages = (arrays.pop(name) for name in ("failed", "passes", "messages"))
         texts = {int(member): text for member, text in json.loads(str(messages)).items()}
         return tuple(arrays[f"value{k}"] for k in range(len(arrays))), failed, passes, texts
+
+    def _read(self, members: slice) -> dict[str, Any] | None:
+        """The arrays of these members' file; None unless it is what was written."""
+        try:
+            path = self._file(members)
+            with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files}
+            return arrays if str(arrays.pop("digest")) == self._digest(members, arrays) else None
+        except Exception:  # damaged data can raise any exception
+            return None
 
     def save(
         self, members: slice, values: tuple[Array, ...], failed: Any, passes: Any,

@@ -108,3 +108,8 @@ def seen() -> dict[str, str]:
     if why := rebound_simulation.missing():
         raise ModuleNotFoundError(why)
     return {name: look() for name, look in DEFECTS.items()}
+
+
+if __name__ == "__main__":
+    for defect, what in seen().items():
+        print(f"{defect}: {what or 'not in this version'}")

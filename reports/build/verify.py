@@ -46,6 +46,10 @@ def junit_suites(
         for one in checked
     }
     suites["engines"] = [_engine(name, engines) for name in engines.absence]
+    if wrong := summary(checked).unfounded:
+        suites["statements"] = [
+            JUnitCase("statements", "printed statement", 0.0, "failure", one) for one in wrong
+        ]
     return suites
 
 

@@ -54,10 +54,13 @@ class Summary:
     @property
     def unfounded(self) -> list[str]:
         """What the rows do not say of the papers' statements; empty where a row differs from what
-        was expected, or a claim that a statement names has none."""
+        was expected or was not run, as without an engine, or a claim that a statement names has
+        none."""
         needed = {claim for one in statements() for claim in one.claims}
-        complete = needed <= {row.id for row in self.rows}
-        return unfounded(statements(), self.rows) if complete and not self.differing else []
+        complete = needed <= {row.id for row in self.rows if row.verdict != NOT_RUN}
+        missing = any(row.id in needed and row.verdict == NOT_RUN for row in self.rows)
+        judged = complete and not missing and not self.differing
+        return unfounded(statements(), self.rows) if judged else []
 
     def passes(self, fail_under: float = 100.0) -> bool:
         """Whether something was measured, so many percent of the verdicts are as expected, the
@@ -83,7 +86,10 @@ class Summary:
             checks += (
                 f". The stated errors {'cover' if covered.sound else 'are too small'}: {covered}"
             )
-        checks += "".join(f". Unfounded: {one.removesuffix('.')}" for one in self.unfounded)
+        if wrong := self.unfounded:
+            checks += (
+                f". {many(len(wrong), 'printed statement')} unfounded: {wrong[0].removesuffix('.')}"
+            )
         if not self.differing:
             return f"{checks}; every verdict is the expected one."
         differ = "differs" if len(self.differing) == 1 else "differ"

@@ -26,9 +26,7 @@ from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
 
 # Quick studies of V33 and V34 take 7 and 11 s; other claims' tables show the same kinds of faults.
-WHOLE_STUDY = pytest.mark.slow(
-    beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured"
-)
+WHOLE_STUDY = pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 
 
 def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:

@@ -51,7 +51,7 @@ def changed(table: pd.DataFrame, values: Callable[[pd.DataFrame], Any], **where:
     return table
 
 
-@pytest.mark.slow(beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 def test_a_wrong_discrete_lagrangian_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     right = l17.discrete_lagrangian
     monkeypatch.setattr(l17, "discrete_lagrangian", lambda run: (1.0 + 1e-6) * right(run))
@@ -61,7 +61,7 @@ def test_a_wrong_discrete_lagrangian_is_caught(monkeypatch: pytest.MonkeyPatch) 
     assert not any(l17.STEPPED in quantity for quantity in found)
 
 
-@pytest.mark.slow(beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 @pytest.mark.parametrize("n", l17.STEADY_NS)
 def test_another_constant_of_a_steady_turning_is_caught(
     n: int, monkeypatch: pytest.MonkeyPatch
@@ -72,7 +72,7 @@ def test_another_constant_of_a_steady_turning_is_caught(
     assert verdict(L17, f"{name}{l17.STEADY}, n = {n}", table) == CONTRADICTED
 
 
-@pytest.mark.slow(beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 @pytest.mark.parametrize(("order", "expected"), [(4, ATTAINED), (3, CONTRADICTED), (7, EXCEEDS)])
 def test_the_printed_order_can_be_met_and_missed(order: int, expected: str) -> None:
     table = changed(
@@ -83,7 +83,7 @@ def test_the_printed_order_can_be_met_and_missed(order: int, expected: str) -> N
     assert verdict(L17, name, table) == expected
 
 
-@pytest.mark.slow(beside="test_verdicts_of_rates.py::test_what_an_order_gains_with_n_is_measured")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 @pytest.mark.parametrize(
     ("power", "expected"), [(1, CONTRADICTED), (2, HOLDS), (0.5, CONTRADICTED)]
 )

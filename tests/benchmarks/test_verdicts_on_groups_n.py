@@ -39,7 +39,7 @@ def changed(table: pd.DataFrame, change: Callable[[Any], Any], **where: Any) -> 
     return wrong
 
 
-@pytest.mark.slow(beside="test_ends_whose_error_does_not_grow_with_t_are_caught")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 def test_what_h_leaves_open_is_not_held_against_it(table: pd.DataFrame) -> None:
     found = {row.quantity: row for row in l09.judge(table)}
     assert CONTRADICTED not in {row.verdict for row in found.values()}
@@ -51,7 +51,7 @@ def test_what_h_leaves_open_is_not_held_against_it(table: pd.DataFrame) -> None:
     )
 
 
-@pytest.mark.slow(beside="test_ends_whose_error_does_not_grow_with_t_are_caught")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 def test_a_run_that_ends_early_or_stays_away_from_pi_is_not_said_to_hold(
     table: pd.DataFrame,
 ) -> None:
@@ -64,7 +64,7 @@ def test_a_run_that_ends_early_or_stays_away_from_pi_is_not_said_to_hold(
     ] == CONTRADICTED  # fmt: skip
 
 
-@pytest.mark.slow(beside="test_ends_whose_error_does_not_grow_with_t_are_caught")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 def test_jumps_at_any_turn_are_not_put_down_to_the_chart(table: pd.DataFrame) -> None:
     random = np.random.default_rng(0)
     name = next(name for name in verdicts(table) if "growth of the median" in name)
@@ -82,7 +82,7 @@ def test_jumps_at_any_turn_are_not_put_down_to_the_chart(table: pd.DataFrame) ->
     assert verdicts(walk)[share] == CONTRADICTED
 
 
-@pytest.mark.slow(beside="test_ends_whose_error_does_not_grow_with_t_are_caught")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 @pytest.mark.parametrize("power", [0.5, 1.5])
 def test_another_power_of_the_distance_is_caught(table: pd.DataFrame, power: float) -> None:
     name = next(name for name in verdicts(table) if name.startswith("power of the distance"))

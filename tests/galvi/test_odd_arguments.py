@@ -215,13 +215,17 @@ CALLS["run.to_frame"] = galvi.Trajectory.to_frame, {"self": RUN["run"]}
 
 
 def odd_call(data: st.DataObject, call: Callable[..., Any], good: Mapping[str, Any]) -> Any:
-    """The call with up to two odd arguments, which are drawn."""
+    """The call with one or two odd arguments, which are drawn."""
     parameters = inspect.signature(call).parameters.values()
     given = (int, float, str, tuple, type(None))
     values = {one.name: one.default for one in parameters if isinstance(one.default, given)}
     values |= good
     may_be_odd = sorted(values.keys() - UNTRIED)
-    odd = data.draw(st.sets(st.sampled_from(may_be_odd), max_size=2)) if may_be_odd else set()
+    odd = (
+        data.draw(st.sets(st.sampled_from(may_be_odd), min_size=1, max_size=2))
+        if may_be_odd
+        else set()
+    )
     for name, value in values.items():
         if isinstance(value, st.SearchStrategy):
             value = data.draw(value)

@@ -17,8 +17,10 @@ def radius(method):
 
 def test_the_bounds_on_the_step_are_those_of_the_theorems():
     """The oscillator has m = K = 1."""
-    said = method().theory(OSCILLATOR, step=0.1)
-    assert said.lipschitz == 1.0
+    said = method().theory(OSCILLATOR, step=0.1, lipschitz=1.0)
+    at_start = method().theory(OSCILLATOR, step=0.1)
+    assert at_start.lipschitz == 1.0 and at_start.unique_step == said.unique_step
+    assert at_start.exists is at_start.converges is None  # the constant may be larger elsewhere
     assert abs(said.unique_step - Z0 / np.sqrt(3) / said.friedrichs) < 1e-15
     assert abs(said.fixed_point_step - radius(method()) ** -0.5) < 1e-15
     assert said.exists and said.converges
@@ -85,7 +87,7 @@ def test_heavy_and_light_bodies_are_compared_by_their_accelerations():
     mercury = np.linalg.norm(problem.q0[1] - problem.q0[0])  # au; the Jacobian is 2 G M / r^3
     frequency = 1.0 / (said.fixed_point_step * np.sqrt(radius(eight)))
     assert abs(frequency**2 / (2 * 2.9591e-4 / mercury**3) - 1) < 1e-4
-    assert said.exists is False and said.converges is True
+    assert said.exists is False and said.converges is None
 
 
 def test_a_force_that_does_not_change_at_the_start_asks_for_its_constant():
@@ -96,6 +98,37 @@ def test_a_force_that_does_not_change_at_the_start_asks_for_its_constant():
     said = method().theory(galvi.Problem(quartic, [0.0], [1.0]), step=0.1)
     assert said.lipschitz is None and "Give lipschitz" in said.no_bounds
     assert method().theory(galvi.Problem(quartic, [0.0], [1.0]), lipschitz=4.25).exists is None
+
+
+def test_no_step_is_called_safe_where_the_force_is_steeper_elsewhere():
+    """Kepler's orbit from its apocentre, whose constant at the pericentre allows h < 0.089."""
+    far = galvi.problems.kepler(0.6).with_initial_state([-1.6, 0.0], [0.0, -0.5])
+    said = method(8, galvi.gauss(8)).theory(far, step=0.6)
+    assert said.unique_step > 0.6 and said.exists is None
+    assert "not said at 0.6" in str(said) and "yes" not in str(said).replace("for a yes", "")
+    assert said.to_dict()["exists"] is None and said.to_dict()["name"] == said.name
+
+
+def test_a_constant_of_zero_and_the_smallest_one_allow_any_step():
+    falling = galvi.Problem(
+        galvi.Canonical(1.0, galvi.UniformField([0.0, -9.8])), [0.0, 0.0], [1.0, 1.0]
+    )
+    for lipschitz in (0.0, 5e-324):
+        said = method().theory(falling, step=0.1, lipschitz=lipschitz)
+        assert said.exists and said.converges
+    with pytest.raises(ValueError, match=r"lipschitz must not be negative; received -1\.0"):
+        method().theory(falling, lipschitz=-1.0)
+
+
+def test_what_the_theorems_do_not_cover_has_no_bounds():
+    light = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)))
+    for lipschitz in (None, 1.0):
+        assert "without mass" in method().theory(light, lipschitz=lipschitz).no_bounds
+    dragged = galvi.NBody([1.0, 1e-3], forces=(galvi.Drag([0.1, 0.1]),))
+    pulled = galvi.Problem(dragged, [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
+    assert "here is one besides" in method().theory(pulled, 0.1).no_bounds
+    seen = galvi.theory(P(8), galvi.gauss(1), KEPLER, 0.1)
+    assert seen.unique_step is None and "no bound" in str(seen)
 
 
 def test_a_force_that_is_not_finite_has_no_bounds():

@@ -208,9 +208,14 @@ def test_a_statement_that_its_rows_do_not_found_is_no_success(make_row, monkeypa
     elsewhere = replace(founded, where="H fig. 2.4")
     monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
     assert not Summary((row,)).passes()
-    assert "Unfounded: H fig. 2.4 (It is so.) is called reproduced; no row" in str(Summary((row,)))
+    assert (
+        "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"
+        in str(Summary((row,)))
+    )
     monkeypatch.setattr(outcome, "statements", lambda: (replace(elsewhere, claims=("V2",)),))
     assert Summary((row,)).passes()
     monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
+    without_engine = replace(row, verdict="not run", expected="not run")
+    assert Summary((row, without_engine)).passes()
     differing = replace(row, verdict="contradicted")
     assert Summary((*[row] * 99, differing)).passes(fail_under=90.0)
