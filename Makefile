@@ -6,12 +6,12 @@ WORKERS ?= 2
 EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
     myo-sim==0.2.4
+BIN := .venv/bin
 # Tests of runs that other kernels do without galvi.fast; what else the core holds is the same in both.
 CORE := integrate order corners group_conservation group_slopes group_systems lagrangian_scales \
     trajectory pieces events unjudged_runs judged_when_asked problems stiff_forces external_forces \
     differences component_degrees users_errors limits_of_rounding calling own_space engines \
     end_of_step trees_of_engines interop compilation brownout mujoco_limits
-BIN := .venv/bin
 STAMP := .venv/installed-$(EXTRAS)
 
 # Tests and reports start many processes, which would compile every source anew.

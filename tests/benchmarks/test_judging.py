@@ -118,7 +118,6 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
 
 
-@pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
 def test_encounters_are_found_and_timed():
     """Two planets on the same circle in opposite directions meet twice in a period."""
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0], [0, 3, 0]], dtype=float)

@@ -217,9 +217,6 @@ def test_members_of_a_frame_or_of_degrees_that_lanes_do_not_take_say_why_they_ru
     assert "weights or degrees" in result.status[0] and result.success.all()
 
 
-@pytest.mark.slow(
-    beside="test_ensembles_with_forces.py::test_members_with_branches_are_runs_by_themselves"
-)
 def test_kept_values():
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 10)

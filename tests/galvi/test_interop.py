@@ -88,9 +88,6 @@ def test_snapshots_of_an_archive(tmp_path):
         galvi.from_rebound(tmp_path / "absent.bin")
 
 
-@pytest.mark.slow(
-    beside="test_reading_rebound.py::test_the_usual_time_between_the_states_of_an_archive_is_read"
-)
 def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch):
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
@@ -172,7 +169,6 @@ def test_what_is_no_simulation_is_refused():
         galvi.integrate(galvi.from_rebound(simulation()), SIX, 0.1, 2).to_rebound(at=3)
 
 
-@pytest.mark.slow(beside="test_xarray_is_imported_when_called")
 def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     code = (
         "import sys; sys.modules['rebound'] = sys.modules['matplotlib'] = None\n"
