@@ -282,7 +282,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     assert version_in_git(tmp_path / "file") == ""
 
 
-@pytest.mark.slow(beside="test_the_version_is_that_of_the_tag_or_the_commit")
+@pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_type_marker_and_the_data")
 def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     """Its version is that of the commit, although no git is there; wheels of both are equal."""
     clone = tmp_path / "clone"

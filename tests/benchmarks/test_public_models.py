@@ -60,7 +60,10 @@ def test_a_change_is_seen(fault: str) -> None:
     assert all("drosophila" in change for change in changes(before, now)) and changes(before, now)
 
 
-@pytest.mark.slow(beside="test_a_change_is_seen")
+@pytest.mark.slow(
+    beside="tests/galvi/test_trees_of_engines.py::"
+    "test_the_trees_of_a_model_move_as_in_mujoco_once_what_is_beyond_is_left_out"
+)
 def test_public_models_are_read_as_the_table_says() -> None:
     kept = {tuple(wheel.name.split("-")[:2]) for wheel in public.WHEELS.glob("*.whl")}
     asked = stored()

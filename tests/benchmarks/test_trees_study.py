@@ -37,7 +37,7 @@ def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> No
     assert frame["unsure"].max() < 1e-11
 
 
-@pytest.mark.slow(beside="test_without_mujoco_the_section_says_so")
+@pytest.mark.slow(beside="test_scaling.py::test_every_setting_of_every_contender_has_its_row")
 def test_the_finest_steps_are_timed_and_shown(frame: pd.DataFrame) -> None:
     timed = frame["seconds_per_step"].dropna()  # on a busy machine not all of them are
     assert (timed > 0.0).all()

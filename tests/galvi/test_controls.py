@@ -135,7 +135,7 @@ def test_resume_with_controls_says_what_it_is_for() -> None:
         galvi.resume(driven, until=1.0, ctrl=np.zeros(5))
 
 
-@pytest.mark.slow(beside="test_controls_that_cannot_be")
+@pytest.mark.slow(beside="tests/reports/test_judge.py::test_sources_of_every_kind_are_judged")
 def test_judge_takes_controls(tmp_path: Any) -> None:
     """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
     ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])

@@ -288,6 +288,19 @@ def test_no_damage_is_believed(tmp_path, small_files):
     assert len(kinds) == 8
 
 
+def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
+    first = ensemble(tmp_path)
+    some, *others = sorted(tmp_path.glob("*.npz"))
+    request, content = some.name.partition("-")[0], some.read_bytes()
+    for path in (some, *others):
+        path.unlink()
+    for members in ("256-0", "0-0", "5-6", "0-3", "0-100000"):
+        (tmp_path / f"{request}-{members}.npz").write_bytes(content)
+    again = ensemble(tmp_path)
+    assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
+    assert again.files.startswith("files: 0 loaded, 5 computed")
+
+
 def test_processes_that_began_at_once_may_have_files_of_other_sizes(tmp_path, monkeypatch):
     sizes = iter((8, 16))
     monkeypatch.setattr(engine, "PROBE", 8)

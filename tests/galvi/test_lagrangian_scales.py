@@ -159,7 +159,7 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14
 
 
-@pytest.mark.slow(beside="test_a_small_velocity_has_an_exact_momentum")
+@pytest.mark.slow(beside="test_differences.py::test_each_coordinate_has_a_length_of_its_own")
 def test_the_first_derivative_of_a_step_from_near_rest_has_the_scales_of_its_end():
     """Differences are taken again with them: 45 passes of four methods, else 116."""
 
