@@ -119,12 +119,3 @@ def test_everything_can_be_stored(problem, rule):
     said = galvi.theory(P(4), rule, problem, None if problem is None else 0.1)
     assert json.loads(json.dumps(said.to_dict()))["names"] == list(said.names)
     assert all(line == line.rstrip() and len(line) <= 120 for line in str(said).splitlines())
-
-
-def test_the_words_of_a_theory():
-    assert str(galvi.theory(P(3), galvi.lobatto(3))) == (
-        "Polynomials(degree=3) with Lobatto 3 = Lobatto IIIA-IIIB, 3 stages\n"
-        "well posed, consistent, symmetric\n"
-        "order 4 at step ends, 3 on the curve, limited by the rule for the force\n"
-        "C_N 1.0005, lambda_N 1.0000, Lambda_N 1.5811"
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import pickle
 import signal
@@ -19,12 +18,11 @@ import pandas as pd
 import pytest
 
 from benchmarks.applications.external.integrator import ExternalIntegrator
-from benchmarks.claims import CLAIMS
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER, ResultCache
 from reports.build.verify import verify
 from reports.build.workers import WORKERS, processors, study_in_workers
-from reports.contents import CHECKS, SECTIONS, load
+from reports.contents import SECTIONS, load
 from reports.results.cache import BuildCache, CachedResult
 from reports.results.claim_results import check
 from reports.results.options import Options
@@ -106,28 +104,6 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
     frame = FRAMES[0]
     assert BuildCache(ResultCache(tmp_path, "s")).result("V1", lambda: frame).frame is frame
     assert f"V1 is not kept for a build that is resumed: {error}." in capsys.readouterr().err
-
-
-def test_claims_and_sections_that_take_times_say_so():
-    """They are not studied beside others."""
-    for claim in CLAIMS:
-        source = inspect.getsource(sys.modules[claim.study.__module__])
-        assert claim.timed == (
-            "benchmarks.statistics.timing" in source or "import time" in source
-        ), claim.id
-    assert "V24" in {claim.id for claim in CLAIMS if claim.timed}
-    for section in SECTIONS:
-        measure = section.measure
-        source = inspect.getsource(sys.modules[measure.__module__])
-        assert section.timed == (
-            "benchmarks.statistics.timing" in source
-            or "\nimport time" in source
-            or "perf_counter" in source
-        ), section.name
-    assert {"start_up", "ensembles"} < {one.name for one in SECTIONS if one.timed}
-    beside = {claim.id for claim in CHECKS if not claim.timed}
-    beside |= {section.title for section in SECTIONS if not section.timed}
-    assert set(load().in_workers) == beside
 
 
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
