@@ -360,10 +360,9 @@ def _check_iteration(engine: Engine, problem: Problem, method: Galerkin) -> None
     if not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point needs galvi.fast, functions that are built in, from SymPy, or could be "
-            f"traced, and a law that is not too long to be written out, as that of EIH is for more "
-            f"than 11 bodies; received {shown(problem)} with {method.name}{_because(problem)}. Use "
-            f"the solver auto."
+            f"fixed_point needs galvi.fast, and functions that are built in (EIH for at most 11 "
+            f"bodies), from SymPy, or could be traced; received {shown(problem)} with {method.name}"
+            f"{_because(problem)}. Use the solver auto."
         )
 
 

@@ -168,7 +168,7 @@ PAIRS = (
     (ValueError, "lipschitz means nothing without", theory(*THREE, None, None, 1.0)),
     (ValueError, "step must not be zero; received 0.0", theory(*THREE, KEPLER, 0.0)),
     (ValueError, "step must be a finite real number", theory(*THREE, KEPLER, np.nan)),
-    (ValueError, "lipschitz must be positive", theory(*THREE, KEPLER, 0.1, 0.0)),
+    (ValueError, "lipschitz must not be negative", theory(*THREE, KEPLER, 0.1, -1.0)),
     (ValueError, "lipschitz must be a finite", theory(*THREE, KEPLER, 0.1, np.inf)),
     (ValueError, "a degree for each of the 2 components; received 3",
      theory(galvi.ComponentPolynomials((8, 4, 3)), galvi.gauss(8), KEPLER)),
