@@ -7,7 +7,7 @@ EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
     myo-sim==0.2.4
 BIN := .venv/bin
-# Tests of runs that other kernels do without galvi.fast; what else the core holds is the same in both.
+# Tests of runs, which other kernels do without galvi.fast; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_slopes group_systems lagrangian_scales \
     trajectory pieces events unjudged_runs judged_when_asked problems stiff_forces external_forces \
     differences component_degrees users_errors limits_of_rounding calling own_space engines \

@@ -9,6 +9,7 @@ states beside each.
 
 from __future__ import annotations
 
+import argparse
 import logging
 import sys
 import tempfile
@@ -89,6 +90,7 @@ def _rows(root: Path, folder: Path, version: str) -> list[dict[str, Any]]:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     logging.getLogger("galvi").setLevel(logging.ERROR)
     found = table()
     write(TABLE, found.to_csv(index=False, float_format="%.0e"))

@@ -9,6 +9,7 @@ with those of constraints.txt; exit 1 where they differ.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -75,10 +76,17 @@ def differences(here: pd.DataFrame, other: pd.DataFrame) -> Iterator[str]:
 
 def main(arguments: list[str]) -> int:
     """Write, or compare; the exit status."""
-    if arguments[0] == "--write":
-        write(Path(arguments[1]), signatures().to_csv(index=False))
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--write", action="store_true", help="write the file")
+    given = parser.parse_args(arguments)
+    if given.write:
+        write(given.file, signatures().to_csv(index=False))
         return 0
-    other = pd.read_csv(Path(arguments[0]), dtype={"status": str}).fillna({"status": ""})
+    if not given.file.is_file():
+        parser.error(f"file must be one that --write has written; there is no {given.file}.")
+    other = pd.read_csv(given.file, dtype={"status": str}).fillna({"status": ""})
     here = signatures()
     said = list(differences(here, other))
     print(f"{here['engines'].iloc[0]}\n{other['engines'].iloc[0]}")

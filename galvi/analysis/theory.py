@@ -133,31 +133,31 @@ def theory(
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
-    found = _of_pair(space, rule, _is_separable(problem))
+    report = _of_pair(space, rule, _is_separable(problem))
     if problem is not None:
         name = problem.name or type(problem.system).__name__
-        found = replace(found, problem=name, step=None if step is None else float(step))
+        report = replace(report, problem=name, step=None if step is None else float(step))
     if getattr(method, "in_frame", False):
-        return _in_frame(found, method)
+        return _in_frame(report, method)
     if problem is None:
-        return found
+        return report
     if getattr(method, "clock", None) is not None:
         raise ValueError(
             f"the bounds of a step are those of steps constant in time; received a method with the "
             f"clock {method.clock}. Leave the clock out, or the problem."
         )
     checked_degrees(space, problem.system, problem.v0.size)
-    if found.symmetric and not _commutes(problem.system):
-        found = replace(found, symmetric=None)  # the chart of a step is based at its start
+    if report.symmetric and not _commutes(problem.system):
+        report = replace(report, symmetric=None)  # the chart of a step is based at its start
     stiffness = _stiffness(problem, lipschitz)
     if isinstance(stiffness, str):
-        return replace(found, no_bounds=stiffness)
+        return replace(report, no_bounds=stiffness)
     constant, square = stiffness
     return replace(
-        found,
+        report,
         lipschitz=constant,
         source="at the start" if lipschitz is None else "given",
-        unique_step=unique_step(found.friedrichs, square),
+        unique_step=unique_step(report.friedrichs, square),
         stage_step=contracting_stages(space, rule, square),
         fixed_point_step=converging_passes(space, rule, square),
     )
@@ -235,23 +235,23 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
             raise ValueError(f"lipschitz must not be negative; received {shown(lipschitz)}.")
 
 
-def _in_frame(found: Theory, method: Any) -> Theory:
+def _in_frame(report: Theory, method: Any) -> Theory:
     """The theory of a method in a frame, from that of its space and rule.
 
     Where the orbit at the start of a run places the nodes, forward and backward steps with the same
     nodes cancel; from another start they differ by the error of the step: ``symmetric`` is None.
     """
     return replace(
-        found,
-        symmetric=found.symmetric if method.chart.reversible else None,
+        report,
+        symmetric=report.symmetric if method.chart.reversible else None,
         names=(method.name,),
         frame=(
             "Hamilton's principle in phase space, in coordinates that move with the flow: every "
             "step is symplectic once its passes have converged, of order "
-            f"{found.order} in h; {method.chart.conserved}"
+            f"{report.order} in h; {method.chart.conserved}"
         ),
         no_bounds=""
-        if found.problem is None
+        if report.problem is None
         else "the bounds of M and H are for curves in the inertial frame.",
     )
 
@@ -295,41 +295,41 @@ def _commutes(system: Any) -> bool:
 STAGES = "H's iteration contracts (H theorem 2.3.1)"
 
 
-def _lines(found: Theory) -> Iterator[str]:
+def _lines(report: Theory) -> Iterator[str]:
     """Order and symmetry, constants and, with a problem, step bounds."""
-    yield f"{found.space} with {found.rule}" + (f" = {found.name}" if found.name else "")
-    if not found.well_posed:
+    yield f"{report.space} with {report.rule}" + (f" = {report.name}" if report.name else "")
+    if not report.well_posed:
         yield "ill-posed: a free particle has no unique motion"
-    elif not found.consistent:
-        yield f"well posed, inconsistent: a free particle is off by {found.defect:.1e} of a step"
+    elif not report.consistent:
+        yield f"well posed, inconsistent: a free particle is off by {report.defect:.1e} of a step"
     else:
-        symmetry = {True: ", symmetric", False: ", not symmetric", None: ""}[found.symmetric]
+        symmetry = {True: ", symmetric", False: ", not symmetric", None: ""}[report.symmetric]
         yield f"well posed, consistent{symmetry}"
-    if found.order:
+    if report.order:
         yield (
-            f"order {found.order} at step ends, {found.curve_order} on the curve, limited by the "
-            f"{found.limited_by}"
+            f"order {report.order} at step ends, {report.curve_order} on the curve, limited by the "
+            f"{report.limited_by}"
         )
-    if found.friedrichs is not None:
+    if report.friedrichs is not None:
         yield (
-            f"C_N {found.friedrichs:.4f}, lambda_N {found.smallest_ratio:.4f}, "
-            f"Lambda_N {found.largest_ratio:.4f}"
+            f"C_N {report.friedrichs:.4f}, lambda_N {report.smallest_ratio:.4f}, "
+            f"Lambda_N {report.largest_ratio:.4f}"
         )
-    if found.frame:
-        yield found.frame
-    if found.no_bounds:
-        yield f"{found.problem}: no bounds on the step: {found.no_bounds}"
-    elif found.problem is not None:
-        more = "" if found.source == "given" else "; give one that holds everywhere for a yes"
-        yield f"{found.problem}: Lipschitz constant {found.lipschitz:.4g}, {found.source}{more}"
+    if report.frame:
+        yield report.frame
+    if report.no_bounds:
+        yield f"{report.problem}: no bounds on the step: {report.no_bounds}"
+    elif report.problem is not None:
+        more = "" if report.source == "given" else "; give one that holds everywhere for a yes"
+        yield f"{report.problem}: Lipschitz constant {report.lipschitz:.4g}, {report.source}{more}"
     for bound, holds, words in (
-        (found.unique_step, found.exists, "a step has exactly one solution (M theorem 2)"),
-        (found.stage_step, None, STAGES),
-        (found.fixed_point_step, found.converges, "fixed-point iteration contracts (spectrum)"),
+        (report.unique_step, report.exists, "a step has exactly one solution (M theorem 2)"),
+        (report.stage_step, None, STAGES),
+        (report.fixed_point_step, report.converges, "fixed-point iteration contracts (spectrum)"),
     ):
         if bound is not None:
-            asked = found.step is not None and words != STAGES
-            answer = f": {'yes' if holds else 'not said'} at {found.step:g}" if asked else ""
+            asked = report.step is not None and words != STAGES
+            answer = f": {'yes' if holds else 'not said'} at {report.step:g}" if asked else ""
             yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<13} {words}{answer}"
-        elif found.problem is not None and not found.no_bounds:
+        elif report.problem is not None and not report.no_bounds:
             yield f"{'no bound':<13} {words}: the pair does not have what it needs"

@@ -57,10 +57,9 @@ class Summary:
         was expected or was not run, as without an engine, or a claim that a statement names has
         none."""
         needed = {claim for one in statements() for claim in one.claims}
-        complete = needed <= {row.id for row in self.rows if row.verdict != NOT_RUN}
-        missing = any(row.id in needed and row.verdict == NOT_RUN for row in self.rows)
-        judged = complete and not missing and not self.differing
-        return unfounded(statements(), self.rows) if judged else []
+        not_run = {row.id for row in self.rows if row.verdict == NOT_RUN}
+        complete = needed <= {row.id for row in self.rows} - not_run
+        return unfounded(statements(), self.rows) if complete and not self.differing else []
 
     def passes(self, fail_under: float = 100.0) -> bool:
         """Whether something was measured, so many percent of the verdicts are as expected, the
