@@ -73,7 +73,7 @@ def _measured(
     if section.long_form is not None:
         rows = section.long_form.stored(options.out / FOLDER, _say)
         if not (len(rows) or absence):
-            note = "Short version; `make studies` runs the long one."
+            note = "Short version: make studies runs the long one."
         frames.append(rows)
     frames = [frame for frame in frames if len(frame)]
     whole = pd.concat(frames, ignore_index=True) if frames else None

@@ -84,7 +84,7 @@ def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path
 def test_a_long_study_that_was_not_run_says_how_to(suite_with, tmp_path):
     assert run(lambda: suite_with(few=2), ["build", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "studies.html").read_text(encoding="utf-8")
-    assert "Short version; `make studies` runs the long one." in page
+    assert "Short version: make studies runs the long one." in page
 
 
 @pytest.mark.slow(beside="test_a_run_that_raises_leaves_the_others")
