@@ -14,6 +14,7 @@ import galvi
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.own_problems import load_problem
 from benchmarks.work_precision import own_problem as own
+from benchmarks.work_precision import truths
 from benchmarks.work_precision.run import work_precision
 from reports.cli.commands import run
 from reports.contents import load
@@ -99,7 +100,7 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
 
 @pytest.mark.slow(beside="test_without_another_code_there_is_no_truth")
 def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
-    monkeypatch.setattr(own, "TRUTHS", [one for one in own.TRUTHS if one[0] == "SciPy DOP853"])
+    monkeypatch.setattr(truths, "TRUTHS", [one for one in truths.TRUTHS if one[0] == "SciPy DOP853"])
     case = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True)
     truth = case.truth()
     assert "by its difference from itself at 30 times" in truth.description
