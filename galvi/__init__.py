@@ -26,6 +26,7 @@ from galvi.events.search import Found, find_events
 from galvi.groups.group import SE2, SE3, SO2, SO3, Rn, nearest_rotation
 from galvi.groups.product import Product
 from galvi.interop.citations import Citation, cite
+from galvi.interop.convergence import convergence
 from galvi.interop.exports import plot as _plot
 from galvi.interop.exports import to_scipy, to_xarray
 from galvi.interop.from_mujoco import from_mujoco
@@ -116,12 +117,12 @@ __all__ = [
     "QuadraticDrag", "Radiation", "Recommendation", "Relativity", "RigidBody", "Rn", "RotorDrag",
     "Rule", "SchillerNaumann", "SpringChain", "StatesAt", "Sundman", "Theory", "Tides",
     "Trajectory", "UniformField", "UniformGravity", "cite", "clenshaw_curtis", "composite",
-    "energy", "events", "find_events", "from_mujoco", "from_rebound", "gauss", "heliocentric",
-    "integrate", "integrate_ensemble", "integrate_many", "judge", "linear_momentum", "load",
-    "lobatto", "momentum_balance", "momentum_map", "nearest_rotation", "newton_cotes",
-    "orbital_elements", "orthogonality_defect", "problems", "radau", "recommend", "resume",
-    "rotations", "round_trip_error", "save", "states_at", "step_derivative", "symplecticity_defect",
-    "theory",
+    "convergence", "energy", "events", "find_events", "from_mujoco", "from_rebound", "gauss",
+    "heliocentric", "integrate", "integrate_ensemble", "integrate_many", "judge",
+    "linear_momentum", "load", "lobatto", "momentum_balance", "momentum_map", "nearest_rotation",
+    "newton_cotes", "orbital_elements", "orthogonality_defect", "problems", "radau", "recommend",
+    "resume", "rotations", "round_trip_error", "save", "states_at", "step_derivative",
+    "symplecticity_defect", "theory",
 ]  # fmt: skip
 if not FAST:
     __all__ = [name for name in __all__ if name not in IN_FAST]

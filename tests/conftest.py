@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import io
 import os
 import signal
@@ -139,21 +140,22 @@ def interruptible() -> Iterator[None]:
 
 
 @pytest.fixture
-def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`galvi.judge` runs its command here, without the seconds that a new process imports for."""
+def suite_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`galvi.judge` and `galvi.convergence` run their commands here, without the seconds that a new
+    process imports for."""
 
-    def here(arguments: list[str], digest: str) -> str:
-        from galvi.interop.judge import HANDED_OVER, PROGRESS
+    def here(command: str, arguments: list[str], pickled: bytes = b"") -> str:
+        from galvi.interop.suite_process import HANDED_OVER
         from reports.cli.commands import run
 
-        told = io.StringIO()
-        monkeypatch.setenv(HANDED_OVER, digest)
-        with redirect_stdout(io.StringIO()), redirect_stderr(told):
-            run(None, ["judge", *arguments])  # type: ignore[arg-type]
-        lines = told.getvalue().splitlines()
-        return "\n".join(line for line in lines if not line.startswith(PROGRESS))
+        said = io.StringIO()
+        monkeypatch.setenv(HANDED_OVER, hashlib.sha256(pickled).hexdigest() if pickled else "")
+        with redirect_stdout(io.StringIO()), redirect_stderr(said):
+            run(None, [command, *arguments])  # type: ignore[arg-type]
+        lines = said.getvalue().splitlines()
+        return "\n".join(line for line in lines if not line.startswith(f"{command}: "))
 
-    monkeypatch.setattr("galvi.interop.judge._run", here)
+    monkeypatch.setattr("galvi.interop.suite_process.run_command", here)
 
 
 @pytest.fixture(autouse=True)

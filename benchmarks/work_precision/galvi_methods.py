@@ -28,6 +28,7 @@ class Variational:
     method: galvi.Galerkin
     exact: bool = False
     missing: str = ""
+    fixed_step: bool = True
 
     @property
     def name(self) -> str:

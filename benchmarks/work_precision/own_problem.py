@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,17 +27,17 @@ from references.newton import is_differenced
 from references.rebound import ias15, saba, whfast
 
 OURS = (4, 8, 12)  # degrees
-FIXED: tuple[tuple[str, Mapping[str, Any]], ...] = (
-    ("REBOUND WHFast", whfast.BEST),
-    ("REBOUND SABA", saba.BEST),
-    ("REBOUND TRACE", {}),
-    ("REBOUND leapfrog", {}),
-    ("Stormer-Verlet", {}),
-    ("RK4 on quaternions, compiled", {}),
-    ("MuJoCo RK4", {}),
-    ("MuJoCo Euler", {}),
-    ("MuJoCo implicitfast", {}),
-)
+FIXED: Mapping[str, Mapping[str, Any]] = {  # of equal steps, with their best options
+    "REBOUND WHFast": whfast.BEST,
+    "REBOUND SABA": saba.BEST,
+    "REBOUND TRACE": {},
+    "REBOUND leapfrog": {},
+    "Stormer-Verlet": {},
+    "RK4 on quaternions, compiled": {},
+    "MuJoCo RK4": {},
+    "MuJoCo Euler": {},
+    "MuJoCo implicitfast": {},
+}
 ADAPTIVE = (
     "SciPy DOP853",
     "SciPy DOP853, chains",
@@ -50,6 +50,7 @@ ADAPTIVE = (
     "heyoka, chains",
     "heyoka, Lagrangians",
     "heyoka, rigid bodies",
+    "REBOUND IAS15",
 )
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
 OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet")  # those that take the force of references.newton
@@ -70,21 +71,19 @@ def own_problem(
     """
     truth = truth_of(problem, duration, report)
     participants = []
-    for label, contender, options in _fixed():
-        if can_run(contender, problem):
-            report(f"settings of {label}")
-            ladder = _Ladder(problem, duration, contender, options, truth, quick)
-            settings = ladder.settings()
-            participants += [Participant(label, contender, settings)] if settings else []
-    for name in ADAPTIVE:
-        contender = reference(name)
-        if can_run(contender, problem):
-            chosen = adaptive("tolerance", TOLERANCES[1::2] if quick else TOLERANCES)
-            participants.append(Participant(name, contender, chosen))
-    if can_run(ias15.IAS15, problem):
-        looser = [] if quick else [{**ias15.GLOBAL, "epsilon": one} for one in (1e-2, 1e-4)]
-        chosen = [{"samples": 1, **one} for one in (*looser, ias15.DEFAULT)]
-        participants.append(Participant("REBOUND IAS15", ias15.IAS15, chosen))
+    for degree in OURS:
+        label, method = galvi_label(degree), gauss_collocation(degree)
+        report(f"settings of {label}")
+        settings = ladder(problem, duration, method, truth, quick)
+        participants.append(Participant(label, method, settings))
+    for contender in peers(problem):
+        report(f"settings of {contender.name}")
+        settings = (
+            ladder(problem, duration, contender, truth, quick)
+            if contender.name in FIXED
+            else tolerances(contender, quick)
+        )
+        participants.append(Participant(contender.name, contender, settings))
     return WorkPrecisionProblem(
         problem, duration, tuple(participants), lambda: truth, *measure_of(problem),
         repeated_run=True, refined=False,
@@ -92,11 +91,32 @@ def own_problem(
     )  # fmt: skip
 
 
-def _fixed() -> Iterator[tuple[str, Contender, Mapping[str, Any]]]:
-    for degree in OURS:
-        yield galvi_label(degree), gauss_collocation(degree), {}
-    for name, options in FIXED:
-        yield name, reference(name), options
+def peers(problem: Problem) -> list[Contender]:
+    """Every code here, but galvi, that takes the problem."""
+    known = (reference(name) for name in (*FIXED, *ADAPTIVE))
+    return [contender for contender in known if can_run(contender, problem)]
+
+
+def tolerances(contender: Contender, quick: bool = False) -> list[Setting]:
+    """Settings of a code that chooses its steps, from loose to tight."""
+    if contender is ias15.IAS15:
+        looser = [] if quick else [{**ias15.GLOBAL, "epsilon": one} for one in (1e-2, 1e-4)]
+        return [{"samples": 1, **one} for one in (*looser, ias15.DEFAULT)]
+    return adaptive("tolerance", TOLERANCES[1::2] if quick else TOLERANCES)
+
+
+def ladder(
+    problem: Problem, duration: float, contender: Contender, truth: Truth, quick: bool = False,
+    options: Mapping[str, Any] | None = None,
+) -> list[Setting]:  # fmt: skip
+    """Settings of equal steps, each of half the step of the one before, found by trying them: from
+    where the contender is within a tenth of the motion until it is as accurate as the truth, or
+    takes PATIENCE.
+
+    options  entries of each setting; None for its best here
+    """
+    options = FIXED.get(contender.name, {}) if options is None else options
+    return _Ladder(problem, duration, contender, options, truth, quick).settings()
 
 
 @dataclass
@@ -117,13 +137,15 @@ class _Ladder:
         size = max(float(np.max(np.abs(self.truth.end))), float(np.max(np.abs(self.problem.q0))))
         floor = max(self.truth.error, FINE * size)
         begun, count, tried = math.inf, COARSEST, dict[str, Any]()
-        while time.process_time() - begun < PATIENCE:
+        elsewhere = hasattr(self.contender, "timed")  # in another process
+        now = time.perf_counter if elsewhere else time.process_time
+        while now() - begun < PATIENCE:
             tried = {**fixed(self.duration, count), **self.options}
             try:
                 run = self.contender.run(self.problem, self.duration, tried)
             except ValueError:  # steps that it does not take
                 break
-            begun = min(begun, time.process_time())  # from the end of the first run: it may compile
+            begun = min(begun, now())  # from the end of the first run: it may compile
             off = distance(run.q[-1], self.truth.end) if run.success else math.inf
             usable = off <= COARSE * size
             self.found += [tried] if usable else []

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+import galvi
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
     ATTITUDE,
@@ -90,7 +91,7 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
         )  # fmt: skip
     name, setting, end = ends[0]
     source = (name, readable_setting(setting))
-    rounding = EPS * max(1.0, float(np.max(np.abs(end))))
+    rounding = _rounding(end)
     if len(ends) == 2:
         other = ends[1]
         apart = distance(other[2], end)
@@ -104,3 +105,75 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
     apart = distance(run.q[-1], end)
     text = f"{name}; by its difference from itself at {LOOSER:g} times the tolerance"
     return Truth(end, max(apart, rounding), text, source)
+
+
+FINEST, DOUBLINGS = 16, 5  # fewest steps of a Richardson pair, and how often they are doubled
+
+
+def exact_truth(problem: Problem, duration: float, report: Report) -> Truth | None:
+    """The end by a closed form or by an engine that is exact; None where none is here."""
+    for name, setting in TRUTHS:
+        contender = reference(name)
+        if not (contender.exact and can_run(contender, problem)):
+            continue
+        report(f"truth: {name}")
+        try:
+            run = contender.run(problem, duration, {"samples": 1, **setting})
+        except ValueError:  # a truth that knows some starts or durations only
+            continue
+        if run.success and "closed form" in name:
+            return Truth(run.q[-1], _rounding(run.q[-1]), f"{name}, to rounding")
+        if run.success:
+            return truth_of(problem, duration, report)
+    return None
+
+
+def richardson_truth(
+    problem: Problem, duration: float, method: galvi.Galerkin, steps: int, report: Report
+) -> Truth:
+    """The end by a method at a number of steps and at twice as many, doubled until the difference
+    of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times.
+
+    The larger one of the last two differences is its error. Where a code that is not galvi solves
+    the problem too and differs by more than its own error, that difference is. Raises ValueError
+    where no pair comes to its end.
+    """
+    _, distance = measure_of(problem)
+    ends: list[Array] = []
+    apart: list[float] = []
+    status = ""
+    for count in (max(FINEST, steps) * 2**k for k in range(DOUBLINGS + 1)):
+        report(f"truth: {method.name}, {count} steps")
+        run = galvi.integrate(problem, method, duration / count, count, save_every=count)
+        status = run.status
+        if not run.success:
+            ends, apart = [], []
+            continue
+        ends.append(run.q[-1])
+        apart += [distance(ends[-2], ends[-1])] if len(ends) > 1 else []
+        if len(apart) > 1 and apart[-1] > 0.25 * apart[-2]:
+            break
+    if not apart:
+        raise ValueError(
+            f"{problem.name or 'the problem'} needs a truth; no other code here solves it, and "
+            f"galvi's run for one did not end: {status} Give truth=, the configuration at the end."
+        )
+    end, error = ends[-1], max(*apart[-2:], _rounding(ends[-1]))
+    text = (
+        f"{method.name}, at {count // 2:,} and {count:,} steps (a Richardson pair): by their "
+        "difference"
+    )
+    try:
+        other = truth_of(problem, duration, report)
+    except ValueError:
+        return Truth(end, error, f"{text}; no other code here solves the problem")
+    off = distance(other.end, end)
+    if off > 3.0 * other.error:
+        return Truth(end, max(off, error), f"{text}, and from {other.description}")
+    return Truth(
+        end, error, f"{text}; {(other.source or (other.description,))[0]} agrees to {off:.1g}"
+    )
+
+
+def _rounding(end: Array) -> float:
+    return EPS * max(1.0, float(np.max(np.abs(end))))

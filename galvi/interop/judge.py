@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import pickle
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -20,6 +16,7 @@ import numpy as np
 from galvi.input_checks import shown
 from galvi.interop import from_mujoco as mujoco_reader
 from galvi.interop import rebound as rebound_reader
+from galvi.interop import suite_process
 from galvi.interop.rebound_contents import copied
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
@@ -28,8 +25,6 @@ if TYPE_CHECKING:
     import pandas
 
 MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
-HANDED_OVER = "GALVI_JUDGED_PROBLEM"  # environment variable: SHA-256 of the pickle to be loaded
-SILENT, PROGRESS = 10.0, "judge: "  # seconds before lines of progress are shown; how they begin
 
 
 @dataclass(frozen=True)
@@ -185,11 +180,10 @@ def judge(
             f"{shown(source)}. Leave it out."
         )
     with tempfile.TemporaryDirectory() as folder:
-        file, digest = Path(folder) / "model", ""
+        file, pickled = Path(folder) / "model", b""
         if isinstance(source, Problem):
             pickled = _pickled(source)
             file.write_bytes(pickled)
-            digest = hashlib.sha256(pickled).hexdigest()
         elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
             is_file and Path(source).suffix in MODELS
         ):  # fmt: skip
@@ -214,7 +208,8 @@ def judge(
                 extras.save(request.extras)
         asked = Path(folder) / "request.json"
         asked.write_text(request.to_json(), encoding="utf-8")
-        refusal = _run([str(file), "--request", str(asked), "--out", folder], digest)
+        arguments = [str(file), "--request", str(asked), "--out", folder]
+        refusal = suite_process.run_command("judge", arguments, pickled)
         result = Path(folder) / "judge.json"
         if not result.is_file():
             raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
@@ -238,24 +233,3 @@ def _pickled(problem: Problem) -> bytes:
             f"a problem is judged in another process, to which its functions must be passed: "
             f"{error}. Define them by name in a module."
         ) from None
-
-
-def _run(arguments: Sequence[str], digest: str) -> str:
-    """Run the command; returns what it said on stderr beside its progress.
-
-    digest  of the pickle that it may load; "" for none
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-m", "galvi", "judge", *arguments],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-        env={**os.environ, HANDED_OVER: digest},
-    )  # fmt: skip
-    begun, said = time.monotonic(), list[str]()
-    with process:
-        assert process.stderr is not None
-        for line in process.stderr:
-            if not line.startswith(PROGRESS):
-                said.append(line.rstrip())
-            elif time.monotonic() - begun > SILENT:
-                print(line, end="", file=sys.stderr, flush=True)
-    return "\n".join(said) or f"the command ended with {process.returncode}."

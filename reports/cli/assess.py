@@ -1,4 +1,4 @@
-"""The commands that assess what is a user's: track and judge."""
+"""The commands that assess what is a user's: track, judge and convergence."""
 
 from __future__ import annotations
 
@@ -7,10 +7,19 @@ from pathlib import Path
 
 import typer
 
-from reports.cli.invocation import FOLDER, QUICK, TIMEOUT, TRACKED, invocation, typed, within
+from reports.cli.invocation import (
+    CONTENDER,
+    FOLDER,
+    QUICK,
+    TIMEOUT,
+    TRACKED,
+    invocation,
+    typed,
+    within,
+)
 from reports.results.options import OUT
 
-JUDGE = "judge"  # folder in the output folder
+JUDGE, CONVERGENCE = "judge", "convergence"  # folders in the output folder
 
 
 def track_performance(
@@ -124,3 +133,49 @@ def judge_model(
         else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     )
     return judge_command(file, asked, folder, given.command, given.called)
+
+
+def tabulate_convergence(
+    context: typer.Context,
+    problem: str = typer.Option(
+        "",
+        "--problem",
+        metavar="package.module:function",
+        help="Returns a galvi.Problem and its duration.",
+    ),
+    method: list[str] = typer.Option(
+        [],
+        "--method",
+        metavar="rebound.whfast",
+        help="Another code by its name, gauss:DEGREE of galvi's, or package.module:name of a "
+        "galvi.Galerkin; may be repeated. Default: all that take the problem.",
+    ),
+    contender: list[str] = CONTENDER,
+    steps: str = typer.Option(
+        "",
+        "--steps",
+        metavar="50,100,200",
+        help="Numbers of equal steps, or their sizes. Default: found by trying.",
+    ),
+    duration: float = typer.Option(
+        None, "--duration", metavar="T", help="In place of the problem's own."
+    ),
+    truth: str = typer.Option(
+        "", "--truth", metavar="scipy.dop853", help="The code that gives the truth."
+    ),
+    timeout: float = TIMEOUT,
+    quick: bool = typer.Option(False, "--quick", help="Shorter timings."),
+    request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.convergence
+    out: Path = typer.Option(
+        None, "--out", metavar="DIR", help=f"Output folder. Default: `{OUT / CONVERGENCE}`."
+    ),
+) -> int:
+    """Errors and orders of methods on a problem: tables and a figure."""
+    from reports.cli.convergence import Asked, convergence_command
+
+    given = invocation(context)
+    if not problem and request is None:
+        raise typer.BadParameter("convergence expects --problem package.module:function.")
+    folder = given.folder(out, CONVERGENCE)
+    asked = request or Asked(problem, contender, method, steps, duration, truth, quick)
+    return convergence_command(asked, timeout, folder, given.command)

@@ -48,6 +48,7 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
     "export": kept_results.export_table,
     "track": assess.track_performance,
     "judge": assess.judge_model,
+    "convergence": assess.tabulate_convergence,
     "warm": measure.warm_kernels,
     "merge": kept_results.merge_reports,
     "readme": kept_results.renew_readme,

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-import pickle
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import typer
 
@@ -19,8 +17,9 @@ from benchmarks.store.foreign_texts import visible
 from benchmarks.store.provenance import provenance
 from galvi import Problem
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.judge import HANDED_OVER, MODELS, PROGRESS, JudgeRequest
+from galvi.interop.judge import MODELS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
+from reports.cli.handed_over import handed_over, show_progress
 from reports.judge.cases import junit_suites
 from reports.judge.page import write_judgement
 from reports.judge.sentences import own_run, sentences
@@ -28,6 +27,7 @@ from reports.results.junit import github_annotations, junit_xml
 from reports.tables.number_format import capital
 
 FLAGS = {"true": True, "false": False}
+progress = partial(show_progress, "judge")
 LEFT = "other sources of the truth, neighbouring starts, other integrators"
 
 
@@ -40,7 +40,7 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, ca
     try:
         model = read_model(file, request)
         found = judge(
-            model, request.duration, request.error, request.own, _progress, request.quick, _first
+            model, request.duration, request.error, request.own, progress, request.quick, _first
         )
     except BeyondTrees as refused:
         *lines, _ = str(refused).splitlines()
@@ -48,7 +48,7 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, ca
         raise typer.BadParameter(visible("\n".join([*lines, remedy]))) from None
     except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
         raise typer.BadParameter(visible(str(refused))) from None
-    _progress("")
+    progress("")
     page = write_judgement(found, file.name, provenance(command), out)
     suites = junit_suites(found, file.name, request.error)
     write(out / "judge.xml", junit_xml(f"{called} judge", suites))
@@ -82,7 +82,7 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
     """The model of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
     ValueError for an option of the other kind."""
     if request.is_problem:
-        problem = _unpickled(file)
+        problem: Problem = handed_over(file, "galvi.judge(problem)")
         return kind_of(problem).model(problem)
     asked = request.key, request.qpos, request.qvel, request.ctrl
     if file.suffix in MODELS:
@@ -101,26 +101,6 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
     problem, simulation = rebound.read(file, request.snapshot, request.extras)
     said = (problem.parameters.get(name) for name in ("read_as", "functions", "written_by"))
     return Model(problem, simulation, tuple(f"{capital(one)}." for one in said if one))
-
-
-def _unpickled(file: Path) -> Problem:
-    """The problem of the `galvi.judge` that started this process.
-
-    Raises ValueError for any other file, since loading a pickle runs whatever it says.
-    """
-    pickled = file.read_bytes()
-    if os.environ.get(HANDED_OVER) != hashlib.sha256(pickled).hexdigest():
-        raise ValueError(
-            f"a file of a problem is loaded for galvi.judge alone, which writes it; received "
-            f"{file}. Call galvi.judge(problem) in Python."
-        )
-    try:
-        return cast(Problem, pickle.loads(pickled))
-    except (AttributeError, ImportError) as error:
-        raise ValueError(
-            f"a problem is judged in another process, which does not find its functions: {error}. "
-            f"Define them in a module, not in the script that is run."
-        ) from None
 
 
 def read_own(text: str) -> dict[str, Any]:
@@ -158,18 +138,10 @@ def _number(text: str) -> Any:
     return text
 
 
-def _progress(sentence: str) -> None:
-    """Show a sentence: on a terminal in place of the last one, elsewhere on a line of its own."""
-    if sys.stderr.isatty():
-        print(f"\r\033[K{sentence}", end="", file=sys.stderr, flush=True)
-    elif sentence:
-        print(PROGRESS + sentence, file=sys.stderr, flush=True)
-
-
 def _first(found: Judgement) -> None:
-    _progress("")
+    progress("")
     first = (
         f"First answer: {' '.join(own_run(found))} The truth is {found.source.label}, not yet "
         f"compared with another source."
     )
-    print(f"{PROGRESS}{first} Still to come: {LEFT}.", file=sys.stderr, flush=True)
+    print(f"judge: {first} Still to come: {LEFT}.", file=sys.stderr, flush=True)

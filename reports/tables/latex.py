@@ -22,7 +22,7 @@ SPACE = 1.5  # letters between two columns
 WIDE = {"M": 0.9, "W": 1.1, "m": 0.7, "w": 0.5, "%": 0.7}  # letters that these take more than one
 # Where a line may end within a word: not in a number, nor where a hyphen would seem one.
 BREAKS = re.compile(r"(?<=[/_,;:])(?=\w)|(?<=[a-z]-)(?=[a-z])|(?<=\S{24})(?=\S)")
-PAIRS = {"measured": "uncertainty"}  # number: its uncertainty, shown with it
+PAIRS = {"measured": "uncertainty", "fitted": "fitted_se"}  # number: its uncertainty, shown with it
 DIGITS = 3  # significant ones of a number without uncertainty
 OF_ORIGIN = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
 SPECIAL = {

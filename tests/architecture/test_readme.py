@@ -63,7 +63,7 @@ def printed(code: str, first_line: int, names: dict[str, object]) -> str:
 )
 @pytest.mark.parametrize("page", PAGES)
 def test_the_code_of_a_page_prints_what_the_page_shows(
-    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, judge_in_this_process: None
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suite_in_this_process: None
 ) -> None:
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)

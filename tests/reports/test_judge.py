@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.interop.judge import HANDED_OVER, JudgeRequest
+from galvi.interop.judge import JudgeRequest
+from galvi.interop.suite_process import HANDED_OVER
 from reports.cli.commands import run
 from reports.cli.judge import read_own
 from reports.judge.cases import junit_suites
@@ -117,7 +118,7 @@ def test_the_same_from_python(model, tmp_path, monkeypatch):
         galvi.judge(3)
 
 
-def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process):
+def test_what_the_command_refuses_is_a_value_error(model, suite_in_this_process):
     with pytest.raises(ValueError, match=r"Own integrator must be one of .*Choose one to judge"):
         galvi.judge(model, own={"integrator": "none"})
 
@@ -157,7 +158,7 @@ ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbod
 
 
 @pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
-def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
+def test_a_model_of_mujoco(tmp_path, capsys, suite_in_this_process):
     mujoco = pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(ARM)
     given = [str(tmp_path / "arm.xml"), "--duration", "1", "--error", "1e-12", "--key", "0"]
@@ -203,7 +204,7 @@ def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, 
         galvi.judge(BEYOND)
 
 
-def test_sources_of_every_kind_are_judged(tmp_path, judge_in_this_process):
+def test_sources_of_every_kind_are_judged(tmp_path, suite_in_this_process):
     mujoco = pytest.importorskip("mujoco")
     exact = {"duration": 0.5, "error": 1e-3, "quick": True}
     by_text = galvi.judge(ARM, key=0, **exact)
@@ -304,4 +305,4 @@ def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
     body = galvi.Problem(galvi.RigidBody((1, 2, 2)), np.eye(3), [0.1, 0.2, 0.3])
     with pytest.raises(ValueError, match="RigidBody") as refused:
         galvi.judge(body, 1.0)
-    assert "galvi.judge alone" not in str(refused.value)
+    assert "for galvi.judge" not in str(refused.value)

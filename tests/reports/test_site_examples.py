@@ -42,7 +42,7 @@ def test_every_public_name_has_an_example_and_nothing_else_has_one() -> None:
 )
 @pytest.mark.parametrize("name", examples())
 def test_an_example_is_short_and_prints_what_it_shows(
-    name: str, judge_in_this_process: None
+    name: str, suite_in_this_process: None
 ) -> None:
     text = examples()[name]
     assert 1 < len(text.splitlines()) <= LINES

@@ -10,8 +10,9 @@ from galvi import Problem, input_checks
 KIND = "problem", "function"
 
 
-def load_problem(path: str) -> tuple[Problem, float]:
-    """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration).
+def load_problem(path: str, duration: float | None = None) -> tuple[Problem, float]:
+    """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration),
+    or () -> galvi.Problem where a duration is given, which wins.
 
     A problem without a name gets that of the function. Raises ContenderError for anything else.
     """
@@ -22,13 +23,15 @@ def load_problem(path: str) -> tuple[Problem, float]:
         made = found()
     except Exception as error:
         raise ContenderError(f"it raised {describe_error(error)}") from None
+    if duration is not None:
+        made = (made[0] if isinstance(made, tuple) and made else made), duration
     if not (isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], Problem)):
         raise ContenderError(
             f"the function must return a galvi.Problem and its duration; received {made!r}"
         )
-    problem, duration = made
+    problem, given = made
     try:
-        duration = input_checks.positive("its duration", duration)
+        duration = input_checks.positive("its duration", given)
     except (ValueError, TypeError) as error:
         raise ContenderError(str(error).rstrip(".")) from None
     name = problem.name or path.rpartition(":")[2].replace("_", " ")

@@ -1,0 +1,1 @@
+"""Order and cost tables of methods on a problem, for `galvi.convergence`."""

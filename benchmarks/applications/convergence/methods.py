@@ -1,0 +1,127 @@
+"""The methods of an order table: galvi's, other codes by name, and integrators of others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import galvi
+from benchmarks.applications.convergence.own_class import OwnIntegrator
+from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
+from benchmarks.work_precision.galvi_methods import InClock, Variational, gauss_collocation
+from benchmarks.work_precision.own_problem import FIXED, ladder, peers, tolerances
+from benchmarks.work_precision.problem import Participant, Setting, Truth, fixed, galvi_label
+from galvi import Problem
+from galvi.interop.convergence import ConvergenceRequest
+from references import Contender, named
+from references.contender import refusal_reason
+from references.setting import WHOLE
+
+DEGREES = (2, 4, 8)  # of galvi's methods where none are named
+FEWEST = 20  # steps of an integrator that offers its settings
+HALVINGS = 12  # of a step in a clock, until a run comes to its end
+
+Methods = Mapping[str, Contender]
+
+
+@contextmanager
+def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Methods]:
+    """The contenders of a request by their names; processes of integrators end with the context.
+
+    timeout  seconds for an answer of an integrator in a process of its own
+
+    Raises ValueError, ContenderError or ModuleNotFoundError, in a sentence, for a method that is
+    not there or does not solve the problem.
+    """
+    problem = request.problem
+    methods: dict[str, Contender] = {}
+    if request.with_all:
+        methods = {galvi_label(degree): gauss_collocation(degree) for degree in DEGREES}
+        methods |= {contender.name: contender for contender in peers(problem)}
+    with ExitStack() as stack:
+        for name, method in request.methods.items():
+            contender = _contender(problem, name, method, timeout)
+            if isinstance(contender, ExternalIntegrator):
+                stack.callback(contender.close)
+                name = contender.name if name == method else name
+            methods[name] = contender
+            if contender.missing:
+                raise ModuleNotFoundError(f"{name} cannot run: {contender.missing}")
+            if not contender.supports(problem):
+                reason = refusal_reason(contender, problem)
+                raise ValueError(
+                    f"{name} does not solve this kind of problem; received one with a "
+                    f"{type(problem.system).__name__} system. "
+                    + (f"The reason is {reason}." if reason else "Leave it out.")
+                )
+        yield methods
+
+
+def _contender(problem: Problem, name: str, method: Any, timeout: float) -> Any:
+    if isinstance(method, galvi.Galerkin):
+        return Variational(method) if method.clock is None else InClock(method)
+    if not isinstance(method, str):
+        return OwnIntegrator.of(name, method)
+    return ExternalIntegrator.open(method, timeout) if ":" in method else named(method, problem)
+
+
+def with_settings(methods: Methods, request: ConvergenceRequest, truth: Truth) -> list[Participant]:
+    """Each method with its settings, from coarse to fine.
+
+    Raises ValueError for a step that does not go into the duration, and for an integrator that
+    chooses its steps where none are offered.
+    """
+    return [
+        Participant(name, contender, _settings(request, contender, truth))
+        for name, contender in methods.items()
+    ]
+
+
+def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequence[Setting]:
+    problem, duration = request.problem, request.duration
+    if isinstance(contender, InClock):
+        return [{"step": h} for h in _clock_steps(request, contender)]
+    options = FIXED.get(contender.name, {})
+    if hasattr(contender, "settings"):
+        offered = contender.settings(problem, duration, FEWEST)
+        if not offered or "step" not in offered[-1]:
+            return [{**setting, "samples": 1} for setting in offered]
+        options = {k: v for k, v in offered[-1].items() if k not in ("step", "save_every")}
+    elif not contender.fixed_step:
+        return tolerances(contender)
+    counts = _counts(request)
+    if counts:
+        return [{**fixed(duration, count), **options} for count in counts]
+    return ladder(problem, duration, contender, truth, options=options)
+
+
+def _counts(request: ConvergenceRequest) -> Sequence[int]:
+    """Numbers of equal steps, increasing; none where they are to be found by trying."""
+    for h in request.sizes:
+        count = max(1, round(request.duration / h))
+        if abs(request.duration / h - count) > WHOLE * count:
+            raise ValueError(
+                f"each step must go into the duration {request.duration:g} a whole number of "
+                f"times; received {h!r}. The nearest is {request.duration / count!r}."
+            )
+    return request.counts or [round(request.duration / h) for h in request.sizes]
+
+
+def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[float]:
+    """Steps in the clock, decreasing: those asked for, or about as many as were asked for."""
+    if request.sizes:
+        return request.sizes
+    counts = request.counts or tuple(FEWEST * 2**k for k in range(6))
+    problem, duration = request.problem, request.duration
+    rate = float(contender.method.clock.rate(problem)(problem.q0.ravel()))
+    step = duration / rate / counts[-1]
+    for _ in range(HALVINGS):
+        run = galvi.integrate(problem, contender.method, step, 10 * counts[-1], duration=duration)
+        if run.success and run.t[-1] >= problem.t0 + duration * (1.0 - WHOLE):
+            return [float(run.tau[-1]) / count for count in counts]
+        step *= 0.5
+    raise ValueError(
+        f"no step in the clock was found with which {contender.name} comes to its end; the last "
+        f"run: {run.status} Give steps as sizes."
+    )

@@ -1,0 +1,74 @@
+"""An integrator that Python hands over as a class or an instance, as a contender."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.applications.external.loading import METHODS, ContenderError, describe_error
+from benchmarks.applications.external.timed_run import TimedRun
+from benchmarks.applications.external.validation import valid_settings
+from benchmarks.applications.external.worker import timed_run
+from galvi import Problem, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class OwnIntegrator:
+    """A contender that runs in this process, with the same checks of what it returns as
+    `external.integrator.ExternalIntegrator`; one that raises has a failed run."""
+
+    name: str
+    given: Any
+    exact: bool = False
+    missing: str = ""
+
+    @classmethod
+    def of(cls, name: str, given: Any) -> OwnIntegrator:
+        """Raises ContenderError for a class that cannot be made, or lacks a required member."""
+        if isinstance(given, type):
+            try:
+                given = given()
+            except Exception as error:
+                raise ContenderError(f"{name}: it raised {describe_error(error)}") from None
+        lacking = [word for word in METHODS if not callable(getattr(given, word, None))]
+        if lacking:
+            raise ContenderError(
+                f"{name} lacks {' and '.join(map(repr, lacking))}; an integrator has "
+                "supports(problem) and run(problem, duration, setting)"
+            )
+        return cls(name, given)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it declares that a step back cancels a step."""
+        return bool(getattr(self.given, "symmetric", False))
+
+    def supports(self, problem: Problem) -> bool:
+        """What it says."""
+        return bool(self.given.supports(problem))
+
+    def settings(
+        self, problem: Problem, duration: float, fewest: int
+    ) -> Sequence[Mapping[str, Any]]:
+        """Its own, coarse to fine; `fewest` equal steps where it offers none."""
+        if not hasattr(self.given, "settings"):
+            return [{"step": duration / fewest, "save_every": fewest}]
+        return valid_settings(list(self.given.settings(problem, duration)), duration)
+
+    def timed(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> TimedRun:
+        """A run that measures its own time."""
+
+        def ask(repeats: int) -> Any:
+            try:
+                return timed_run(self.given, problem, duration, setting, repeats)
+            except ContenderError:
+                raise
+            except Exception as error:
+                raise ContenderError(f"It raised {describe_error(error)}.") from None
+
+        return TimedRun(self.name, problem, duration, dict(setting), ask, lambda why: None)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """One run."""
+        return self.timed(problem, duration, setting)()

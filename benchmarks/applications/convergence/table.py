@@ -1,0 +1,243 @@
+"""Order and cost tables: methods on one problem at decreasing steps, for `galvi.convergence`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.measures.defects import (
+    kept_components,
+    largest_changes,
+    map_symplecticity_defect,
+)
+from benchmarks.statistics.orders import orders
+from benchmarks.statistics.repeated_run import repeated_run
+from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
+from benchmarks.work_precision.galvi_methods import InClock
+from benchmarks.work_precision.participants import readable_setting
+from benchmarks.work_precision.problem import Participant, Setting, Truth
+from benchmarks.work_precision.truths import Report, measure_of
+from galvi import Problem, Trajectory
+
+COLUMNS = (
+    "method", "h", "error", "order", "fitted", "fitted_se", "energy", "momentum", "symmetry",
+    "symplecticity", "seconds", "evaluations", "outcome", "setting", "steps", "fit", "note",
+)  # fmt: skip
+STATES = 128  # states, at most, in which changes of invariants are looked for
+ROUNDS, LEAST, QUICK_LEAST = 3, 0.05, 0.01  # rounds of timing, and seconds of a setting in each
+COMPLETED, FAILED = "completed", "failed"
+
+
+@dataclass
+class _Measured:
+    """A setting of a participant, with its run and, later, its time."""
+
+    participant: Participant
+    setting: Setting
+    run: Trajectory
+    call: Any
+    warm: float
+    times: int = 1
+    timing: Timing | None = None
+    why: str = ""
+
+
+def order_table(
+    problem: Problem, duration: float, participants: Sequence[Participant], truth: Truth,
+    quick: bool, report: Report,
+) -> pd.DataFrame:  # fmt: skip
+    """A row for each participant and setting, coarse to fine.
+
+    method         the participant's label
+    h              the step, in the unit of time or of the method's clock; NaN for a code that
+                   chooses its own
+    error          of the configuration at the end: of the farthest body of point masses, else the
+                   largest difference of an entry
+    order          between this error and the one before
+    fitted         the order fitted to the rows with `fit`; fitted_se its standard error; see
+                   `benchmarks.statistics.orders.RULE`
+    energy         largest change at the states kept, up to STATES, relative to its size; at the end
+                   alone for a code that chooses its steps; NaN where the motion does not keep it
+    momentum       likewise of the components of angular and linear momentum that the motion keeps
+    symmetry       distance from the start after the run and another back from its end
+    symplecticity  defect of one step from the start, relative
+    seconds        median of interleaved rounds, of runs that are lengthened where they are short
+    evaluations    of the force; NaN where the code does not count
+    outcome        completed or failed
+    setting        as text; steps, the number of steps; fit, whether the fit rests on the row
+    note           why it does not, or why the run failed
+    """
+    measured = []
+    for one in participants:
+        for setting in one.settings:
+            report(f"{one.label}, {readable_setting(setting)}")
+            measured.append(_first_run(problem, duration, one, setting, quick))
+    report("times")
+    _time(measured, quick)
+    _, distance = measure_of(problem)
+    errors = [
+        distance(one.run.q[-1], truth.end) if one.run.success else math.nan for one in measured
+    ]
+    size = _size(problem, truth)
+    kept = _kept(measured, errors, size)
+    rows = []
+    for each, error in zip(measured, errors, strict=True):
+        report(f"{each.participant.label}, {readable_setting(each.setting)}: structure")
+        rows.append(_row(problem, duration, each, error, kept))
+    frame = pd.DataFrame(rows, columns=list(COLUMNS))
+    return _with_orders(frame, size, truth.error)
+
+
+def _first_run(
+    problem: Problem, duration: float, one: Participant, setting: Setting, quick: bool
+) -> _Measured:
+    """The run whose states are kept, and the call that is timed, of the last state alone."""
+    contender = one.contender
+    call = call_of(contender, problem, duration, setting)
+    last, warm = warmed(call)
+    measured = _Measured(one, setting, last, call, warm)
+    if not last.success:
+        measured.why = last.status
+        return measured
+    with_states = _with_states(contender, setting)
+    if with_states is not setting:
+        run = contender.run(problem, duration, with_states)
+        if run.success:
+            measured.run = replace(run, counts=last.counts)
+    longer = repeated_run(
+        contender, problem, duration, setting, warm, QUICK_LEAST if quick else LEAST
+    )
+    if not longer.failure:
+        measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
+    return measured
+
+
+def _with_states(contender: Any, setting: Setting) -> Setting:
+    """The setting that keeps states at up to STATES step ends; itself for a code that chooses its
+    steps, whose states in between are interpolated."""
+    if isinstance(contender, InClock):
+        return {"step": setting["step"], "save_every": 1}
+    if "step" not in setting:
+        return setting
+    count = setting["save_every"]
+    every = next(k for k in range(1, count + 1) if count % k == 0 and count // k <= STATES)
+    return {**setting, "save_every": every}
+
+
+def _time(measured: Sequence[_Measured], quick: bool) -> None:
+    timed = [one for one in measured if not one.why]
+    timings = interleaved(
+        [one.call for one in timed], ROUNDS, QUICK_LEAST if quick else LEAST,
+        [one.warm for one in timed], [one.times > 1 for one in timed],
+    )  # fmt: skip
+    for one, timing in zip(timed, timings, strict=True):
+        one.timing = timing
+
+
+def _size(problem: Problem, truth: Truth) -> float:
+    """Of the configurations at start and end."""
+    return max(float(np.max(np.abs(truth.end))), float(np.max(np.abs(problem.q0))))
+
+
+def _kept(measured: Sequence[_Measured], errors: Sequence[float], size: float) -> Any:
+    """The invariants that the most accurate run with states keeps."""
+    seen = [(error, one.run) for one, error in zip(measured, errors, strict=True) if error == error]
+    if not seen:
+        return {}
+    several = [pair for pair in seen if len(pair[1].t) > 2] or seen
+    error, run = min(several, key=lambda pair: pair[0])
+    return kept_components(run, error / size)
+
+
+def _row(
+    problem: Problem, duration: float, one: _Measured, error: float, kept: Any
+) -> dict[str, Any]:
+    run, contender, counts = one.run, one.participant.contender, one.run.counts
+    equal_steps = "step" in one.setting
+    row: dict[str, Any] = {
+        "method": one.participant.label,
+        "h": one.setting["step"] if equal_steps else math.nan,
+        "error": error,
+        "outcome": COMPLETED if run.success else FAILED,
+        "setting": readable_setting(one.setting),
+        "steps": float(counts.get("steps", one.setting.get("save_every", math.nan))),
+        "evaluations": float(counts.get("force_evaluations", math.nan)),
+        "seconds": one.timing.seconds / one.times if one.timing else math.nan,
+        "note": one.why,
+    }
+    if not run.success:
+        return row
+    row["energy"], row["momentum"] = largest_changes(run, kept)
+    if isinstance(contender, InClock):
+        row |= _in_clock(problem, contender.method, one.setting["step"], len(run.t) - 1)
+    elif equal_steps:
+        row["symmetry"] = _round_trip(problem, duration, one)
+        row["symplecticity"] = _symplecticity(problem, one)
+    return row
+
+
+def _in_clock(
+    problem: Problem, method: galvi.Galerkin, step: float, steps: int
+) -> dict[str, float]:
+    """Defects of steps of equal length in the clock."""
+    try:
+        return {
+            "symmetry": galvi.round_trip_error(problem, method, step, steps),
+            "symplecticity": galvi.symplecticity_defect(problem, method, step),
+        }
+    except ValueError:
+        return {}
+
+
+def _round_trip(problem: Problem, duration: float, one: _Measured) -> float:
+    """Distance from the start after a run from the end and back; NaN where it is not taken."""
+    _, distance = measure_of(problem)
+    contender: Any = one.participant.contender
+    if not getattr(contender, "symmetric", True):  # one of others' that does not say so
+        return math.nan
+    setting = {**one.setting, "step": -one.setting["step"]}
+    run = one.run
+    back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
+    try:
+        returned = contender.run(back, -duration, setting)
+    except ValueError:
+        return math.nan
+    return distance(returned.q[-1], problem.q0) if returned.success else math.nan
+
+
+def _symplecticity(problem: Problem, one: _Measured) -> float:
+    contender, h = one.participant.contender, one.setting["step"]
+    single = {**one.setting, "save_every": 1}
+
+    def step(start: Problem) -> tuple[Any, Any]:
+        run = contender.run(start, h, single)
+        return run.q[-1], run.p[-1]
+
+    try:
+        return map_symplecticity_defect(problem, step)
+    except ValueError:
+        return math.nan
+
+
+def _with_orders(frame: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
+    """The frame with the columns of orders of each method's equal steps."""
+    frame["fit"] = False
+    frame[["order", "fitted", "fitted_se"]] = np.nan
+    for _, rows in frame.groupby("method", sort=False):
+        fine = rows[rows["h"].notna()].sort_values("h", ascending=False)
+        if fine.empty:
+            continue
+        seen = orders(list(fine["h"]), list(fine["error"]), size, truth_error)
+        frame.loc[fine.index, "order"] = seen.local
+        frame.loc[fine.index, "fit"] = seen.used
+        frame.loc[fine.index, "fitted"] = seen.fit.rate
+        frame.loc[fine.index, "fitted_se"] = seen.fit.uncertainty
+        notes = frame.loc[fine.index, "note"].where(fine["note"] != "", list(seen.notes))
+        frame.loc[fine.index, "note"] = notes
+    return frame

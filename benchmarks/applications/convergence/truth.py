@@ -1,0 +1,79 @@
+"""The truth of an order table: given, exact, or the finest pair of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.convergence.methods import Methods
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
+from benchmarks.work_precision.own_problem import tolerances
+from benchmarks.work_precision.problem import EPS, Truth
+from benchmarks.work_precision.truths import (
+    Report,
+    exact_truth,
+    measure_of,
+    richardson_truth,
+)
+from galvi import Problem, input_checks
+from galvi.arrays import Array
+from galvi.interop.convergence import ConvergenceRequest
+from references import named
+
+DEGREE = 8  # of galvi's pair, where no method of a higher order is compared
+
+
+def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Report) -> Truth:
+    """The configuration at the end, with its error and where it is from.
+
+    Raises ValueError for a truth of another shape, of a code that does not reach the end, and where
+    there is none.
+    """
+    problem, duration, given = request.problem, request.duration, request.truth
+    if isinstance(given, str):
+        return _of_code(problem, duration, given, report)
+    if given is not None:
+        end = _given(problem, given, problem.t0 + duration)
+        return Truth(end, EPS * max(1.0, float(np.max(np.abs(end)))), "as given, to rounding")
+    exact = exact_truth(problem, duration, report)
+    if exact is not None:
+        return exact
+    ours = [one.method for one in methods.values() if isinstance(one, Variational)]
+    usable = [one for one in (*ours, gauss_collocation(DEGREE).method) if not one.in_frame]
+    finest = max((1, *request.counts, *(round(duration / h) for h in request.sizes)))
+    return richardson_truth(
+        problem, duration, max(usable, key=lambda one: one.order), finest, report
+    )
+
+
+def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) -> Array:
+    if not callable(given):
+        return given
+    remedy = "It is a function of the time that returns a configuration."
+    return input_checks.array("truth(t)", given(end), problem.q0.shape, remedy)
+
+
+def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Truth:
+    """The end by a code at its tightest setting; its error is the difference from the next."""
+    _, distance = measure_of(problem)
+    contender: Any = named(name, problem)
+    if contender.missing:
+        raise ModuleNotFoundError(f"truth: {name} cannot run: {contender.missing}")
+    if contender.fixed_step:
+        raise ValueError(
+            f"truth: {name} takes equal steps, so that its error is not known; name a code that "
+            "chooses its steps, or give the configuration at the end."
+        )
+    report(f"truth: {contender.name}")
+    ends = []
+    for setting in [{"samples": 1}] if contender.exact else tolerances(contender)[-2:]:
+        run = contender.run(problem, duration, setting)
+        if not run.success:
+            raise ValueError(f"truth: {contender.name} does not come to its end: {run.status}")
+        ends.append(run.q[-1])
+    rounding = EPS * max(1.0, float(np.max(np.abs(ends[-1]))))
+    apart = distance(ends[0], ends[-1])
+    how = "to rounding" if contender.exact else "by its difference from a looser tolerance"
+    return Truth(ends[-1], max(apart, rounding), f"{contender.name}, {how}")

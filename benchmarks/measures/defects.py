@@ -1,0 +1,110 @@
+"""What a run should keep and a step should be: invariants, time reversal, symplecticity."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import galvi
+from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect, form_defect
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from galvi.systems.lagrangian import velocity_at
+
+KEPT = 1e-8  # relative change of what an accurate motion keeps
+NUDGE = 2.0**-8  # relative change of a start by which a step is differenced
+LONGEST = 5.0  # seconds of the steps by which one is differenced
+INVARIANTS: Mapping[str, Callable[[Trajectory], Array]] = {
+    "energy": galvi.energy,
+    "angular momentum": galvi.momentum_map,
+    "linear momentum": galvi.linear_momentum,
+}
+StepMap = Callable[[Problem], tuple[Array, Array]]  # the state (q, p) after a step from its start
+
+
+def invariants(run: Trajectory) -> dict[str, Array]:
+    """Name -> values (saved, components) of those that the system has."""
+    values = {}
+    for name, of in INVARIANTS.items():
+        try:
+            values[name] = np.asarray(of(run)).reshape(len(run.t), -1)
+        except ValueError:  # not defined for this system
+            continue
+    return values
+
+
+def kept_components(motion: Trajectory, error: float) -> dict[str, Array]:
+    """Name -> (components,) whether an accurate motion keeps it.
+
+    error  of the motion, relative to its size
+    """
+    within = max(KEPT, 100.0 * error)
+    return {
+        name: np.max(np.abs(values - values[0]), axis=0) <= within * _size(values)
+        for name, values in invariants(motion).items()
+    }
+
+
+def largest_changes(run: Trajectory, kept: Mapping[str, Array]) -> tuple[float, float]:
+    """Largest changes of the energy, and of a component of angular or linear momentum, of those
+    that are kept, relative to the size of each invariant; NaN where none is."""
+    found = {"energy": [np.nan], "momentum": [np.nan]}
+    for name, values in invariants(run).items():
+        if name in kept and np.any(kept[name]):
+            change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(values)
+            found[name.split()[-1]].append(float(change))
+    energy, momentum = (float(np.nanmax(v)) if len(v) > 1 else np.nan for v in found.values())
+    return energy, momentum
+
+
+def _size(values: Array) -> float:
+    """Largest norm at a time; 1 where it is always 0."""
+    return float(np.max(np.linalg.norm(values, axis=1))) or 1.0
+
+
+def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
+    """Largest entry of DF^T W1 DF - W0 over |DF|^2 for a step (q0, p0) -> (q1, p1), differenced
+    with order eight, to about 1e-12; as `galvi.symplecticity_defect`, of which it shares nothing.
+
+    NaN where a step fails, where the differences would take more than LONGEST seconds, and for
+    massless bodies, whose momenta are no coordinates.
+    """
+    system: Any = problem.system
+    if getattr(system, "has_massless", False):
+        return np.nan
+    if not np.all(np.isfinite(step(problem)[1])):  # this first step may compile
+        return np.nan
+    begun = time.perf_counter()
+    step(problem)
+    if (time.perf_counter() - begun) * 16 * problem.v0.size > LONGEST:
+        return np.nan
+
+    def end(q: Array, p: Array) -> tuple[Array, Array]:
+        v = np.asarray(velocity_at(system, q, p, problem.t0, problem.v0)).reshape(problem.v0.shape)
+        return step(replace(problem, q0=q, v0=v))
+
+    group = getattr(system, "group", None)
+    if group is not None and problem.q0.shape != problem.v0.shape:
+        return form_defect(end, group, problem.q0, problem.p0)
+    return canonical_defect(_derivative(end, problem))
+
+
+def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Problem) -> Array:
+    """D(q1, p1)/D(q0, p0), (2 d, 2 d), in units of the largest q and p of the start."""
+    start = [problem.q0, problem.p0]
+    sizes = [float(np.max(np.abs(x))) or 1.0 for x in start]
+    d = problem.q0.size
+    derivative = np.zeros((2 * d, 2 * d))
+    for column in range(2 * d):
+        for k, weight in enumerate(WEIGHTS, start=1):
+            for sign in (1.0, -1.0):
+                moved = [x.ravel().copy() for x in start]
+                moved[column // d][column % d] += sign * k * NUDGE * sizes[column // d]
+                q, p = end(*(x.reshape(y.shape) for x, y in zip(moved, start, strict=True)))
+                scaled = np.concatenate([q.ravel() / sizes[0], p.ravel() / sizes[1]])
+                derivative[:, column] += sign * weight * scaled / NUDGE
+    return derivative

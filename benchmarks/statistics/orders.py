@@ -1,0 +1,90 @@
+"""The order of a method from its errors at decreasing steps: local orders, a fit, and what is left
+out of it and why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.statistics.convergence_fits import Fit, algebraic
+from galvi.arrays import Array
+
+RESOLVED = 10.0  # least ratio of an error to that of the truth
+ROUNDING = 4.0 * float(np.finfo(float).eps)  # error of a truth of the size 1
+STALLED = 0.5  # local order below which errors below SMALL are round-off
+SMALL = 1e-8  # relative error above which a stall is not round-off
+CLEAR = 4.0  # errors over the largest of those that stall, which bend their line less
+COARSE = 0.1  # relative error of a step that shows no order yet
+BOUND = "below ten times the truth's own error: a bound"
+ROUND_OFF = "round-off"
+TOO_COARSE = "too coarse to show an order"
+BEFORE = "before the window of the fit"
+RULE = (
+    "The order is the slope of a least-squares line through the logarithms of errors and steps, "
+    "without errors that are a tenth of the motion or more, below ten times the truth's own, or "
+    "within a factor of four of those that no longer fall with the step (round-off); of the "
+    "windows that hold at least half of the rest, to its finest point, the one of the narrowest "
+    "interval. The standard error combines the scatter about the line, the choice of the window "
+    "and what the slope still changes by within it."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Orders:
+    """Of k errors, coarse to fine.
+
+    local  (k,) orders between each error and the one before; NaN for the first, and where one of
+           the two is no error of the method
+    used   (k,) whether the fit rests on it
+    notes  why it does not; "" where it does
+    """
+
+    local: Array
+    fit: Fit
+    used: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+
+def orders(
+    h: Sequence[float], errors: Sequence[float], size: float = 1.0, truth_error: float = 0.0
+) -> Orders:
+    """The orders of errors at decreasing steps h; NaN for a failed run.
+
+    size         of the configurations, in the errors' unit
+    truth_error  of the truth that they are measured against
+    """
+    steps, e = (np.asarray(x, dtype=np.float64) for x in (h, errors))
+    unresolved = max(RESOLVED * truth_error, ROUNDING * size)
+    floor = max(unresolved, _round_off(steps, e, size))
+    fit = algebraic(steps.tolist(), e.tolist(), floor=floor, ceiling=COARSE * size)
+    first, last = fit.window
+    with np.errstate(invalid="ignore", divide="ignore"):
+        seen = e > floor
+        used = seen & (steps <= first * (1.0 + 1e-9)) & (steps >= last * (1.0 - 1e-9))
+        slopes = np.log(e[:-1] / e[1:]) / np.log(steps[:-1] / steps[1:])
+    local = np.append(np.nan, np.where(seen[:-1] & seen[1:], slopes, np.nan))[: e.size]
+    notes = [
+        "" if ok or np.isnan(error)
+        else BOUND if error <= unresolved
+        else ROUND_OFF if error <= floor
+        else TOO_COARSE if error >= COARSE * size
+        else BEFORE if fit.points
+        else "fewer than three errors show an order"
+        for ok, error in zip(used, e, strict=True)
+    ]  # fmt: skip
+    return Orders(local, fit, used, tuple(notes))
+
+
+def _round_off(steps: Array, errors: Array, size: float) -> float:
+    """CLEAR times the level at which small errors no longer fall with the step; 0 for none."""
+    small = errors < SMALL * size
+    for k in range(1, errors.size):
+        if not (small[k] and errors[k - 1] > 0.0):
+            continue
+        fall = (steps[k - 1] / steps[k]) ** STALLED
+        if errors[k] * fall > errors[k - 1] and np.all(small[k:] | np.isnan(errors[k:])):
+            return CLEAR * float(np.nanmax(errors[k:]))
+    return 0.0

@@ -1,0 +1,157 @@
+"""Order and cost tables from Python: the command ``galvi convergence`` in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.input_checks import shown
+from galvi.interop import suite_process
+from galvi.method import Galerkin
+from galvi.problem import Problem
+
+if TYPE_CHECKING:
+    import pandas
+
+TRUTHS = "None, the name of a reference, a function of t, or the configuration at the end"
+
+
+@dataclass(frozen=True)
+class ConvergenceRequest:
+    """What is asked of a table, as of `convergence`.
+
+    counts    numbers of equal steps; () for those that are found by trying
+    sizes     steps in the unit of time, or of a method's clock, in place of them
+    with_all  whether galvi and every other code here that takes the problem take part, too
+    """
+
+    problem: Problem
+    methods: Mapping[str, Any]
+    duration: float
+    counts: tuple[int, ...] = ()
+    sizes: tuple[float, ...] = ()
+    truth: Any = None
+    quick: bool = False
+    with_all: bool = False
+
+
+def convergence(
+    problem: Problem,
+    methods: Mapping[str, Any] | None,
+    steps: Sequence[int] | Sequence[float] | None,
+    duration: float,
+    truth: Any = None,
+    *,
+    quick: bool = False,
+) -> pandas.DataFrame:
+    """Errors, orders, invariants and cost of methods on a problem, at decreasing steps.
+
+    methods   name -> a `galvi.Galerkin`; the name of another code, such as "rebound.whfast",
+              "mujoco.rk4", "scipy.dop853", "heyoka" or "textbook.rk4"; or an integrator of yours,
+              a class or an instance, or "module:Class", which then runs in a process of its own.
+              None: galvi and every other code here that takes the problem
+    steps     numbers of equal steps, if all are of type int, else their sizes, each of which goes
+              into the duration a whole number of times; with a clock, sizes are in its unit, and
+              numbers approximate. Codes that choose their steps run at five tolerances instead.
+              None: found by trying for each method
+    duration  from the problem's t0, positive, in its unit of time
+    truth     None: a closed form or an exact engine, else the finest pair of runs of galvi's; or
+              the name of a code, a function of the time that returns the configuration, or the
+              configuration at the end, of q0's shape
+    quick     shorter timings
+
+    Returns a tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
+    fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
+    setting, steps, fit, note``. ``error`` is the largest difference of a coordinate from the truth
+    at the end (of point masses, the farthest body's distance), ``order`` that between a row and the
+    one before, ``fitted`` the fit to the rows where ``fit`` is true; ``note`` says why another row
+    is left out, such as round-off. Energy and momenta are largest relative changes, of what the
+    motion keeps; symmetry is the distance from the start after a run there and back, symplecticity
+    the defect of one step; evaluations are of the force. NaN is what does not apply. ``attrs`` has
+    ``truth``, ``truth_error``, ``rule`` (of the fit) and ``faults``, those of the methods.
+
+    The command runs in another process, which needs the suite's packages. Raises ValueError for
+    what it refuses, TypeError for an argument of another kind, ModuleNotFoundError without these
+    packages.
+    """
+    request = _checked(problem, methods, steps, duration, truth, quick)
+    try:
+        import cloudpickle
+        import pandas
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            f"convergence needs the packages of the suite; {error.name} is not installed. Install "
+            "them: pip install 'galvi[suite]'."
+        ) from None
+    try:
+        pickled = cloudpickle.dumps(request)
+    except Exception as error:  # what a user's object raises
+        raise ValueError(
+            f"the problem, methods and truth go to another process; they cannot be passed there: "
+            f"{error}."
+        ) from None
+    with tempfile.TemporaryDirectory() as folder:
+        file, result = Path(folder) / "request", Path(folder) / "convergence.json"
+        file.write_bytes(pickled)
+        refusal = suite_process.run_command(
+            "convergence", ["--request", str(file), "--out", folder], pickled
+        )
+        if not result.is_file():
+            raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
+        data = json.loads(result.read_text(encoding="utf-8"))
+    frame = pandas.DataFrame(data.pop("table"))
+    frame.attrs.update(data)
+    return frame
+
+
+def _checked(
+    problem: Any, methods: Any, steps: Any, duration: Any, truth: Any, quick: Any
+) -> ConvergenceRequest:
+    if not isinstance(problem, Problem):
+        raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
+    if methods is not None and not (isinstance(methods, Mapping) and methods):
+        raise TypeError(
+            f"methods must be a mapping of names to methods, at least one, or None for all; "
+            f"received {shown(methods)}."
+        )
+    for name, method in (methods or {}).items():
+        a_method = isinstance(method, Galerkin | str) or hasattr(method, "run")
+        if not isinstance(name, str) or not name.strip() or not a_method:
+            raise TypeError(
+                f"methods must map a name to a galvi.Galerkin, the name of another code, or an "
+                f"integrator with name, supports and run; received {name!r}: {shown(method)}."
+            )
+    duration = input_checks.positive("duration", duration)
+    counts, sizes = counts_and_sizes(steps)
+    if not (truth is None or isinstance(truth, str) or callable(truth)):
+        truth = input_checks.array("truth", truth, problem.q0.shape, f"It is {TRUTHS}.")
+    return ConvergenceRequest(
+        problem, dict(methods or {}), duration, counts, sizes, truth,
+        input_checks.flag("quick", quick), with_all=methods is None,
+    )  # fmt: skip
+
+
+def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Numbers of equal steps, increasing, or sizes, decreasing; both empty for None. Raises
+    ValueError for others."""
+    if steps is None:
+        return (), ()
+    if not input_checks.has_items(steps):
+        raise TypeError(
+            f"steps must be a sequence of numbers of steps, or of steps; received {shown(steps)}."
+        )
+    values = list(steps)
+    if not values:
+        raise ValueError("steps must hold a number of steps or a step at least; received none.")
+    if all(isinstance(one, int | np.integer) and not isinstance(one, bool) for one in values):
+        counts = sorted({input_checks.whole("a number of steps", int(one)) for one in values})
+        return tuple(counts), ()
+    sizes = {input_checks.positive("a step", one) for one in values}
+    return (), tuple(sorted(sizes, reverse=True))

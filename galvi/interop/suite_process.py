@@ -1,0 +1,37 @@
+"""A command of the suite in a process of its own, with a pickled value handed over to it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+
+HANDED_OVER = "GALVI_HANDED_OVER"  # environment variable: SHA-256 of the pickle to be loaded
+SILENT = 10.0  # seconds before lines of progress are shown
+
+
+def run_command(command: str, arguments: Sequence[str], pickled: bytes = b"") -> str:
+    """Run ``galvi COMMAND``, which finds the modules that this process finds; returns what it said
+    on stderr beside its progress, or how it ended.
+
+    pickled  what it is allowed to load, from a file among the arguments; empty for nothing
+    """
+    digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
+    places = os.pathsep.join(place for place in sys.path if place)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "galvi", command, *arguments],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": places},
+    )  # fmt: skip
+    begun, said, progress = time.monotonic(), list[str](), f"{command}: "
+    with process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if not line.startswith(progress):
+                said.append(line.rstrip())
+            elif time.monotonic() - begun > SILENT:
+                print(line, end="", file=sys.stderr, flush=True)
+    return "\n".join(said) or f"the command ended with {process.returncode}."

@@ -1,0 +1,79 @@
+"""Order tables of a user's methods: sentences, CSV, Markdown and LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.statistics.orders import ROUND_OFF
+from benchmarks.work_precision.problem import Truth
+from galvi import Problem
+from reports.tables.number_format import concise, known, plain
+from reports.tables.writing import write_table
+
+READ = ("method", "h", "error", "order", "energy", "momentum", "seconds", "note")
+
+
+@dataclass(frozen=True, eq=False)
+class OrderTable:
+    """The rows of `benchmarks.applications.convergence.table`, and what they rest on.
+
+    faults  sentences on the faults of integrators
+    origin  versions, machine and date
+    """
+
+    frame: pd.DataFrame
+    problem: Problem
+    duration: float
+    truth: Truth
+    faults: Sequence[str]
+    origin: Mapping[str, str]
+
+    def fits(self) -> pd.DataFrame:
+        """A line for each method with equal steps: its order, and the window of the fit."""
+        lines = []
+        for method, rows in self.frame[self.frame["h"].notna()].groupby("method", sort=False):
+            used = rows[rows["fit"]]
+            steps = f"{plain(used['h'].max())} to {plain(used['h'].min())}" if len(used) else ""
+            lines.append(
+                {
+                    "method": method, "fitted": rows["fitted"].iloc[0],
+                    "fitted_se": rows["fitted_se"].iloc[0], "steps": steps, "points": len(used),
+                    "symmetry": used["symmetry"].max(),
+                    "symplecticity": used["symplecticity"].max(),
+                    "round-off": rows.loc[rows["note"] == ROUND_OFF, "error"].max(),
+                }
+            )  # fmt: skip
+        return pd.DataFrame(lines)
+
+
+def sentences(table: OrderTable) -> Iterator[str]:
+    """The truth, and the order of each method, as for a terminal."""
+    name = table.problem.name or "the problem"
+    yield (
+        f"{name}, T = {table.duration:g}. Truth: {table.truth.description} "
+        f"({plain(table.truth.error, 2)})."
+    )
+    for _, line in table.fits().iterrows():
+        if known(line["fitted"]):
+            order = concise(line["fitted"], line["fitted_se"])
+            yield f"{line['method']}: order {order}, steps {line['steps']}, {line['points']} points"
+        else:
+            yield f"{line['method']}: no order seen"
+    yield from table.faults
+
+
+def write_orders(table: OrderTable, folder: Path) -> list[Path]:
+    """Write convergence.csv with every row, and orders.csv with a line for each method, both as
+    Markdown and LaTeX too; returns the six paths."""
+    origin = {**table.origin}
+    write_table(folder, "convergence", table.frame, table.frame[list(READ)], origin)
+    write_table(folder, "orders", table.fits(), origin=origin)
+    return [
+        folder / f"{name}.{form}"
+        for name in ("convergence", "orders")
+        for form in ("csv", "md", "tex")
+    ]

@@ -1,0 +1,57 @@
+"""Orders from errors at decreasing steps: the fit, and what is left out of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.statistics.orders import BOUND, ROUND_OFF, TOO_COARSE, orders
+
+H = 0.5 ** np.arange(2, 10)
+
+
+@given(
+    order=st.integers(1, 16), constant=st.floats(1e-3, 1e3), size=st.floats(1e-6, 1e6),
+    floor=st.floats(3e-16, 1e-12), seed=st.integers(0, 2**32 - 1),
+)  # fmt: skip
+def test_a_power_of_the_step_is_recovered_above_a_rough_floor(order, constant, size, floor, seed):
+    rough = floor * np.random.default_rng(seed).uniform(0.5, 1.5, H.size)
+    errors = constant * (H / H[0]) ** order + rough
+    seen = orders(H, size * errors, size)
+    if seen.fit.points:
+        slack = max(0.02, 3.0 * seen.fit.uncertainty)
+        assert abs(seen.fit.rate - order) < slack
+    clean = (constant * (H / H[0]) ** order > 100.0 * floor) & (errors < 0.1)
+    assert seen.fit.points or np.sum(clean) < 4
+    assert not np.any(seen.used & (errors < 2.0 * floor))
+
+
+def test_each_error_that_is_left_out_says_why():
+    errors = [3.0, 1e-2, 6.2e-4, 3.9e-5, 2.4e-6, 1.5e-7, 9.5e-9, 6e-10]
+    seen = orders(H, errors, 1.0, truth_error=1e-10)
+    assert seen.notes[0] == TOO_COARSE and not seen.used[0]
+    assert seen.notes[-1] == BOUND
+    assert seen.fit.rate == pytest.approx(4.0, abs=0.05)
+    stalled = orders(H, [1e-2, 6.2e-4, 3.9e-5, 2.4e-6, 1.5e-7, 1.2e-11, 1.4e-11, 1.1e-11])
+    assert stalled.notes[-3:] == (ROUND_OFF,) * 3
+    assert stalled.fit.rate == pytest.approx(4.0, abs=0.02)
+
+
+def test_errors_that_stop_falling_far_above_round_off_are_not_called_round_off():
+    """As of a method that tends to the solution of another problem."""
+    seen = orders(H, 1e-3 + 0.1 * (H / H[0]) ** 4)
+    assert ROUND_OFF not in seen.notes
+    assert not abs(seen.fit.rate - 4.0) < 0.5
+
+
+def test_a_failed_run_has_no_local_order_and_no_note():
+    seen = orders(H[:5], [np.nan, 1e-2, 2.5e-3, 6.25e-4, 1.5625e-4])
+    assert seen.notes[0] == "" and np.isnan(seen.local[:2]).all()
+    assert seen.local[2:] == pytest.approx([2.0, 2.0, 2.0])
+
+
+@pytest.mark.parametrize("errors", [[], [1e-3], [1e-3, 1e-4]])
+def test_too_few_errors_have_no_order(errors):
+    seen = orders(H[: len(errors)], errors)
+    assert not seen.fit.points and not seen.used.any()
+    assert seen.local.size == len(errors)

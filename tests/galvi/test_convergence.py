@@ -1,0 +1,208 @@
+"""`galvi.convergence`: orders, invariants and cost of methods on a problem of one's own."""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+
+pytestmark = pytest.mark.usefixtures("suite_in_this_process")
+
+KEPLER = galvi.problems.kepler(0.3)
+COUNTS = [20, 40, 80, 160]
+C = 2.0 ** (1 / 3)
+
+
+def potential(q):
+    return 0.5 * np.log(0.1 + q[0] ** 2 + (q[1] / 0.9) ** 2)
+
+
+def gradient(q):
+    return np.array([q[0], q[1] / 0.81]) / (0.1 + q[0] ** 2 + (q[1] / 0.9) ** 2)
+
+
+GALAXY = galvi.Problem(
+    galvi.Canonical(1.0, potential, gradient), [0.9, 0.0], [0.0, 0.8], name="galaxy"
+)
+
+
+class ForestRuth:
+    """Kicks that add up to 1; of order 4 for this constant alone."""
+
+    name, constant, symmetric = "Forest-Ruth", C, True
+
+    def supports(self, problem):
+        return isinstance(problem.system, (galvi.Canonical, galvi.NBody))
+
+    def run(self, problem, duration, setting):
+        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        t, saved = problem.t0, [(q, v)]
+        kicks = np.array([1.0, -self.constant, 1.0]) / (2.0 - self.constant)
+        for k in range(round(duration / h)):
+            for part in kicks:
+                q, t = q + 0.5 * h * part * v, t + 0.5 * h * part
+                v = v + h * part * problem.system.acceleration(q, t)
+                q, t = q + 0.5 * h * part * v, t + 0.5 * h * part
+            saved += [(q, v)] if (k + 1) % every == 0 else []
+        q, v = np.swapaxes(saved, 0, 1)
+        times = problem.t0 + h * every * np.arange(len(q))
+        return galvi.Trajectory(problem, times, q, problem.system.momentum(v), counts={"steps": k})
+
+
+class WrongConstant(ForestRuth):
+    constant = 1.2
+
+
+class NotSymmetric(ForestRuth):
+    """Symplectic Euler under a name of its own, which says that it is symmetric."""
+
+    def run(self, problem, duration, setting):
+        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        saved = [(q, v)]
+        for k in range(round(duration / h)):
+            v = v + h * problem.system.acceleration(q, problem.t0 + k * h)
+            q = q + h * v
+            saved += [(q, v)] if (k + 1) % every == 0 else []
+        q, v = np.swapaxes(saved, 0, 1)
+        times = problem.t0 + h * every * np.arange(len(q))
+        return galvi.Trajectory(problem, times, q, problem.system.momentum(v))
+
+
+class Raises(ForestRuth):
+    def run(self, problem, duration, setting):
+        raise RuntimeError("no luck")
+
+
+def gauss(points, **more):
+    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), **more)
+
+
+def table(methods, steps=COUNTS, problem=KEPLER, duration=5.0, **more):
+    return galvi.convergence(problem, methods, steps, duration, quick=True, **more)
+
+
+def fitted(frame):
+    """Method -> (order, standard error)."""
+    return {
+        name: tuple(rows[["fitted", "fitted_se"]].iloc[0])
+        for name, rows in frame.groupby("method", sort=False)
+    }
+
+
+def test_orders_of_galvi_and_of_others_in_one_table():
+    frame = table(
+        {"degree 2": gauss(2), "Verlet": "textbook.stormer_verlet", "mine": ForestRuth,
+         "DOP853": "scipy.dop853"},
+        [40, 80, 160, 320],
+    )  # fmt: skip
+    orders = fitted(frame)
+    for name, order in (("degree 2", 4.0), ("Verlet", 2.0), ("mine", 4.0)):
+        value, error = orders[name]
+        assert abs(value - order) < max(0.1, 3.0 * error) and error < 0.3
+    equal, own = frame[frame["h"].notna()], frame[frame["h"].isna()]
+    assert set(equal["h"]) == {5.0 / n for n in (40, 80, 160, 320)}
+    assert set(own["method"]) == {"DOP853"} and own["order"].isna().all() and len(own) >= 4
+    assert (frame["outcome"] == "completed").all() and (frame["seconds"] > 0.0).all()
+    assert equal["momentum"].max() < 1e-12 and equal["symplecticity"].max() < 1e-10
+    assert equal["symmetry"].max() < 1e-11
+    assert frame.attrs["truth"].startswith("Kepler, closed form") and not frame.attrs["faults"]
+    energies = frame[frame["method"] == "Verlet"]["energy"].to_numpy()
+    assert np.all(np.diff(energies) < 0.0)
+
+
+def test_columns_are_those_of_the_docstring():
+    frame = table({"one": gauss(1)}, [10, 20, 40])
+    text = galvi.convergence.__doc__.partition("``method, ")[2].partition("``")[0]
+    assert list(frame.columns) == ["method", *(word.strip() for word in text.split(","))]
+    assert isinstance(frame, pd.DataFrame) and frame["fit"].dtype == bool
+
+
+def test_a_wrong_constant_has_order_two_and_a_false_symmetry_is_seen():
+    frame = table({"wrong": WrongConstant(), "not": NotSymmetric()}, [100, 200, 400])
+    assert fitted(frame)["wrong"][0] == pytest.approx(2.0, abs=0.2)
+    assert frame[frame["method"] == "not"]["symmetry"].min() > 1e-4
+    assert frame[frame["method"] == "wrong"]["symmetry"].max() < 1e-11
+
+
+def test_a_potential_of_ones_own_has_a_truth_that_another_code_confirms():
+    frame = table({"degree 3": gauss(3), "mine": ForestRuth()}, [50, 100, 200, 400], GALAXY, 20.0)
+    assert "agrees" in frame.attrs["truth"] or "quadruple" in frame.attrs["truth"]
+    assert frame.attrs["truth_error"] < 1e-11
+    for name, order in (("degree 3", 6.0), ("mine", 4.0)):
+        value, error = fitted(frame)[name]
+        assert abs(value - order) < max(0.2, 3.0 * error)
+    assert frame["momentum"].isna().all()  # no rotation leaves this potential as it is
+
+
+def test_on_groups_frames_and_clocks():
+    body = table({"Cayley": gauss(2)}, [20, 40, 80], galvi.problems.free_rigid_body())
+    assert fitted(body)["Cayley"][0] == pytest.approx(4.0, abs=0.2)
+    assert body["symplecticity"].max() < 1e-10 and body["momentum"].max() < 1e-12
+    outer = galvi.problems.outer_solar_system()
+    framed = table({"frame": gauss(1, chart=galvi.KeplerFrame())}, [10, 20, 40, 80], outer, 8000.0)
+    assert fitted(framed)["frame"][0] == pytest.approx(2.0, abs=0.2)
+    clock = table(
+        {"clock": gauss(2, clock=galvi.Sundman())}, [10, 20, 40, 80], galvi.problems.kepler(0.8)
+    )
+    assert fitted(clock)["clock"][0] == pytest.approx(4.0, abs=0.4)
+    assert clock["symplecticity"].max() < 1e-9
+
+
+@pytest.mark.parametrize("given", ["function", "array", "scipy.dop853"])
+def test_a_truth_that_is_given(given):
+    exact = table({"degree 2": gauss(2)})
+    end = gauss(12), galvi.integrate(KEPLER, gauss(12), 0.05, 100).q[-1]
+    truth = {"function": lambda t: end[1], "array": end[1]}.get(given, given)
+    frame = table({"degree 2": gauss(2)}, truth=truth)
+    assert frame["error"].to_numpy() == pytest.approx(exact["error"].to_numpy(), abs=1e-9)
+    wrong = table({"degree 2": gauss(2)}, truth=end[1] + 1e-3)
+    assert not fitted(wrong)["degree 2"][0] == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_method_that_raises_is_failed_and_the_others_go_on():
+    frame = table({"bad": Raises, "good": gauss(2)})
+    bad, good = (frame[frame["method"] == name] for name in ("bad", "good"))
+    assert (bad["outcome"] == "failed").all() and bad["note"].str.contains("no luck").all()
+    assert bad[["error", "energy", "seconds"]].isna().all(axis=None)
+    assert (good["outcome"] == "completed").all()
+
+
+def test_steps_are_numbers_or_sizes():
+    by_number, by_size = table({"a": gauss(1)}, [20, 40]), table({"a": gauss(1)}, [0.25, 0.125])
+    assert list(by_number["h"]) == list(by_size["h"]) == [0.25, 0.125]
+    assert list(by_number["error"]) == list(by_size["error"])
+
+
+def test_steps_are_found_by_trying():
+    frame = table({"degree 4": gauss(4)}, None)
+    assert fitted(frame)["degree 4"][0] == pytest.approx(8.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ((1, {"a": gauss(1)}, [4], 1.0), TypeError, ["problem", "galvi.Problem"]),
+        ((KEPLER, {}, [4], 1.0), TypeError, ["methods", "at least one"]),
+        ((KEPLER, {"a": 3}, [4], 1.0), TypeError, ["methods", "'a': 3"]),
+        ((KEPLER, {"a": gauss(1)}, [], 1.0), ValueError, ["steps", "none"]),
+        ((KEPLER, {"a": gauss(1)}, [0], 1.0), ValueError, ["number of steps", "0"]),
+        ((KEPLER, {"a": gauss(1)}, 4, 1.0), TypeError, ["steps", "4"]),
+        ((KEPLER, {"a": gauss(1)}, [0.3, 0.1], 1.0), ValueError, ["whole number", "0.3"]),
+        ((KEPLER, {"a": gauss(1)}, [4], -1.0), ValueError, ["duration", "-1.0"]),
+        ((KEPLER, {"a": gauss(1)}, [4], 1.0, [1.0]), ValueError, ["truth", "shape"]),
+        ((KEPLER, {"a": "mujoco.rk4"}, [4], 1.0), ValueError, ["mujoco.rk4", "Canonical"]),
+        ((KEPLER, {"a": "rebound.wfast"}, [4], 1.0), ValueError, ["mean", "rebound.whfast"]),
+        ((KEPLER, {"a": "no_such:Class"}, [4], 1.0), ValueError, ["no_such"]),
+        ((KEPLER, {"a": gauss(1)}, [4], 1.0, "scipy.dop835"), ValueError, ["scipy.dop853"]),
+        ((KEPLER, {"a": gauss(1)}, [4], 1.0, "textbook.stormer_verlet"), ValueError,
+         ["equal steps"]),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, words):
+    with warnings.catch_warnings(), pytest.raises(error) as refused:
+        galvi.convergence(*arguments)
+    text = str(refused.value)
+    assert all(word in text for word in words), text
+    assert text[-1] in ".?" and "Traceback" not in text and "\n" not in text.strip()
