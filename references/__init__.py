@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from galvi import Problem
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
-from references.contender import Contender
+from references.contender import Contender, Reference, refusal
 from references.heyoka.lagrangian import (
     HEYOKA_CHAIN,
     HEYOKA_CHAIN_QUADRUPLE,
@@ -48,10 +51,11 @@ from references.textbook.euler import (
     STORMER_VERLET,
     SYMPLECTIC_EULER,
 )
+from references.textbook.fourth_order import FOREST_RUTH, RK4
 from references.textbook.implicit_euler import IMPLICIT_EULER
 from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 
-REFERENCES: tuple[Contender, ...] = (
+REFERENCES: tuple[Reference, ...] = (
     OSCILLATOR,
     KEPLER,
     PENDULUM,
@@ -67,6 +71,8 @@ REFERENCES: tuple[Contender, ...] = (
     SYMPLECTIC_EULER,
     SEMI_IMPLICIT_EULER,
     STORMER_VERLET,
+    FOREST_RUTH,
+    RK4,
     ODE45,
     DOP853,
     RADAU,
@@ -103,6 +109,50 @@ REFERENCES: tuple[Contender, ...] = (
 )
 
 
+# A code and its method -> its contenders, the first that supports a problem first: one code has
+# several where kinds of systems have equations of their own.
+CODES: Mapping[str, tuple[Reference, ...]] = {
+    "rebound.whfast": (WHFAST,),
+    "rebound.whfast512": (WHFAST512,),
+    "rebound.saba": (SABA,),
+    "rebound.mercurius": (MERCURIUS,),
+    "rebound.trace": (TRACE,),
+    "rebound.leapfrog": (LEAPFROG,),
+    "rebound.ias15": (IAS15,),
+    "rebound.bs": (BULIRSCH_STOER,),
+    "mujoco.rk4": (MUJOCO_RK4,),
+    "mujoco.euler": (MUJOCO_EULER,),
+    "mujoco.implicit": (MUJOCO_IMPLICIT,),
+    "mujoco.implicitfast": (MUJOCO_IMPLICITFAST,),
+    "mujoco.discrete": (MUJOCO_DISCRETE,),
+    "scipy.dop853": (
+        LAGRANGIAN_DOP853,
+        DOP853,
+        CHAIN_DOP853,
+        RIGID_DOP853,
+        MUJOCO_ACCELERATIONS,
+        PINOCCHIO_ACCELERATIONS,
+    ),
+    "scipy.rk45": (ODE45, RIGID_ODE45),
+    "scipy.radau": (RADAU,),
+    "heyoka.taylor": (HEYOKA, HEYOKA_CHAIN, HEYOKA_LAGRANGIAN, HEYOKA_RIGID),
+    "heyoka.quadruple": (
+        HEYOKA_QUADRUPLE,
+        HEYOKA_CHAIN_QUADRUPLE,
+        HEYOKA_LAGRANGIAN_QUADRUPLE,
+        HEYOKA_RIGID_QUADRUPLE,
+    ),
+    "textbook.explicit_euler": (EXPLICIT_EULER, MATRIX_EULER),
+    "textbook.implicit_euler": (IMPLICIT_EULER,),
+    "textbook.symplectic_euler": (SYMPLECTIC_EULER,),
+    "textbook.stormer_verlet": (STORMER_VERLET,),
+    "textbook.forest_ruth": (FOREST_RUTH,),
+    "textbook.rk4": (RK4,),
+    "textbook.quaternion_rk4": (QUATERNION_RK4,),
+    "textbook.quaternion_dop853": (QUATERNION_DOP853,),
+}
+
+
 def reference(name: str) -> Contender:
     """The reference of this name.
 
@@ -119,4 +169,27 @@ def reference(name: str) -> Contender:
     return known[name]
 
 
-__all__ = ["REFERENCES", "Contender", "reference"]
+def named(name: str, problem: Problem) -> Reference:
+    """The first contender that solves the problem among those of a code, by its name in CODES
+    ("heyoka" for "heyoka.taylor"), or the reference of this full name.
+
+    Its engine may be ``missing``. Raises ValueError for an unknown name, with the nearest known
+    one, and where none solves the problem, with the reason if it is known; TypeError unless a
+    string.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"the name of a code must be a string; received {name!r}.")
+    full = {contender.name: (contender,) for contender in REFERENCES}
+    known = {**full, **CODES, "heyoka": CODES["heyoka.taylor"]}
+    if name not in known:
+        raise ValueError(
+            f"a code is one of {', '.join(CODES)}, or the full name of a reference, such as "
+            f"'REBOUND WHFast'; received {name!r}. Did you mean {nearest(name, CODES)!r}?"
+        )
+    for contender in known[name]:
+        if contender.supports(problem):
+            return contender
+    raise ValueError(refusal(name, known[name], problem))
+
+
+__all__ = ["CODES", "REFERENCES", "Contender", "Reference", "named", "reference"]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any, Protocol, runtime_checkable
 
-from galvi import Problem, Trajectory
+from galvi import LinearSpring, Problem, Trajectory
 
 
 @runtime_checkable
@@ -43,12 +43,25 @@ class Contender(Protocol):
         """
 
 
+@runtime_checkable
+class Reference(Contender, Protocol):
+    """A contender of this package, which also says how it is set."""
+
+    @property
+    def fixed_step(self) -> bool:
+        """Whether its setting has a ``step``; otherwise it has ``samples``, and most of those that
+        integrate take a ``tolerance``."""
+
+
 # fields of a system that may keep a contender from it, and how they are called in its refusal
-OBSTACLES = {
+OBSTACLES: Mapping[str, Mapping[str, Any]] = {
     "its external force": {"force": None, "timed_force": False},
     "its gradient, which is not that of its potential": {"gradient": None},
     "its slopes, which replace those of its Lagrangian": {"slopes": None},
-}
+    "its potential, of which no formula is known here": {
+        "potential": LinearSpring(1.0), "gradient": None, "hessian": None, "explicit_time": False,
+    },
+}  # fmt: skip
 
 
 def refusal_reason(contender: Contender, problem: Problem) -> str:
@@ -69,14 +82,19 @@ def refusal_reason(contender: Contender, problem: Problem) -> str:
     return ""
 
 
+def refusal(name: str, contenders: Iterable[Contender], problem: Problem) -> str:
+    """The sentence that none of a code's contenders solves the problem, with a reason if known."""
+    reason = next(filter(None, (refusal_reason(one, problem) for one in contenders)), "")
+    return (
+        f"{name} does not solve this kind of problem; received {problem!r} with a "
+        f"{type(problem.system).__name__} system. "
+        + (f"The reason is {reason}." if reason else "Ask supports(problem) first.")
+    )
+
+
 def require(contender: Contender, problem: Problem) -> None:
     """Raise unless the contender can solve the problem here; errors as in `Contender.run`."""
     if not contender.supports(problem):
-        reason = refusal_reason(contender, problem)
-        raise ValueError(
-            f"{contender.name} does not solve this kind of problem; received {problem!r} with a "
-            f"{type(problem.system).__name__} system. "
-            + (f"The reason is {reason}." if reason else "Ask supports(problem) first.")
-        )
+        raise ValueError(refusal(contender.name, [contender], problem))
     if contender.missing:
         raise ModuleNotFoundError(f"{contender.name} cannot run: {contender.missing}")

@@ -56,6 +56,7 @@ from references.textbook.euler import (
     STORMER_VERLET,
     SYMPLECTIC_EULER,
 )
+from references.textbook.fourth_order import FOREST_RUTH, RK4
 from references.textbook.implicit_euler import IMPLICIT_EULER
 from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 
@@ -128,6 +129,8 @@ SCIPY = (
 )
 TEXTBOOK = (
     AgreementCase(STORMER_VERLET, ORBIT, 1.0, 1e-6, setting={"step": 1e-3}, note=OF_SECOND),  # 5e-7
+    AgreementCase(FOREST_RUTH, ORBIT, 1.0, 1e-11, setting={"step": 1e-3}, note=OWN),  # 2e-12
+    AgreementCase(RK4, ORBIT, 1.0, 1e-12, setting={"step": 1e-3}, note=OWN),  # 1e-13
     AgreementCase(EXPLICIT_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 2e-3
     AgreementCase(IMPLICIT_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 2e-3
     AgreementCase(

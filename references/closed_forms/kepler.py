@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -147,6 +147,8 @@ class Kepler:
     Setting: samples. The start is taken as exact, t - t0 likewise, and the error of q stays within
     4 eps (|q| + |v| |t - t0|), eps = 2.2e-16, at eccentricities up to 0.999999.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "Kepler, closed form"
     exact: bool = True

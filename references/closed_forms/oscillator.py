@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class Oscillator:
 
     Setting: samples. The rounding of w t costs about eps |v| |t - t0|.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "oscillator, closed form"
     exact: bool = True

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -134,6 +134,8 @@ class Pendulum:
     Setting: samples. The start is taken as exact, t - t0 likewise, and q and v come out rounded
     once: within eps / 2 of the exact motion of that start, however long the run.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "pendulum, closed form"
     exact: bool = True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
 from itertools import combinations
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -112,6 +112,8 @@ class FreeTop:
     Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
     out rounded once: within eps / 2 of the exact motion of that start, however long the run.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "free rigid body, closed form"
     exact: bool = True
@@ -297,6 +299,8 @@ class ThrownBody:
     Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
     out rounded once, as of `references.closed_forms.top_motion.FreeTop`.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "thrown body, closed form"
     exact: bool = True

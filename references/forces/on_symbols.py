@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
+from references.forces.force import ROUNDING
+
+LONGEST = 4000  # operations of a formula; iterations that run on symbols double it in each pass
+COMPARED = 4  # points at which a formula must have the function's values, at least
+# numpy's elementary functions, which call the method of their name, and SymPy's
+ELEMENTARY = {
+    **{name: name for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")},
+    **{f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
+    "arctan2": "atan2",
+    "__abs__": "Abs",
+}
 
 
 class Written:
     """A SymPy expression that takes part in arithmetic, where every number is the rational it is.
+
+    length  the operations that it took; ValueError above LONGEST
 
     numpy's elementary functions work on it by the methods of their names. It cannot be compared:
     code that branches on it raises TypeError.
@@ -21,8 +34,10 @@ class Written:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, expression: Any) -> None:
-        self.expression = expression
+    def __init__(self, expression: Any, length: int = 1) -> None:
+        if length > LONGEST:
+            raise ValueError(f"a formula takes at most {LONGEST} operations; received {length}.")
+        self.expression, self.length = expression, length
 
     def __eq__(self, other: object) -> bool:
         raise TypeError("an expression has no value to compare.")
@@ -31,30 +46,47 @@ class Written:
         raise TypeError("an expression has no value to branch on.")
 
     def __neg__(self) -> Written:
-        return Written(-self.expression)
+        return Written(-self.expression, self.length)
+
+    def hypot(self, other: Any) -> Any:
+        """The root of the sum of both squares."""
+        x: Any = self
+        return np.sqrt(x * x + other * other)
+
+
+class WrittenArray(np.ndarray[Any, Any]):
+    """An array of them, of which numpy also takes Euclid's norm."""
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if func is np.linalg.norm and len(args) == 1 and not kwargs:
+            return np.sqrt(np.sum(np.ravel(args[0]) ** 2))
+        return super().__array_function__(func, types, args, kwargs)
 
 
 def _exact(x: Any) -> Any:
     import sympy
 
+    x = x.item() if isinstance(x, np.ndarray) else x  # as sums of a WrittenArray
     return x.expression if isinstance(x, Written) else sympy.Rational(float(x))
 
 
-def _elementary(name: str) -> Any:
+def _applied(name: str, *operands: Any) -> Any:
+    """SymPy's function of this name, or Python's operator, which leaves arrays to numpy."""
     import sympy
 
-    return getattr(sympy, name)
+    if any(isinstance(x, np.ndarray) and x.ndim for x in operands):
+        return NotImplemented
+    of = getattr(operator, name, None) or getattr(sympy, name)
+    length = 1 + sum(x.length for x in operands if isinstance(x, Written))
+    return Written(of(*map(_exact, operands)), length)
 
 
 def _add_operations() -> None:
     for name in ("add", "sub", "mul", "truediv", "pow"):
-        of = getattr(operator, name)
-        setattr(Written, f"__{name}__",
-                lambda a, b, of=of: Written(of(a.expression, _exact(b))))  # fmt: skip
-        setattr(Written, f"__r{name}__",
-                lambda a, b, of=of: Written(of(_exact(b), a.expression)))  # fmt: skip
-    for name in ("sin", "cos", "tan", "exp", "log", "sqrt"):
-        setattr(Written, name, lambda a, name=name: Written(_elementary(name)(a.expression)))
+        setattr(Written, f"__{name}__", lambda a, b, name=name: _applied(name, a, b))
+        setattr(Written, f"__r{name}__", lambda a, b, name=name: _applied(name, b, a))
+    for method, name in ELEMENTARY.items():
+        setattr(Written, method, lambda *operands, name=name: _applied(name, *operands))
 
 
 _add_operations()
@@ -62,13 +94,53 @@ _add_operations()
 
 def written(expressions: Iterable[Any]) -> Array:
     """An array of them, for a function to compute with."""
-    return np.array([Written(x) for x in expressions], dtype=object)
+    return np.array([Written(x) for x in expressions], dtype=object).view(WrittenArray)
 
 
 def formulas_of(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...] | None:
-    """The expressions in the array that a function returns; None where it cannot be run on them."""
+    """The expressions in the array, or of the number, that a function returns; None where it cannot
+    be run on them."""
     plain = function.py_func if isinstance(function, CPUDispatcher) else function
     try:
-        return tuple(_exact(x) for x in plain(*arguments))
+        return tuple(_exact(x) for x in np.ravel(plain(*arguments)))
     except Exception:  # a user's function may raise anything, as where it branches on a symbol
         return None
+
+
+def has_values(
+    formulas: Sequence[Any], symbols: Sequence[Any], function: Callable[..., Any],
+    points: Iterable[Sequence[Any]],
+) -> bool:  # fmt: skip
+    """Whether formulas have the values of a function that returns as many numbers, to rounding.
+
+    symbols  of each argument of the function: a tuple for an array, one for a number
+    points   arguments; at COMPARED of them or more the function must be finite
+
+    Rounding is relative to the largest sum of the magnitudes of a formula's terms.
+    """
+    import sympy
+
+    terms = [sympy.Add.make_args(formula) for formula in formulas]
+    numbers = sympy.lambdify(symbols, terms, "numpy")
+    compared = 0
+    for point in points:
+        given = [np.array(x, dtype=np.float64) for x in point]
+        with np.errstate(all="ignore"):
+            try:
+                values = np.ravel(np.asarray(function(*_copies(given)), dtype=np.float64))
+            except Exception:  # a user's function may raise anything, as outside of its domain
+                continue
+            if not np.all(np.isfinite(values)):
+                continue
+            rows = [np.array(row, dtype=np.float64) for row in numbers(*_copies(given))]
+            apart = np.abs(values - [row.sum() for row in rows]) if values.size == len(rows) else 1
+        size = max(np.abs(row).sum() for row in rows)
+        if not np.max(apart) <= ROUNDING * size:
+            return False
+        compared += 1
+    return compared >= COMPARED
+
+
+def _copies(arguments: Sequence[Array]) -> list[Any]:
+    """Arrays for a function to keep or change, and its numbers as floats."""
+    return [x.copy() if x.ndim else float(x) for x in arguments]

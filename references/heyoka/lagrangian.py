@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,12 @@ from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
 from references.setting import check_keys, described, sample_times
 from references.textbook.chain_equations import ChainEquations, is_chain
-from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
+from references.textbook.lagrange_equations import (
+    LagrangeEquations,
+    is_constant,
+    nodes,
+    time_symbol,
+)
 
 
 def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
@@ -44,6 +49,8 @@ class OnCoordinates:
 
     Setting as `references.heyoka.taylor.HeyokaTaylor`.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str
     precision: str = "double"
@@ -156,10 +163,11 @@ HEYOKA_CHAIN_QUADRUPLE = HeyokaChain(
 )
 
 
+DIGITS = 40  # of constants, above those of quadruple precision
 KNOWN = (
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "erf"),
     *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-    *("Add", "Mul", "Pow", "Symbol", "Rational"),
+    *("Add", "Mul", "Pow", "Symbol"),
 )
 
 
@@ -170,8 +178,8 @@ class HeyokaLagrangian(OnCoordinates):
     name: str = "heyoka, Lagrangians"
 
     def supports(self, problem: Problem) -> bool:
-        """A Lagrangian from SymPy, or a Canonical with a known potential or a compiled gradient
-        without branches, of functions that heyoka has, without external force.
+        """A Lagrangian from SymPy without external force, or a Canonical whose functions can be
+        written out: they do not branch and take none but those that heyoka has.
         """
         equations = LagrangeEquations.of(problem)
         return equations is not None and all(issubclass(kind, _known()) for kind in equations.kinds)
@@ -203,14 +211,13 @@ def _compiled(
 ) -> Any:
     """heyoka's integrator of these equations, for any start at the time `began`."""
     import heyoka
-    import sympy
 
     number = heyoka_engine.kind(precision)
     known = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
     known[time_symbol()] = heyoka.time + heyoka.expression(number(began))
 
     def translated(expression: Any) -> Any:
-        numbers = {x: _number(x, number) for x in expression.atoms(sympy.Rational)}
+        numbers = {x: _number(x, number) for x in nodes(expression) if is_constant(x)}
         return heyoka.from_sympy(expression, {**known, **numbers})
 
     pull = [translated(x) for x in equations.pull]
@@ -221,13 +228,13 @@ def _compiled(
 
 
 def _number(x: Any, number: Any) -> Any:
-    """A rational in the engine's precision; one that double precision holds is exact in any."""
+    """A constant in the engine's precision; one that double precision holds is exact in any."""
     import heyoka
     import sympy
 
-    if sympy.Rational(float(x)) == x:
+    if x.is_Rational and sympy.Rational(float(x)) == x:
         return heyoka.expression(float(x))
-    return heyoka.expression(number(int(x.p)) / number(int(x.q)))
+    return heyoka.expression(number(str(sympy.N(x, DIGITS))))
 
 
 HEYOKA_LAGRANGIAN = HeyokaLagrangian()

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class HeyokaRigid:
     Setting as `references.heyoka.taylor.HeyokaTaylor`. Quaternions turn from the start and are
     normalised where they become matrices.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "heyoka, rigid bodies"
     precision: str = "double"

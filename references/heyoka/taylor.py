@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -115,6 +115,8 @@ class HeyokaTaylor:
     An integrator is compiled for its system and setting, in seconds, and kept: run once before
     timing. Samples are ends of steps.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "heyoka"
     precision: str = "double"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class JplEphemeris:
     tides, and the oblateness of the Sun. Against Newton's point masses the differences are of
     the model and not of an integrator. Its velocities are derivatives of its Chebyshev series.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "JPL DE421"
     exact: bool = False

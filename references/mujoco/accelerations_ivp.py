@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
@@ -21,6 +21,8 @@ from references.tree_ivp import integrated
 @dataclass(frozen=True, eq=False)
 class MujocoAccelerations:
     """Setting and steps as of `references.tree_ivp.integrated`."""
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "SciPy DOP853 on MuJoCo's accelerations"
     order: int = 8

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -36,6 +36,8 @@ class MujocoSteps:
     Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
     evaluations.
     """
+
+    fixed_step: ClassVar[bool] = True
 
     name: str
     integrator: str

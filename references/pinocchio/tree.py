@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -170,6 +170,8 @@ def _joint(joint: Joint) -> Any:
 @dataclass(frozen=True, eq=False)
 class PinocchioAccelerations:
     """Setting and steps as of `references.tree_ivp.integrated`."""
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "SciPy DOP853 on Pinocchio's accelerations"
     order: int = 8

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class ReboundAdaptive:
     than 1e-3 of its size is a failure, unless forces do work. REBOUND does not count force
     evaluations.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str
     integrator: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -42,6 +42,8 @@ class ReboundSteps:
     States are synchronised when they are saved and not otherwise, if safe_mode is 0. REBOUND does
     not count force evaluations. Its warnings, as of a step above one orbit, go to the status.
     """
+
+    fixed_step: ClassVar[bool] = True
 
     name: str
     integrator: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
@@ -31,6 +31,8 @@ class ScipyIvp:
     is the default. States between steps come from SciPy's interpolant, whose order is below the
     method's: ask for one sample where only the end matters.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str
     solver: str

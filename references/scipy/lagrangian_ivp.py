@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from galvi import Lagrangian, Problem, Trajectory
 from galvi.arrays import Array
 from references.contender import require
 from references.forces.force import checked
+from references.newton import is_differenced
 from references.scipy.ivp import run_on_coordinates
 from references.textbook.chain_equations import ChainEquations, is_chain
 from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
@@ -24,6 +25,8 @@ class ChainIvp:
 
     Setting and states between steps as `references.scipy.ivp.ScipyIvp`.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "SciPy DOP853, chains"
     solver: str = "DOP853"
@@ -60,6 +63,8 @@ class LagrangianIvp:
     Setting and states between steps as `references.scipy.ivp.ScipyIvp`.
     """
 
+    fixed_step: ClassVar[bool] = False
+
     name: str = "SciPy DOP853, Lagrangians"
     solver: str = "DOP853"
     order: int = 8
@@ -67,8 +72,9 @@ class LagrangianIvp:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """A Lagrangian from SymPy, without external force."""
-        known = isinstance(problem.system, Lagrangian)
+        """A Lagrangian from SymPy, without external force, or a Canonical without a gradient whose
+        potential can be written out, which `references.scipy.ivp` would difference."""
+        known = isinstance(problem.system, Lagrangian) or is_differenced(problem)
         return known and LagrangeEquations.of(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import scipy
 
@@ -25,6 +25,8 @@ class RigidIvp:
 
     Setting and states between steps as `references.scipy.ivp.ScipyIvp`.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str
     solver: str

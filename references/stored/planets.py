@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -137,6 +137,8 @@ class StoredTruth:
     Accurate to the rounding of positions and times: a time that differs from the kept one by its
     rounding moves the bodies along their velocity. Newton's point masses, as the problems say.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "stored truth"
     exact: bool = True

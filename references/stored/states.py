@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class StoredStates:
     Setting: samples. Duration and samples must fall on times that are kept, every half unit.
     Accurate to the rounding of the states.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str
     module: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,27 +13,14 @@ from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
 from references.setting import check_keys, described, fixed_steps
-from references.textbook.nystrom import Nystrom
+from references.textbook.nystrom import Nystrom, splitting
 
 EXPLICIT_EULER = Nystrom(
     "explicit Euler", order=1, stages=((0.0,),), nodes=(0.0,), position=(0.0,), velocity=(1.0,)
 )
-SYMPLECTIC_EULER = Nystrom(
-    "symplectic Euler", order=1, stages=((0.0,),), nodes=(0.0,), position=(1.0,), velocity=(1.0,)
-)
-
-
+SYMPLECTIC_EULER = splitting("symplectic Euler", order=1, nodes=(0.0,), kicks=(1.0,))
 SEMI_IMPLICIT_EULER = replace(SYMPLECTIC_EULER, name="semi-implicit Euler")
-
-
-STORMER_VERLET = Nystrom(
-    "Stormer-Verlet",
-    order=2,
-    stages=((0.0, 0.0), (0.5, 0.0)),
-    nodes=(0.0, 1.0),
-    position=(0.5, 0.0),
-    velocity=(0.5, 0.5),
-)
+STORMER_VERLET = splitting("Stormer-Verlet", order=2, nodes=(0.0, 1.0), kicks=(0.5, 0.5))
 
 
 @dataclass(frozen=True)
@@ -42,6 +29,8 @@ class MatrixEuler:
 
     Nothing keeps R a rotation or |p| constant: that is what it is here to show.
     """
+
+    fixed_step: ClassVar[bool] = True
 
     name: str = "explicit Euler, matrices"
     order: int = 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,6 +29,8 @@ class ImplicitEuler:
     accept_unconverged is set: then its last iterate is taken, as by a solver that does not look,
     and status and counts["unconverged_steps"] say so.
     """
+
+    fixed_step: ClassVar[bool] = True
 
     name: str = "implicit Euler"
     order: int = 1

@@ -5,18 +5,18 @@ M a = dL/dq - (d2L/dv dq) v - d2L/dv dt,   M = d2L/dv2
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from operator import mul, truediv
 from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
 
 from galvi import Canonical, Lagrangian, Problem
 from galvi.arrays import Array
-from references.forces.force import agrees, points_around
-from references.forces.on_symbols import formulas_of, written
+from references.forces.force import points_around
+from references.forces.on_symbols import Written, formulas_of, has_values, written
 from references.newton import is_forced, potential_formula, replaces_force
 
 # SymPy, where it is used, is imported: it takes a fifth of the import of the references.
@@ -32,7 +32,7 @@ def time_symbol() -> Any:
 
 @dataclass(frozen=True)
 class LagrangeEquations:
-    """The equations of motion of d coordinates, without external force.
+    """The equations of motion of d coordinates.
 
     q, v     the symbols, (d,) each; the time is `time_symbol`
     momenta  dL/dv, (d,)
@@ -50,18 +50,16 @@ class LagrangeEquations:
 
     @staticmethod
     def of(problem: Problem) -> LagrangeEquations | None:
-        """Of a Lagrangian from SymPy, or of a Canonical whose gradient is a formula of the
-        references or a compiled function without branches; None of anything else.
+        """Of a Lagrangian from SymPy without external force, or of a Canonical whose functions are
+        formulas of the references or run on symbols; None of anything else.
         """
         system: Any = problem.system
-        if is_forced(problem):
+        if isinstance(system, Canonical):
+            return _of_canonical(problem)
+        if not isinstance(system, Lagrangian) or is_forced(problem):
             return None
-        if isinstance(system, Lagrangian):
-            text = "" if system.slopes is not None else getattr(system.function, "expression", "")
-            return _from_expression(text, system.function.constants) if text else None
-        if isinstance(system, Canonical) and not system.explicit_time:
-            return _from_potential(problem)
-        return None
+        text = "" if system.slopes is not None else getattr(system.function, "expression", "")
+        return _from_expression(text, system.function.constants) if text else None
 
     @cached_property
     def timed(self) -> bool:
@@ -70,14 +68,25 @@ class LagrangeEquations:
 
     @cached_property
     def kinds(self) -> set[type]:
-        """The types of all nodes of their expressions."""
-        import sympy
+        """The types of all nodes of their expressions but constants."""
+        expressions = (*self.pull, *sum(self.mass, ()))
+        return {type(node) for x in expressions for node in nodes(x) if not is_constant(node)}
 
-        return {
-            type(node)
-            for one in (*self.pull, *sum(self.mass, ()))
-            for node in sympy.preorder_traversal(one)
-        }
+
+def nodes(expression: Any) -> Iterator[Any]:
+    """Those of an expression, without those inside of constants."""
+    import sympy
+
+    walk = sympy.preorder_traversal(expression)
+    for node in walk:
+        if is_constant(node):
+            walk.skip()
+        yield node
+
+
+def is_constant(node: Any) -> bool:
+    """Whether it is a finite real number."""
+    return bool(node.is_number and node.is_real)
 
 
 def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -117,24 +126,19 @@ def _shortest(ratio: Any) -> Any:
     return min((ratio, sympy.cancel(ratio)), key=sympy.count_ops)
 
 
-def _from_potential(problem: Problem) -> LagrangeEquations | None:
+@lru_cache(maxsize=32)
+def _of_canonical(problem: Problem) -> LagrangeEquations | None:
     import sympy
 
     system: Any = problem.system
-    if problem.q0.ndim != 1:
-        return None
-    if system.gradient is None or not replaces_force(problem):
-        force = potential_formula(system.potential)
-        if force is None or force.formula is None:
-            return None
-        pull = _pull_of_formula(force.formula, tuple(force.numbers.tolist()), problem.q0.size)
-    else:
-        if not isinstance(system.gradient, CPUDispatcher):
-            return None
-        pull = _pull_of_gradient(system.gradient, problem.q0.size)
+    d = problem.q0.size
+    pull = _conservative(problem)
+    if pull is not None and system.force is not None:
+        push = _external(problem)
+        pull = push and tuple(x + y for x, y in zip(pull, push, strict=True))
     if pull is None:
         return None
-    q, v = symbols(problem.q0.size)
+    q, v = symbols(d)
     mass = system.mass
     if mass.ndim == 2:
         rows = tuple(tuple(sympy.Rational(x) for x in row) for row in mass.tolist())
@@ -148,6 +152,55 @@ def _from_potential(problem: Problem) -> LagrangeEquations | None:
     return LagrangeEquations(q, v, momenta, (), solved)
 
 
+def _conservative(problem: Problem) -> tuple[Any, ...] | None:
+    """-dV/dq: a formula of the references, or minus the gradient that is given, or else derived
+    from the potential; None where neither can be written, or not with the values of the function.
+    """
+    system: Any = problem.system
+    known = None if replaces_force(problem) else potential_formula(system.potential)
+    if known is not None and known.formula is not None:
+        return _pull_of_formula(known.formula, tuple(known.numbers.tolist()), problem.q0.size)
+    gradient, names = system.gradient, "qt" if system.explicit_time else "q"
+    if gradient is None and not system.explicit_time:
+        gradient = getattr(system.potential, "gradient", None)
+    slopes = None if gradient is None else _formulas(problem, gradient, names)
+    if slopes is None:
+        potential = _formulas(problem, system.potential, names)
+        if potential is None or len(potential) != 1:
+            return None
+        q, _ = symbols(problem.q0.size)
+        derived = slopes = tuple(potential[0].diff(x) for x in q)
+        gradient, slopes = (system.potential, potential) if gradient is None else (gradient, slopes)
+    else:
+        derived = slopes
+    held = _has_values(problem, slopes, gradient, names)
+    return tuple(-slope for slope in derived) if held else None
+
+
+def _external(problem: Problem) -> tuple[Any, ...] | None:
+    """The external force; None as for `_conservative`."""
+    system: Any = problem.system
+    names = "qvt" if system.timed_force else "qv"
+    force = _formulas(problem, system.force, names)
+    return force if force and _has_values(problem, force, system.force, names) else None
+
+
+def _formulas(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
+    """What a function of those of q, v and t that ``names`` holds returns, on symbols."""
+    known = dict(zip("qv", symbols(problem.q0.size), strict=True))
+    given = [Written(time_symbol()) if x == "t" else written(known[x]) for x in names]
+    return formulas_of(function, *given)
+
+
+def _has_values(problem: Problem, formulas: Any, function: Any, names: str) -> bool:
+    """Whether they have the function's values at the start and around it."""
+    known = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
+    q, v = points_around(problem.q0), points_around(problem.v0)[::-1]
+    t = problem.t0 + 0.37 * np.arange(len(q))
+    points = zip(*({"q": q, "v": v, "t": t}[x] for x in names), strict=True)
+    return has_values(formulas, [known[x] for x in names], function, points)
+
+
 @lru_cache(maxsize=32)
 def _pull_of_formula(formula: Any, numbers: tuple[float, ...], d: int) -> tuple[Any, ...] | None:
     """The force of one of `references.forces.formulas`."""
@@ -159,17 +212,3 @@ def _pull_of_formula(formula: Any, numbers: tuple[float, ...], d: int) -> tuple[
         return out
 
     return formulas_of(force, *map(written, symbols(d)))
-
-
-@lru_cache(maxsize=32)
-def _pull_of_gradient(gradient: Any, d: int) -> tuple[Any, ...] | None:
-    """Minus a gradient that runs on symbols, and whose formula gives the same at a few places."""
-    import sympy
-
-    q, _ = symbols(d)
-    slopes = formulas_of(gradient, written(q))
-    if slopes is None or len(slopes) != d:
-        return None
-    found = sympy.lambdify([q], slopes, "math")
-    same = agrees(gradient, lambda x: np.array(found(x.tolist())), points_around(np.ones(d)))
-    return tuple(-x for x in slopes) if same else None

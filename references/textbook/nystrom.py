@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import types
@@ -19,7 +19,7 @@ from references.forces.force import FUNCTION, OPTIONS, VECTOR
 from references.newton import inverse_mass, is_forced, total_force
 from references.setting import check_keys, described, fixed_steps
 
-# The compiled loop of an explicit Nystrom method;.
+# The compiled loop of an explicit Nystrom method.
 #
 # A (s, s), c (s,)          stages and nodes
 # bq, bv (s,)               weights of the accelerations in the position and the velocity
@@ -121,6 +121,8 @@ class Nystrom:
     When the last stage is the new configuration, its acceleration starts the next step.
     """
 
+    fixed_step: ClassVar[bool] = True
+
     name: str
     order: int
     stages: tuple[tuple[float, ...], ...]
@@ -192,6 +194,25 @@ class Nystrom:
             step=steps.step,
             failure=_failure(failed, steps.saved, times) if failed else None,
         )
+
+
+def splitting(name: str, order: int, nodes: Sequence[float], kicks: Sequence[float]) -> Nystrom:
+    """Kicks of the velocity by the force, and drifts to their times between them: symplectic.
+
+    nodes  times of the kicks, (s,), as shares of the step
+    kicks  their shares of the step, (s,)
+    """
+    times = range(len(nodes))
+    return Nystrom(
+        name,
+        order,
+        stages=tuple(
+            tuple(kicks[j] * (nodes[i] - nodes[j]) if j < i else 0.0 for j in times) for i in times
+        ),
+        nodes=tuple(nodes),
+        position=tuple(kicks[j] * (1.0 - nodes[j]) for j in times),
+        velocity=tuple(kicks),
+    )
 
 
 def _failure(failed: int, saved: Any, times: Array) -> Failure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
@@ -219,6 +219,8 @@ class QuaternionRK4:
     The quaternion is divided by its norm after every step, the momentum is left alone.
     """
 
+    fixed_step: ClassVar[bool] = True
+
     name: str = "RK4 on quaternions, compiled"
     order: int = 4
     exact: bool = False
@@ -289,6 +291,8 @@ class QuaternionDOP853:
     digits: add TIGHT for a truth. Samples are ends of steps.
     Otherwise as `references.textbook.quaternions.QuaternionRK4`.
     """
+
+    fixed_step: ClassVar[bool] = False
 
     name: str = "DOP853 on quaternions, compiled"
     order: int = 8

@@ -29,6 +29,8 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "symplectic Euler": ({"step": 1e-4}, 4e-4),  # 1e-4
     "semi-implicit Euler": ({"step": 1e-4}, 4e-4),  # 1e-4
     "Stormer-Verlet": ({"step": 1e-4}, 1e-8),  # 5e-9
+    "Forest-Ruth": ({"step": 1e-2}, 1e-7),  # 2e-8
+    "RK4": ({"step": 1e-2}, 1e-7),  # 1e-9
     "SciPy RK45 (ode45)": ({"tolerance": 1e-9}, 1e-7),  # 4e-9
     "SciPy DOP853": (dict(TIGHT), 1e-13),  # 2e-14
     "SciPy Radau": ({"tolerance": 1e-10}, 1e-11),  # 8e-14

@@ -10,6 +10,7 @@ import galvi
 from references.closed_forms.kepler import KEPLER
 from references.setting import fixed_steps, sample_times
 from references.textbook.euler import EXPLICIT_EULER, STORMER_VERLET, SYMPLECTIC_EULER
+from references.textbook.fourth_order import FOREST_RUTH, RK4
 from references.textbook.implicit_euler import IMPLICIT_EULER
 
 
@@ -52,7 +53,7 @@ def test_samples_end_at_the_end():
         sample_times(0.0, 1.0, {"samples": 1.5})
 
 
-METHODS = (EXPLICIT_EULER, SYMPLECTIC_EULER, IMPLICIT_EULER, STORMER_VERLET)
+METHODS = (EXPLICIT_EULER, SYMPLECTIC_EULER, IMPLICIT_EULER, STORMER_VERLET, RK4, FOREST_RUTH)
 NAMES = [method.name for method in METHODS]
 ORBIT = galvi.problems.kepler(0.3)
 
@@ -61,7 +62,7 @@ ORBIT = galvi.problems.kepler(0.3)
 @pytest.mark.parametrize("method", METHODS, ids=NAMES)
 def test_the_order_is_what_is_claimed_and_no_more(method):
     truth = KEPLER.run(ORBIT, 1.0, {})
-    steps = np.array([1 / 400, 1 / 800, 1 / 1600, 1 / 3200])
+    steps = 1.0 / np.array([400, 800, 1600, 3200] if method.order < 3 else [20, 40, 80, 160])
     errors = [np.abs(method.run(ORBIT, 1.0, {"step": h}).q[-1] - truth.q[-1]).max() for h in steps]
     slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert abs(slope - method.order) < 0.05

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
+from hypothesis import given
+from hypothesis import strategies as st
 from numba import njit
 
 import galvi
 from references.closed_forms.kepler import KEPLER
-from references.forces.on_symbols import formulas_of, written
+from references.forces.on_symbols import formulas_of, has_values, written
 from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
+from references.newton import acceleration, is_differenced
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853, accelerations
 from references.stored.lagrangian import STORED_LAGRANGIAN
@@ -56,6 +59,53 @@ POTENTIALS = {
         galvi.Canonical([[2.0, 0.3], [0.3, 1.0]], galvi.CosinePotential(1.5)), [1.0, 2.0], [0.5, 0]
     ),
 }
+STARS = np.array([0.1, -0.2])
+STIFFNESS = np.array([[2.0, 0.3], [0.3, 1.0]])
+
+
+def logarithmic(q):
+    return 0.5 * np.log(0.01 + q[0] ** 2 + (q[1] / 0.9) ** 2)
+
+
+def in_place(q):
+    """The gradient of q0^4 / 4 + q1^2, in an array of floats."""
+    slope = np.zeros(2)
+    slope[0], slope[1] = q[0] ** 3, 2.0 * q[1]
+    return slope
+
+
+@njit
+def jitted(q):
+    return np.array([np.tanh(q[0]), np.arctan(q[1])])
+
+
+def own(potential, gradient=None, mass=1.0, t0=0.0, **more):
+    system = galvi.Canonical(mass, potential, gradient, **more)
+    return galvi.Problem(system, [0.8, 0.4], [0.1, 0.7], t0=t0)
+
+
+OWN = {
+    "logarithmic": own(logarithmic),
+    "logarithmic, two masses": own(logarithmic, mass=[1.0, 2.5]),
+    "logarithmic, coupled masses": own(logarithmic, mass=STIFFNESS),
+    "a norm": own(lambda q: -1.0 / np.linalg.norm(q - STARS)),
+    "a matrix": own(lambda q: q @ STIFFNESS @ q + np.dot(q, q) / 3 + np.sum(q**4)),
+    "an angle": own(lambda q: np.arctan2(q[1], q[0]) ** 2 + np.hypot(*q)),
+    "constants that are no fractions": own(
+        lambda q: (4.5 * q[0] ** 2 + 2.0 * q[1] ** 2) ** 1.3 + 2.0 ** q[1] - (3.0 * q[1] + 9) ** 0.5
+    ),
+    "of the time": own(
+        lambda q, t: q[0] ** 2 * np.cos(3.0 * t) + np.cosh(q[1]), explicit_time=True, t0=0.7
+    ),
+    "a gradient in floats": own(lambda q: q[0] ** 4 / 4 + q[1] ** 2, in_place),
+    "a compiled gradient": own(lambda q: 0.0, jitted, check=False),
+    "friction": own(lambda q: q @ q, force=lambda q, v: -0.1 * np.linalg.norm(v) * v),
+    "a force of the time": own(
+        galvi.LinearSpring(1.0), force=lambda q, v, t: np.sin(t) * q - v / 7, timed_force=True
+    ),
+}
+
+
 DURATION = 2.0
 
 
@@ -65,8 +115,19 @@ def apart(run, truth) -> float:
 
 
 def tight(problem):
-    peer = LAGRANGIAN_DOP853 if LAGRANGIAN_DOP853.supports(problem) else DOP853
+    peer = LAGRANGIAN_DOP853 if isinstance(problem.system, galvi.Lagrangian) else DOP853
     return peer.run(problem, DURATION, {"samples": 1, **TIGHT})
+
+
+@needs_heyoka
+@pytest.mark.parametrize("name", OWN)
+def test_heyoka_and_dop853_agree_about_a_potential_of_ones_own(name):
+    problem = OWN[name]
+    truth = DOP853.run(problem, DURATION, {"samples": 1, "tolerance": 1e-12})  # it may difference
+    run = HEYOKA_LAGRANGIAN.run(problem, DURATION, {"samples": 1, "compact_mode": True})
+    assert apart(run, truth) < 1e-10  # 5e-12
+    if not HEYOKA_LAGRANGIAN_QUADRUPLE.missing:
+        assert apart(run, HEYOKA_LAGRANGIAN_QUADRUPLE.run(problem, DURATION, {})) < 1e-13  # 1e-14
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -167,25 +228,116 @@ def test_the_stored_truth_can_be_made_again(case):
     assert [made[i] for i in rows] == [kept[i] for i in rows]
 
 
+@pytest.mark.parametrize("name", OWN)
+def test_a_potential_of_ones_own_is_written_out_and_its_slopes_are_not_differenced(name):
+    problem = OWN[name]
+    equations = LagrangeEquations.of(problem)
+    assert HEYOKA_LAGRANGIAN.supports(problem) and HEYOKA_LAGRANGIAN_QUADRUPLE.supports(problem)
+    for far in (0.0, 0.3):
+        q, v, t = problem.q0 + far, problem.v0 - far, problem.t0 + far
+        found = accelerations(equations)(q, v, t)
+        np.testing.assert_allclose(found, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
+    assert LAGRANGIAN_DOP853.supports(problem) is is_differenced(problem)
+
+
+def test_dop853_takes_the_slopes_of_a_potential_that_scipy_would_difference():
+    problem = galvi.Problem(galvi.Canonical(1.0, lambda q: 0.5 * np.sum(q**2)), [1.0], [0.0])
+    run = LAGRANGIAN_DOP853.run(problem, DURATION, {"samples": 1, **TIGHT})
+    assert abs(run.q[-1, 0] - np.cos(DURATION)) < 1e-14  # 1e-16
+    assert not LAGRANGIAN_DOP853.supports(galvi.problems.harmonic_oscillator())
+
+
 @njit
 def branching(q):
     return q if q[0] > 0.0 else 2.0 * q
 
 
+def kinked(q):
+    try:
+        return 0.5 * q[0] ** 2 if q[0] > 0.0 else q[0] ** 2
+    except TypeError:
+        return 0.5 * q[0] ** 2
+
+
+def kepler_s_equation(q):
+    anomaly = q[0]
+    for _ in range(50):
+        anomaly = anomaly - (anomaly - np.sin(anomaly) / 2 - q[0]) / (1 - np.cos(anomaly) / 2)
+    return anomaly**2
+
+
+WITHOUT_FORMULA = {
+    "a branch": lambda q: q[0] ** 2 if q[0] > 0.0 else 2.0 * q[0] ** 2,
+    "np.where": lambda q: np.where(q[0] > 0.0, q[0] ** 2, 0.0),
+    "the larger": lambda q: max(q[0], q[1]),
+    "a table": lambda q: np.interp(q[0], [0.0, 1.0, 2.0], [0.0, 1.0, 4.0]),
+    "a float": lambda q: float(q @ q),
+    "a branch that is hidden": kinked,
+    "an iteration": kepler_s_equation,
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_FORMULA)
+def test_a_potential_without_a_formula_is_refused_with_the_reason(name):
+    problem = own(WITHOUT_FORMULA[name], check=False)
+    assert LagrangeEquations.of(problem) is None and not HEYOKA_LAGRANGIAN.supports(problem)
+    with pytest.raises(ValueError, match="The reason is its potential, of which no formula"):
+        HEYOKA_LAGRANGIAN.run(problem, 1.0, {})
+
+
+def test_a_gradient_that_is_not_the_potential_s_is_taken_as_it_is_or_not_at_all():
+    def other(q):
+        return np.array([q[0] ** 3, 2.001 * q[1]])
+
+    problem = own(lambda q: q[0] ** 4 / 4 + q[1] ** 2, other, check=False)
+    found = accelerations(LagrangeEquations.of(problem))(problem.q0, problem.v0, 0.0)
+    np.testing.assert_allclose(found, -other(problem.q0), rtol=1e-15)
+    floats = replace(problem.system, gradient=lambda q: other(q).astype(float))
+    assert LagrangeEquations.of(replace(problem, system=floats)) is None
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_formula_of_any_expression_has_the_values_of_its_function(seed):
+    potential, draw = random_potential(seed), np.random.default_rng(seed)
+    (formula,) = formulas_of(potential, written([x, y]))
+    points = [(draw.standard_normal(2),) for _ in range(9)]
+    assert has_values([formula], [(x, y)], potential, points)
+    assert not has_values([formula + sympy.sin(x) / 10**9], [(x, y)], potential, points)
+
+
+def random_potential(seed):
+    """A function of q (2,), of five operations drawn by chance, smooth and of moderate size."""
+    unary = (
+        np.sin,
+        np.cos,
+        np.tanh,
+        np.arctan,
+        lambda z: np.exp(np.sin(z)),
+        lambda z: np.sqrt(1.0 + z * z),
+        lambda z: np.log(2.0 + np.cos(z)),
+        np.arcsinh,
+    )
+    binary = (lambda a, b: a + b, lambda a, b: a - 0.3 * b, lambda a, b: np.sin(a) * b,
+              lambda a, b: a / (1.0 + b**2), lambda a, b: np.hypot(a, b))  # fmt: skip
+
+    def potential(q):
+        draw, terms = np.random.default_rng(seed), [q[0], q[1], np.sum(q) / 3]
+        for _ in range(5):
+            a, b = (terms[draw.integers(len(terms))] for _ in "ab")
+            both = binary[draw.integers(len(binary))](a, b)
+            terms.append(unary[draw.integers(len(unary))](both))
+        return terms[-1] + terms[-2]
+
+    return potential
+
+
 def test_what_has_no_formula_is_not_taken():
-    potential = galvi.LinearSpring(1.0)
-    functions = (lambda q: q, branching)
-    systems = [
-        galvi.Canonical(1.0, lambda q: 0.5 * float(q @ q), f, check=False) for f in functions
-    ]
-    systems.append(galvi.Canonical(1.0, potential, force=lambda q, v: -v))
-    systems.append(galvi.Canonical(1.0, lambda q, t: float(q @ q), explicit_time=True))
-    for system in systems:
-        assert LagrangeEquations.of(galvi.Problem(system, [1.0, 2.0], [0.0, 0.0])) is None
+    gradient = galvi.Canonical(1.0, lambda q: 0.5 * float(q @ q), branching, check=False)
+    assert LagrangeEquations.of(galvi.Problem(gradient, [1.0, 2.0], [0.0, 0.0])) is None
     kink = from_sympy(u**2 / 2 - sympy.Abs(x) ** 3, [0.2], [0.4])
     assert LAGRANGIAN_DOP853.supports(kink) and not HEYOKA_LAGRANGIAN.supports(kink)
-    own = PROBLEMS["polar Kepler"].system
-    slopes = replace(own, slopes=lambda q, v: np.concatenate((v, np.zeros(2))), check=False)
+    polar = PROBLEMS["polar Kepler"].system
+    slopes = replace(polar, slopes=lambda q, v: np.concatenate((v, np.zeros(2))), check=False)
     assert LagrangeEquations.of(galvi.Problem(slopes, [1.0, 0.0], [0.0, 1.0])) is None
 
 

@@ -14,7 +14,8 @@ import pytest
 
 import galvi
 import references
-from references import REFERENCES, Contender, reference
+from references import CODES, REFERENCES, Contender, Reference, named, reference
+from references.textbook.lagrange_equations import LagrangeEquations
 
 ORBIT = galvi.problems.kepler(0.3)
 SPRING = galvi.problems.harmonic_oscillator()
@@ -26,6 +27,7 @@ HANGING = galvi.problems.pendulum_3d()
 CHAIN = galvi.problems.double_pendulum()
 SPRUNG = galvi.problems.elastic_pendulum()
 ARM = galvi.problems.skew_arm()
+SOLVED = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG, ARM)
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
     TURN,
@@ -41,26 +43,6 @@ PRESENT = [contender for contender in REFERENCES if not contender.missing]
 every_present = pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
 
 
-FIXED_STEP = {
-    "explicit Euler",
-    "implicit Euler",
-    "symplectic Euler",
-    "semi-implicit Euler",
-    "Stormer-Verlet",
-    "REBOUND WHFast",
-    "REBOUND WHFast512",
-    "REBOUND SABA",
-    "REBOUND MERCURIUS",
-    "REBOUND TRACE",
-    "REBOUND leapfrog",
-    "MuJoCo Euler",
-    "MuJoCo RK4",
-    "MuJoCo implicit",
-    "MuJoCo implicitfast",
-    "MuJoCo discrete",
-    "explicit Euler, matrices",
-    "RK4 on quaternions, compiled",
-}
 CATALOGUES = {  # a duration at whose eighths they are
     "stored truth": 5844.0,
     "stored truth, rigid bodies": 16.0,
@@ -72,13 +54,11 @@ CATALOGUES = {  # a duration at whose eighths they are
 
 def setting(contender: Contender, duration: float, pieces: int) -> dict[str, float]:
     """The least that asks for `pieces` states after the start."""
-    fixed = contender.name in FIXED_STEP
-    return {"step": duration / pieces} if fixed else {"samples": pieces}
+    return {"step": duration / pieces} if contender.fixed_step else {"samples": pieces}
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG, ARM)
-    return next(problem for problem in known if contender.supports(problem))
+    return next(problem for problem in SOLVED if contender.supports(problem))
 
 
 def test_every_contender_of_every_module_is_registered():
@@ -148,14 +128,14 @@ def test_a_run_says_when_and_how_it_was_made(contender):
     assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
     assert not run.q.flags.writeable
     assert contender.name in run.method and run.problem is late
-    assert (run.step is not None) == (contender.name in FIXED_STEP)
+    assert (run.step is not None) == contender.fixed_step
     assert "steps" in run.counts or "force_evaluations" in run.counts
 
 
 @every_present
 def test_an_unknown_key_is_answered_with_the_nearest(contender):
     problem = solvable(contender)
-    word, meant = ("steq", "step") if contender.name in FIXED_STEP else ("sample", "samples")
+    word, meant = ("steq", "step") if contender.fixed_step else ("sample", "samples")
     with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
         contender.run(problem, 1.0, {word: 1})
 
@@ -166,6 +146,70 @@ def test_zero_and_infinite_durations_are_refused(contender):
     for duration in (0.0, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="duration must"):
             contender.run(problem, duration, setting(contender, 1.0, 1))
+
+
+@every_present
+def test_a_contender_is_set_by_a_step_or_by_samples_and_says_by_which(contender):
+    assert isinstance(contender, Reference) and isinstance(contender.fixed_step, bool)
+    problem, other = solvable(contender), {"samples": 1} if contender.fixed_step else {"step": 0.5}
+    with pytest.raises(ValueError, match=f"received '{next(iter(other))}'"):
+        contender.run(problem, 1.0, other)
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_a_code_is_the_first_of_its_contenders_that_solves_the_problem(name):
+    contenders = CODES[name]
+    assert set(contenders) <= set(REFERENCES)
+    assert len({one.fixed_step for one in contenders}) == 1
+    assert {name.partition(".")[0]} == {kind_of(one) for one in contenders}
+    for problem in (*SOLVED, UNKNOWN):
+        able = [one for one in contenders if one.supports(problem)]
+        if able:
+            assert named(name, problem) is able[0]
+            continue
+        kind = type(problem.system).__name__
+        with pytest.raises(ValueError, match=f"^{name} does not solve this .* {kind} system"):
+            named(name, problem)
+
+
+def kind_of(contender: Contender) -> str:
+    """The folder of references that it is in, or for SciPy's solvers that of its name."""
+    if contender.name.startswith("SciPy"):
+        return "scipy"
+    return type(contender).__module__.split(".")[1]
+
+
+def test_a_code_goes_by_its_full_name_and_heyoka_by_its_own():
+    for contender in REFERENCES:
+        if contender.name != "heyoka":
+            assert named(contender.name, solvable(contender)) is contender
+    for name in ("heyoka", "heyoka.taylor"):
+        assert named(name, TURN) is reference("heyoka, rigid bodies")
+    assert named("scipy.dop853", UNKNOWN).name == "SciPy DOP853"
+    assert named("scipy.dop853", CHAIN).name == "SciPy DOP853, chains"
+
+
+def test_an_unknown_code_is_answered_with_the_nearest_and_a_refusal_with_the_reason():
+    for word, meant in (
+        ("rebound.whfst", "rebound.whfast"),
+        ("WHFast", "rebound.whfast"),
+        ("mujoco.RK4", "mujoco.rk4"),
+        ("textbook.verlet", "textbook.stormer_verlet"),
+    ):
+        with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
+            named(word, ORBIT)
+    with pytest.raises(TypeError, match="must be a string; received 3"):
+        named(3, ORBIT)
+    dragged = replace(SPRING, system=replace(SPRING.system, force=lambda q, v: -v))
+    with pytest.raises(ValueError, match=r"^textbook\.rk4 does .* Canonical .* external force\.$"):
+        named("textbook.rk4", dragged)
+
+
+def test_a_contender_that_says_the_wrong_kind_of_setting_is_seen():
+    liar = replace(reference("RK4"), name="liar")
+    object.__setattr__(liar, "fixed_step", False)
+    with pytest.raises(pytest.fail.Exception):
+        test_a_contender_is_set_by_a_step_or_by_samples_and_says_by_which(liar)
 
 
 @every
@@ -206,7 +250,10 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
         system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3, check=False)
         problem = galvi.Problem(system, q0, v0)
         recognised = [c.name for c in REFERENCES if c.exact and c.supports(problem)]
-        assert recognised == []
+        assert recognised == ["heyoka, Lagrangians, quadruple precision"]  # writes out q**3
+        assert [str(x) for x in LagrangeEquations.of(problem).pull] == [
+            f"-q{k}**3" for k in range(len(q0))
+        ]
 
 
 def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
@@ -244,8 +291,10 @@ def test_a_refusal_says_which_field_of_the_system_it_is_for():
         problem = galvi.Problem(replace(spring, **fields), [1.0], [0.0])
         with pytest.raises(ValueError, match=reason):
             closed.run(problem, 1.0, {})
-    with pytest.raises(ValueError, match=r"Ask supports\(problem\) first\.$"):
+    with pytest.raises(ValueError, match=r"The reason is its potential, of which no formula is"):
         closed.run(UNKNOWN, 1.0, {})
+    with pytest.raises(ValueError, match=r"Ask supports\(problem\) first\.$"):
+        closed.run(CHAIN, 1.0, {})
 
 
 def test_engines_are_imported_only_when_they_are_used():
