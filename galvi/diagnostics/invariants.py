@@ -45,15 +45,14 @@ def energy(run: Trajectory, t: Any = None) -> Array:
 def momentum_map(run: Trajectory, t: Any = None) -> Array:
     """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
 
-    It is the momentum map J of the rotations of space: J . w = d/de L(q, v + e xi), where q' = xi
-    while space turns with angular velocity w. Summed over all bodies and points, it is
+    It is the momentum map J of the rotations of space: J . w = d/de L(q, v + e xi), with xi the
+    velocity of q while space turns with angular velocity w. Summed over bodies and points, it is
 
-    x cross p                            of a point at x: a Canonical system of one body whose mass
-                                         is a number, each body of an NBody system, a factor Rn(2)
-                                         or Rn(3) of a Product
-    R mu_rot + x cross R mu_lin          of a body [[R, x], [0, 1]]: a FreeBody, or SE(3)
-    R mu                                 of a RigidBody about its fixed point, or SO(3)
-    mu_rot + x cross R mu_lin, and mu    of SE(2) and SO(2)
+    - x cross p of a point at x: of a Canonical system of one body whose mass is a number, of each
+      body of an NBody system, of a factor Rn(2) or Rn(3) of a Product;
+    - R mu_rot + x cross R mu_lin of a body [[R, x], [0, 1]]: of a FreeBody, or on SE(3);
+    - R mu of a RigidBody about its fixed point, or on SO(3);
+    - mu_rot + x cross R mu_lin on SE(2), and mu on SO(2),
 
     where mu = (mu_rot, mu_lin) is a body's part of run.p: left-trivialised, that is, about x and in
     the body's axes. That of a Multibody is the sum over its bodies. On a group, the system may be
