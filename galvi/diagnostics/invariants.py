@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from galvi.arrays import Array, read_only
+from galvi.diagnostics import group_momenta
 from galvi.diagnostics.symplecticity import stage_states
-from galvi.groups.group import SE3, SO3
+from galvi.groups.group import SE2, SE3, SO2, SO3, Group, Rn
+from galvi.groups.product import Product
 from galvi.input_checks import flag, shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at
-from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian, kinetic_energy, momentum_at, velocity_at
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
@@ -44,41 +45,61 @@ def energy(run: Trajectory, t: Any = None) -> Array:
 def momentum_map(run: Trajectory, t: Any = None) -> Array:
     """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
 
-    For a Canonical system of one body in the plane or in space whose mass is a number, the sum over
-    the bodies of an NBody system or a Multibody, a RigidBody (about its fixed point, R p) or a
-    FreeBody (about the origin). Raises ValueError for a system on which rotations of space do not
-    act.
+    It is the momentum map J of the rotations of space: J . w = d/de L(q, v + e xi), with xi the
+    velocity of q while space turns with angular velocity w. Summed over bodies and points, it is
+
+    - x cross p of a point at x: of a Canonical system of one body whose mass is a number, of each
+      body of an NBody system, of a factor Rn(2) or Rn(3) of a Product;
+    - R mu_rot + x cross R mu_lin of a body [[R, x], [0, 1]]: of a FreeBody, or on SE(3);
+    - R mu of a RigidBody about its fixed point, or on SO(3);
+    - mu_rot + x cross R mu_lin on SE(2), and mu on SO(2),
+
+    where mu = (mu_rot, mu_lin) is a body's part of run.p: left-trivialised, that is, about x and in
+    the body's axes. That of a Multibody is the sum over its bodies. On a group, the system may be
+    any, such as a `galvi.Lagrangian`: J is conserved where L does not change as space turns, and
+    only there; it changes by the moment of forces otherwise. At steps it is conserved to round-off,
+    along the curve to the accuracy of the curve.
+
+    Source: Marsden and Ratiu, Introduction to Mechanics and Symmetry, chapters 11 and 12; for
+    integrators on groups Hall and Leok, Lie group variational integrators, section 3.
+
+    Raises ValueError for a system on which nothing says how rotations of space act: a Lagrangian on
+    Rn(n), other factors of a Product, and factors of which some are in the plane, some in space.
     """
     times, q, p = _states(run, t)
-    system = run.problem.system
-    if isinstance(system, Multibody):
+    group = _group(run)
+    if isinstance(run.problem.system, Multibody):
         return _of_tree(run, times, q, p, t)[..., :3]
-    if isinstance(system, RigidBody):
-        return np.einsum("...ij,...j->...i", q, p)
-    if isinstance(system, FreeBody):
-        R, x = q[..., :3, :3], q[..., :3, 3]
-        own, linear = (np.einsum("...ij,...j->...i", R, part) for part in (p[..., :3], p[..., 3:]))
-        return own + np.cross(x, linear)
+    if group is not None:
+        return group_momenta.angular_momentum(group, q, p)
     _require_space(run)
-    if q.shape[-1] == 2:
-        turning = q[..., 0] * p[..., 1] - q[..., 1] * p[..., 0]
-        return turning if turning.ndim == times.ndim else np.sum(turning, axis=-1)
-    spatial = np.cross(q, p)
-    return spatial if spatial.ndim == times.ndim + 1 else np.sum(spatial, axis=-2)
+    each = group_momenta.moment(q, p)
+    in_space = q.shape[-1] == 3
+    return each if each.ndim == times.ndim + in_space else np.sum(each, axis=-1 - in_space)
 
 
 def linear_momentum(run: Trajectory, t: Any = None) -> Array:
-    """Total linear momentum, (..., 2 or 3); for systems as in `momentum_map`, except a RigidBody.
+    """Total linear momentum in space, (..., 2 or 3); for systems as in `momentum_map`.
 
-    Raises ValueError for others.
+    That of a point is p, that of a body on SE(2) or SE(3) is R mu_lin. Factors SO(2) and SO(3) of a
+    Product add nothing, since translations leave them alone. It is conserved where L does not
+    change as space moves. Raises ValueError as `momentum_map`, and for a system without places: a
+    RigidBody, or another on SO(2), SO(3) or a Product of these.
     """
     times, q, p = _states(run, t)
+    group = _group(run)
     if isinstance(run.problem.system, Multibody):
         return _of_tree(run, times, q, p, t)[..., 3:]
-    if isinstance(run.problem.system, FreeBody):
-        return np.einsum("...ij,...j->...i", q[..., :3, :3], p[..., 3:])
+    if group is not None and not isinstance(run.problem.system, RigidBody):
+        return group_momenta.linear_momentum(group, q, p)
     _require_space(run)
     return p if p.ndim == times.ndim + 1 else np.sum(p, axis=-2)
+
+
+def _group(run: Trajectory) -> Group | None:
+    """The group of a system whose configurations are not points of R^n alone; else None."""
+    group: Group | None = getattr(run.problem.system, "group", None)
+    return None if isinstance(group, Rn) else group
 
 
 def _of_tree(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array:
@@ -104,7 +125,7 @@ def _require_space(run: Trajectory) -> None:
         raise ValueError(
             "a Lagrangian does not say how rotations and translations of space act on its group; "
             "compute their momenta from run.q and run.p, or use a galvi.Canonical, RigidBody or "
-            "FreeBody system."
+            "FreeBody system, or a galvi.Product, whose factors galvi.Rn(2) or Rn(3) are points."
         )
     if isinstance(system, RigidBody):
         raise ValueError(
@@ -190,10 +211,8 @@ def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
         turning = np.einsum("ksab,ksb->ksa", q, forces)
     elif linear:
         turning = forces
-    elif q.shape[-1] == 2:
-        turning = q[..., 0] * forces[..., 1] - q[..., 1] * forces[..., 0]
     else:
-        turning = np.cross(q, forces)
+        turning = group_momenta.moment(q, forces)
     each = np.tensordot(turning, weights, axes=(1, 0))
     return read_only(np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)]))
 
@@ -202,10 +221,16 @@ def rotations(run: Trajectory, t: Any = None) -> Rotation:
     """The attitudes at steps, or on the curve at t, as `scipy.spatial.transform.Rotation`.
 
     It converts further: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``, ``.magnitude()``.
-    For runs on SO(3) and SE(3); raises ValueError for others and for states past a failure,
-    TypeError for something that is not a Trajectory.
+    For runs on SO(3) and SE(3); raises ValueError for others, with what to do on a Product and in
+    the plane, and for states past a failure, TypeError for something that is not a Trajectory.
     """
-    R = _matrices(run, t)
+    group, q = _on_group(run, t)
+    if not isinstance(group, SO3 | SE3):
+        raise ValueError(
+            f"attitudes need a run on SO(3) or SE(3), such as of a galvi.RigidBody; received "
+            f"{run!r}.{_conversion(group)}"
+        )
+    R = q[..., :3, :3]
     if not np.all(np.isfinite(R)):
         raise ValueError(
             "the run failed, and its states past the failure are NaN; take them out first, e.g. "
@@ -216,21 +241,37 @@ def rotations(run: Trajectory, t: Any = None) -> Rotation:
     return Rotation.from_matrix(R)
 
 
+def _conversion(group: Any) -> str:
+    """How attitudes come from configurations of a Product or in the plane; else empty."""
+    if isinstance(group, Product):
+        return (
+            " Take a factor's matrices from run.problem.system.group.parts(run.q), and give them "
+            "to scipy.spatial.transform.Rotation.from_matrix."
+        )
+    if isinstance(group, SO2 | SE2):
+        return " The angle in the plane is np.arctan2(run.q[:, 1, 0], run.q[:, 0, 0])."
+    return ""
+
+
 def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
-    """The largest entry of |R^T R - I|, (saved,) at steps, or of t's shape on the curve."""
-    R = _matrices(run, t)
-    square = np.einsum("...ki,...kj->...ij", R, R)
-    return np.max(np.abs(square - np.eye(3)), axis=(-2, -1))
+    """The largest entry of |R^T R - I|, (saved,) at steps, or of t's shape on the curve.
+
+    For a system on SO(2), SE(2), SO(3), SE(3) or a Product with such a factor, of which the largest
+    counts. Raises ValueError for others.
+    """
+    group, q = _on_group(run, t)
+    attitudes = [] if group is None else group_momenta.attitudes(group, q)
+    if not attitudes:
+        raise ValueError(
+            f"the defect of rotation matrices needs a run on SO(2), SE(2), SO(3), SE(3) or a "
+            f"galvi.Product with such a factor; received {run!r}."
+        )
+    squares = (np.einsum("...ki,...kj->...ij", R, R) - np.eye(R.shape[-1]) for R in attitudes)
+    return np.max([np.max(np.abs(square), axis=(-2, -1)) for square in squares], axis=0)
 
 
-def _matrices(run: Trajectory, t: Any) -> Array:
+def _on_group(run: Trajectory, t: Any) -> tuple[Group | None, Array]:
+    """The group of a run, None if it has none, and its configurations."""
     if not isinstance(run, Trajectory):
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
-    group = getattr(run.problem.system, "group", None)
-    if not isinstance(group, (SO3, SE3)):
-        raise ValueError(
-            f"attitudes need a run on SO(3) or SE(3), such as of a galvi.RigidBody; received "
-            f"{run!r}."
-        )
-    q: Array = run.q if t is None else run(t)
-    return q[..., :3, :3]
+    return _group(run), run.q if t is None else run(t)

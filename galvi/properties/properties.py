@@ -93,6 +93,8 @@ def orders(space: Space, rule: Rule) -> Orders:
     on the curve  min(order at steps, s + 1, g - s + 3): the coefficient of degree s + 1 is missing
                   and those above degree g - s + 2 are wrong; our own result.
 
+    Straight lines, which a consistent method moves along, give at least the order 1, and 2 on the
+    curve: the other bounds may be lower where a smooth space's pieces are not those of the rule.
     Functions beyond the polynomials of degree s change the constants, not the orders. With
     different degrees for components the order is that of the lowest. Both orders are tested from
     above and below in tests/galvi/test_theory_orders.py.
@@ -104,10 +106,10 @@ def orders(space: Space, rule: Rule) -> Orders:
     degrees: Sequence[int] = getattr(space, "degrees", (space.degree,))
     bounds = {SPACE: 2 * min(degrees), FORCE: g + 1, KINETIC: min(2 * (g - s) + 4 for s in degrees)}
     limit = min(bounds, key=lambda name: bounds[name])
-    order = bounds[limit]
+    order = max(bounds[limit], 1)
     if order % 2 and is_symmetric(found.table, rule):
         order += 1
-    curve = min(order, *(min(s + 1, g - s + 3) for s in degrees))
+    curve = min(order, *(min(s + 1, max(g - s + 3, 2)) for s in degrees))
     return Orders(order, curve, limit)
 
 

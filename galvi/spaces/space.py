@@ -58,7 +58,7 @@ def checked(space: Any) -> Space:
     if missing:
         raise TypeError(
             f"a space must have {', '.join(PARTS)}; {space!r} lacks {', '.join(missing)}. See "
-            f"CONTRIBUTING.md for one in twelve lines."
+            f"docs/tutorials/own_space.md for one in twenty lines."
         )
     try:
         hash(space)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import galvi
 from galvi.systems.finite_differences import WEIGHTS
@@ -116,14 +117,35 @@ def test_attitudes_come_as_scipys_rotations():
     assert galvi.orthogonality_defect(flown).max() < 1e-15
 
 
+NOT_IN_SPACE = r"attitudes need a run on SO\(3\) or SE\(3\), such as"
+NO_MATRICES = r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product"
+
+
+@pytest.mark.parametrize(
+    "ask, problem, message",
+    [
+        (galvi.rotations, galvi.problems.kepler(0.1), NOT_IN_SPACE),
+        (galvi.rotations, COUPLED, NOT_IN_SPACE + r".* Take a factor's matrices from .*parts\("),
+        (galvi.orthogonality_defect, galvi.problems.kepler(0.1), NO_MATRICES),
+    ],
+)
+def test_attitudes_of_what_has_none_are_refused(ask, problem, message):
+    run = galvi.integrate(problem, collocation(3), 0.1, 3)
+    with pytest.raises(ValueError, match=message):
+        ask(run)
+
+
+def test_the_remedies_of_refused_attitudes_work():
+    run = galvi.integrate(COUPLED, collocation(3), 0.1, 3)
+    plane, space = run.problem.system.group.parts(run.q)
+    turns = Rotation.from_matrix(space)
+    assert np.allclose(turns.as_matrix(), space, rtol=0.0, atol=1e-14)
+    angle = np.arctan2(plane[:, 1, 0], plane[:, 0, 0])
+    assert angle[0] == pytest.approx(0.4) and galvi.orthogonality_defect(run).max() < 1e-15
+
+
 @pytest.mark.parametrize("ask", [galvi.rotations, galvi.orthogonality_defect])
-def test_attitudes_of_what_has_none_are_refused(ask):
-    for problem in (galvi.problems.kepler(0.1), COUPLED):
-        run = galvi.integrate(problem, collocation(3), 0.1, 3)
-        with pytest.raises(
-            ValueError, match=r"attitudes need a run on SO\(3\) or SE\(3\), such as"
-        ):
-            ask(run)
+def test_attitudes_between_kept_steps_are_those_of_all_steps(ask):
     thin = galvi.integrate(FREE, collocation(3), 0.1, 9, save_every=3)
     whole = galvi.integrate(FREE, collocation(3), 0.1, 9)
     found, expected = (ask(run, 0.2) for run in (thin, whole))

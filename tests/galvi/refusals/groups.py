@@ -5,6 +5,7 @@ import numpy as np
 
 import galvi
 from tests.galvi.group_bodies import FOUR, MOMENTS, R0, SO3, SPIN, bent, bent_slope, kinetic, start
+from tests.galvi.group_matrices import element
 from tests.galvi.lagrangians import METHOD, swinging
 
 NOT_FINITE = "potential and gradient must be finite at the start"
@@ -15,6 +16,14 @@ PRODUCT = galvi.Product((galvi.SO3(), galvi.Rn(2)))
 
 def one_step(problem):
     return galvi.integrate(problem, METHOD, 0.1, 1)
+
+
+def moving(*factors):
+    """A step of free motion on these groups."""
+    group = galvi.Product(factors) if len(factors) > 1 else factors[0]
+    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
+    start = element(group, np.zeros(group.dimension)), np.ones(group.dimension)
+    return one_step(galvi.Problem(system, *start))
 
 
 def complex_gradient(R):
@@ -170,6 +179,14 @@ GROUPS = (
     (ValueError,
      "a Lagrangian does not say how rotations and translations of space act .* use a galvi",
      lambda: galvi.momentum_map(one_step(swinging(1.0)))),
+    (ValueError, r"momenta of rotations and translations need .* on Rn\(n=1\) nothing says",
+     lambda: galvi.momentum_map(moving(galvi.SO3(), galvi.Rn(1)))),
+    (ValueError, "some factors are in the plane and some in space",
+     lambda: galvi.linear_momentum(moving(galvi.SE2(), galvi.Rn(3)))),
+    (ValueError, r"has rotations only, on which translations .* such as galvi\.SE3\(\)",
+     lambda: galvi.linear_momentum(moving(galvi.SO3(), galvi.SO3()))),
+    (ValueError, r"attitudes need .* np\.arctan2\(run\.q\[:, 1, 0\], run\.q\[:, 0, 0\]\)",
+     lambda: galvi.rotations(moving(galvi.SO2()))),
     (ValueError, r"no linear momentum of its own; use galvi\.momentum_map",
      lambda: galvi.linear_momentum(one_step(galvi.problems.free_rigid_body()))),
     (ValueError, r"derivatives of the Lagrangian must be finite .* Give sl",

@@ -1,0 +1,134 @@
+"""Momenta of rotations and translations of space, for bodies and points: factors of a Lie group.
+
+A rotation Q of space takes a body's attitude R to Q R and a place x to Q x; a translation by c
+leaves R alone and takes x to x + c. In the plane, Q is a matrix of SO(2).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import SE2, SE3, SO2, SO3, Group, Rn
+from galvi.groups.product import Product
+
+IN_PLANE, IN_SPACE = (SO2(), SE2(), Rn(2)), (SO3(), SE3(), Rn(3))
+MATRICES = (SO2, SE2, SO3, SE3)
+
+
+class Factor(NamedTuple):
+    """A factor of a group that is no product itself.
+
+    q  its elements, (..., *group.shape)
+    p  their left-trivialised momenta, (..., group.dimension)
+    """
+
+    group: Group
+    q: Array
+    p: Array
+
+
+def factors(group: Group, q: Array, p: Array) -> list[Factor]:
+    """The factors of a group, from elements q (..., *shape) and momenta p (..., dimension)."""
+    if not isinstance(group, Product):
+        return [Factor(group, q, p)]
+    ends = np.cumsum([factor.dimension for factor in group.factors])[:-1]
+    parts = zip(group.factors, group.parts(q), np.split(p, ends, axis=-1), strict=True)
+    return [leaf for part in parts for leaf in factors(*part)]
+
+
+def attitudes(group: Group, q: Array) -> list[Array]:
+    """Rotation matrices (..., n, n), n = 2 or 3, of each factor that has them."""
+    if isinstance(group, Product):
+        parts = zip(group.factors, group.parts(q), strict=True)
+        return [R for factor, part in parts for R in attitudes(factor, part)]
+    n = 2 if group in IN_PLANE else 3
+    return [q[..., :n, :n]] if isinstance(group, MATRICES) else []
+
+
+def angular_momentum(group: Group, q: Array, p: Array) -> Array:
+    """Sum over the factors of spin + x cross P about the origin, (...,) in the plane or (..., 3).
+
+    spin  R mu with mu the rotational part of a body's p (in the plane mu itself); 0 of a point
+    x, P  place and linear momentum, see `linear_momentum`; 0 of a body without a place
+
+    Raises ValueError unless each factor is a body or a point, all in the plane or all in space.
+    """
+    space = dimension_of_space(group)
+    terms = []
+    for factor in factors(group, q, p):
+        if isinstance(factor.group, MATRICES):
+            turning = factor.p[..., : 2 * space - 3]
+            terms.append(turning[..., 0] if space == 2 else turned(factor.q, turning))
+        if not isinstance(factor.group, SO2 | SO3):
+            terms.append(moment(*place_and_momentum(factor, space)))
+    return sum(terms[1:], terms[0])
+
+
+def linear_momentum(group: Group, q: Array, p: Array) -> Array:
+    """Sum over bodies and points with a place of their linear momentum, (..., 2 or 3).
+
+    That of a body is R mu with mu the translational part of its p, that of a point p. Translations
+    leave a body on SO(2) or SO(3) alone, so that it adds nothing. Raises ValueError where no factor
+    has a place, and as `angular_momentum`.
+    """
+    space = dimension_of_space(group)
+    terms = [
+        place_and_momentum(factor, space)[1]
+        for factor in factors(group, q, p)
+        if not isinstance(factor.group, SO2 | SO3)
+    ]
+    if not terms:
+        raise ValueError(
+            f"{group} has rotations only, on which translations of space do not act; use "
+            f"galvi.momentum_map for the angular momentum, or a group with places such as "
+            f"galvi.SE{space}()."
+        )
+    return sum(terms[1:], terms[0])
+
+
+def place_and_momentum(factor: Factor, space: int) -> tuple[Array, Array]:
+    """Place and linear momentum in space, (..., space), of a point or of a body that moves."""
+    if isinstance(factor.group, Rn):
+        return factor.q, factor.p
+    return factor.q[..., :space, space], turned(factor.q, factor.p[..., 2 * space - 3 :])
+
+
+def turned(g: Array, mu: Array) -> Array:
+    """R mu for bodies g (..., m, m) with R in their first rows, from mu (..., n), n = 2 or 3."""
+    n = mu.shape[-1]
+    return np.einsum("...ij,...j->...i", g[..., :n, :n], mu)
+
+
+def moment(x: Array, P: Array) -> Array:
+    """x cross P, (..., 3) in space; in the plane its component across the plane, (...)."""
+    if x.shape[-1] == 2:
+        return x[..., 0] * P[..., 1] - x[..., 1] * P[..., 0]
+    return np.cross(x, P)
+
+
+def dimension_of_space(group: Group) -> int:
+    """2 or 3: where all bodies and points of a group are; ValueError where there is no answer."""
+    leaves = _leaves(group)
+    for space, members in ((2, IN_PLANE), (3, IN_SPACE)):
+        if all(leaf in members for leaf in leaves):
+            return space
+    strange = [leaf for leaf in leaves if leaf not in IN_PLANE + IN_SPACE]
+    reason = (
+        f"on {strange[0]} nothing says how space acts"
+        if strange
+        else "some factors are in the plane and some in space"
+    )
+    raise ValueError(
+        f"momenta of rotations and translations need bodies and points that are all in the plane, "
+        f"SO2, SE2 or Rn(2), or all in space, SO3, SE3 or Rn(3); received {group}: {reason}. "
+        f"Compute them from run.q and run.p."
+    )
+
+
+def _leaves(group: Group) -> list[Group]:
+    if not isinstance(group, Product):
+        return [group]
+    return [leaf for factor in group.factors for leaf in _leaves(factor)]
