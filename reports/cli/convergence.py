@@ -97,7 +97,7 @@ def _method(word: str) -> tuple[str, Any]:
 def convergence_command(asked: Asked | Path, timeout: float | None, out: Path, command: str) -> int:
     """0, or 1 when a run failed.
 
-    asked  or the file of a request that `galvi.convergence` hands over
+    asked  or the file of a request that `galvi.convergence` hands over: the rows go back as JSON
     """
     try:
         request: ConvergenceRequest = (
@@ -111,7 +111,9 @@ def convergence_command(asked: Asked | Path, timeout: float | None, out: Path, c
     except (ValueError, TypeError, ModuleNotFoundError) as error:
         raise typer.BadParameter(visible(str(error))) from None
     progress("")
-    write(out / f"{COMMAND}.json", json.dumps(as_data(table)) + "\n")
+    if isinstance(asked, Path):
+        write(out / f"{COMMAND}.json", json.dumps(as_data(table)) + "\n")
+        return 0
     files = [*write_orders(table, out), *_draw(table, out)]
     for sentence in sentences(table):
         print(visible(sentence))

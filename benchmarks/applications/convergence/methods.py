@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import pairwise
 from typing import Any
 
 import galvi
@@ -20,6 +21,7 @@ from references.setting import WHOLE
 
 DEGREES = (2, 4, 8)  # of galvi's methods where none are named
 FEWEST = 20  # steps of an integrator that offers its settings
+FEW_COUNTS = 6  # numbers of steps that were tried, to which those between are added
 HALVINGS = 12  # of a step in a clock, until a run comes to its end
 
 Methods = Mapping[str, Contender]
@@ -93,7 +95,11 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
     counts = _counts(request)
     if counts:
         return [{**fixed(duration, count), **options} for count in counts]
-    return ladder(problem, duration, contender, truth, options=options)
+    tried = ladder(problem, duration, contender, truth, options=options)
+    counts = [setting["save_every"] for setting in tried]
+    while 1 < len(counts) < FEW_COUNTS:  # a high order falls to round-off in a few halvings
+        counts = sorted({*counts, *(round((a * b) ** 0.5) for a, b in pairwise(counts))})
+    return [{**fixed(duration, count), **options} for count in counts]
 
 
 def _counts(request: ConvergenceRequest) -> Sequence[int]:
