@@ -44,7 +44,7 @@ def kept_components(motion: Trajectory, error: float) -> dict[str, Array]:
     """
     within = max(KEPT, 100.0 * error)
     return {
-        name: np.max(np.abs(values - values[0]), axis=0) <= within * _size(values)
+        name: np.max(np.abs(values - values[0]), axis=0) <= within * _size(motion, name, values)
         for name, values in invariants(motion).items()
     }
 
@@ -55,15 +55,17 @@ def largest_changes(run: Trajectory, kept: Mapping[str, Array]) -> tuple[float, 
     found = {"energy": [np.nan], "momentum": [np.nan]}
     for name, values in invariants(run).items():
         if name in kept and np.any(kept[name]):
-            change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(values)
+            change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(run, name, values)
             found[name.split()[-1]].append(float(change))
     energy, momentum = (float(np.nanmax(v)) if len(v) > 1 else np.nan for v in found.values())
     return energy, momentum
 
 
-def _size(values: Array) -> float:
-    """Largest norm at a time; 1 where it is always 0."""
-    return float(np.max(np.linalg.norm(values, axis=1))) or 1.0
+def _size(run: Trajectory, name: str, values: Array) -> float:
+    """Largest norm at a time: of the linear momentum that of all p, as it is 0 about the centre of
+    mass; 1 where it is always 0."""
+    of = run.p.reshape(len(run.t), -1) if name == "linear momentum" else values
+    return float(np.max(np.linalg.norm(of, axis=1))) or 1.0
 
 
 def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:

@@ -121,7 +121,8 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
 
 
 def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
-    """Largest entry of DF^T J DF - J over |DF|^2, for F: (q0, p0) -> (q1, p1) (H 1.2).
+    """Largest entry of DF^T J DF - J over |DF|^2, for F: (q0, p0) -> (q1, p1) (H 1.2), in
+    coordinates of unit mass, each in units of its largest entry at the start.
 
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. With a clock in the phase space of (q, t) and (p, -E), for a whole step in tau, to
@@ -135,15 +136,16 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape
-    units = np.eye(d).reshape(d, *shape)
-    mass = problem.system.momentum(units).reshape(d, d).T
-    inverse = problem.system.velocity(units).reshape(d, d).T
-    if not np.all(np.isfinite(inverse)):
+    unit = np.eye(d).reshape(d, *shape)
+    if not np.all(np.isfinite(problem.system.velocity(unit))):
         raise ValueError(MASSLESS)
-    zero = np.zeros((d, d))
-    to_momentum = np.block([[np.eye(d), zero], [zero, mass]])
-    to_velocity = np.block([[np.eye(d), zero], [zero, inverse]])
-    DF = to_momentum @ step_derivative(problem, method, step) @ to_velocity
+    root = np.linalg.cholesky(problem.system.momentum(unit).reshape(d, d)).T
+    sizes = [float(np.max(np.abs(root @ x.ravel()))) or 1.0 for x in (problem.q0, problem.v0)]
+    zero, to = np.zeros((d, d)), [root / size for size in sizes]
+    to_weighted = np.block([[to[0], zero], [zero, to[1]]])
+    DF = (
+        to_weighted @ np.linalg.solve(to_weighted.T, step_derivative(problem, method, step).T).T
+    )  # of (L^T q, L^T v), M = L L^T, which are conjugate
     J = np.block([[zero, np.eye(d)], [-np.eye(d), zero]])
     return _defect(DF, J, J)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from benchmarks.measures.defects import (
 from benchmarks.statistics.orders import orders
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
-from benchmarks.work_precision.galvi_methods import InClock
+from benchmarks.work_precision.galvi_methods import InClock, Variational
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Participant, Setting, Truth
 from benchmarks.work_precision.truths import Report, measure_of
@@ -175,24 +175,22 @@ def _row(
         return row
     row["energy"], row["momentum"] = largest_changes(run, kept)
     if isinstance(contender, InClock):
-        row |= _in_clock(problem, contender.method, one.setting["step"], len(run.t) - 1)
+        row["symmetry"] = _or_nan(
+            galvi.round_trip_error, problem, contender.method, one.setting["step"], len(run.t) - 1
+        )
     elif equal_steps:
         row["symmetry"] = _round_trip(problem, duration, one)
+    if equal_steps:
         row["symplecticity"] = _symplecticity(problem, one)
     return row
 
 
-def _in_clock(
-    problem: Problem, method: galvi.Galerkin, step: float, steps: int
-) -> dict[str, float]:
-    """Defects of steps of equal length in the clock."""
+def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
+    """Its value; NaN where it has none, as it says by a ValueError."""
     try:
-        return {
-            "symmetry": galvi.round_trip_error(problem, method, step, steps),
-            "symplecticity": galvi.symplecticity_defect(problem, method, step),
-        }
+        return measure(*arguments)
     except ValueError:
-        return {}
+        return math.nan
 
 
 def _round_trip(problem: Problem, duration: float, one: _Measured) -> float:
@@ -204,25 +202,29 @@ def _round_trip(problem: Problem, duration: float, one: _Measured) -> float:
     setting = {**one.setting, "step": -one.setting["step"]}
     run = one.run
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
-    try:
+
+    def away() -> float:
         returned = contender.run(back, -duration, setting)
-    except ValueError:
-        return math.nan
-    return distance(returned.q[-1], problem.q0) if returned.success else math.nan
+        return distance(returned.q[-1], problem.q0) if returned.success else math.nan
+
+    return _or_nan(away)
 
 
 def _symplecticity(problem: Problem, one: _Measured) -> float:
+    """Of a step from the start: by galvi in clocks, of which the phase space has the time too, and
+    in frames, whose runs take longer; else by differences of runs."""
     contender, h = one.participant.contender, one.setting["step"]
+    if isinstance(contender, InClock) or (
+        isinstance(contender, Variational) and contender.method.in_frame
+    ):
+        return _or_nan(galvi.symplecticity_defect, problem, contender.method, h)
     single = {**one.setting, "save_every": 1}
 
     def step(start: Problem) -> tuple[Any, Any]:
         run = contender.run(start, h, single)
         return run.q[-1], run.p[-1]
 
-    try:
-        return map_symplecticity_defect(problem, step)
-    except ValueError:
-        return math.nan
+    return _or_nan(map_symplecticity_defect, problem, step)
 
 
 def _with_orders(frame: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:

@@ -1,0 +1,130 @@
+"""The orders of galvi's four classes of methods, as `galvi.convergence` measures them.
+
+python -m benchmarks.studies.orders                   the table, in Markdown
+python -m benchmarks.studies.orders --write FILE      in place of the table in a page of docs
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.store.atomic import write
+from galvi import Galerkin, Problem
+
+BEGIN, END = "<!-- orders: python -m benchmarks.studies.orders -->", "<!-- end of orders -->"
+DAYS = 36_525.0  # of the outer planets: 100 years
+
+
+def gauss(points: int, **more: Any) -> Galerkin:
+    """Collocation at Gauss nodes."""
+    return Galerkin(galvi.Polynomials(points), galvi.gauss(points), **more)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Methods of a class on a problem: label -> method, with numbers of steps."""
+
+    where: str
+    problem: Problem
+    duration: float
+    methods: Mapping[str, tuple[Galerkin, Sequence[int]]]
+
+
+def cases() -> tuple[Case, ...]:
+    """On vector spaces, on Lie groups, in moving frames and in clocks."""
+    square = Galerkin(galvi.Polynomials(2), galvi.lobatto(3))
+    more = Galerkin(galvi.Polynomials(3), galvi.gauss(6))
+    frame, sundman, dynamical = galvi.KeplerFrame(), galvi.Sundman(), galvi.DynamicalTime()
+    pair = galvi.Problem(
+        galvi.NBody([0.6, 0.4]), np.array([[0.08, 0.0], [-0.12, 0.0]]),
+        np.array([[0.0, 1.2], [0.0, -1.8]]), name="two bodies, e = 0.8",
+    )  # fmt: skip
+    return (
+        Case("vector space", galvi.problems.kepler(0.3), 5.0, {
+            "degree 1, Gauss 1": (gauss(1), (100, 200, 400, 800)),
+            "degree 2, Gauss 2": (gauss(2), (40, 80, 160, 320)),
+            "degree 3, Gauss 3": (gauss(3), (20, 30, 45, 68, 100)),
+            "degree 4, Gauss 4": (gauss(4), (14, 20, 28, 40, 56)),
+            "degree 2, Lobatto 3": (square, (40, 80, 160, 320)),
+            "degree 3, Gauss 6": (more, (20, 30, 45, 68, 100)),
+        }),
+        Case("Lie group", galvi.problems.free_rigid_body(), 5.0, {
+            "degree 1, Gauss 1, Cayley": (gauss(1), (50, 100, 200, 400)),
+            "degree 2, Gauss 2, Cayley": (gauss(2), (80, 160, 320, 640)),
+            "degree 3, Gauss 3, exponential":
+                (gauss(3, chart=galvi.Exponential()), (30, 45, 68, 100)),
+        }),
+        Case("Lie group", galvi.problems.pendulum_3d(), 5.0, {
+            "degree 2, Gauss 2, modified Rodrigues":
+                (gauss(2, chart=galvi.ModifiedRodrigues()), (80, 160, 320, 640)),
+        }),
+        Case("moving frame", galvi.problems.outer_solar_system(), DAYS, {
+            "degree 1, Gauss 1, Kepler frame": (gauss(1, chart=frame), (60, 120, 240, 480)),
+            "degree 2, Gauss 2, Kepler frame": (gauss(2, chart=frame), (60, 120, 240, 480)),
+        }),
+        Case("moving frame", galvi.problems.fermi_pasta_ulam_tsingou(), 20.0, {
+            "degree 2, Gauss 2, harmonic frame":
+                (gauss(2, chart=galvi.HarmonicFrame()), (40, 80, 160, 320)),
+        }),
+        Case("clock", galvi.problems.kepler(0.9), 5.0, {
+            "degree 2, Gauss 2, Sundman's clock": (gauss(2, clock=sundman), (40, 80, 160, 320)),
+            "degree 4, Gauss 4, Sundman's clock": (gauss(4, clock=sundman), (14, 20, 28, 40)),
+        }),
+        Case("clock", pair, 1.0, {
+            "degree 2, Gauss 2, dynamical time": (gauss(2, clock=dynamical), (40, 80, 160, 320)),
+        }),
+    )  # fmt: skip
+
+
+def rows() -> Iterator[dict[str, Any]]:
+    """A row for each method: what theory says, the fit, and the largest defects in its window."""
+    for case in cases():
+        for name, (method, counts) in case.methods.items():
+            frame = galvi.convergence(
+                case.problem, {name: method}, counts, case.duration, quick=True
+            )
+            used = frame[frame["fit"]]
+            yield {
+                "on, in": case.where, "method": name, "problem": case.problem.name,
+                "order": method.order, "fitted": used["fitted"].mean(),
+                "fitted_se": used["fitted_se"].mean(), "symmetry": used["symmetry"].max(),
+                "symplecticity": used["symplecticity"].max(), "momentum": used["momentum"].max(),
+            }  # fmt: skip
+
+
+def as_markdown(table: pd.DataFrame) -> str:
+    """The table of a page, with the fit and its standard error in one column."""
+    fits = [f"{one.fitted:.3f} ± {one.fitted_se:.3f}" for one in table.itertuples()]
+    shown = table.assign(fitted=fits).drop(columns="fitted_se")
+    for name in ("symmetry", "symplecticity", "momentum"):
+        shown[name] = [f"{value:.0e}" if value == value else "-" for value in table[name]]
+    shown = shown.rename(columns={"order": "order of theory", "fitted": "order measured"})
+    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n"
+
+
+def main() -> None:
+    """Print the table, or write it."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.studies.orders")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="a page with the table")
+    page: Path | None = parser.parse_args().write
+    table = as_markdown(pd.DataFrame(rows()))
+    if page is None:
+        print(table, end="")
+        return
+    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not end:
+        raise SystemExit(f"{page} has no lines {BEGIN} and {END} to put the table between.")
+    write(page, f"{before}{begin}\n{table}{end}{after}")
+
+
+if __name__ == "__main__":
+    main()
