@@ -32,22 +32,28 @@ from galvi import NBody, Problem, RigidBody
 from galvi.arrays import Array
 from references import Contender, reference
 from references.newton import is_differenced
-from references.rebound import ias15, saba, whfast
+from references.rebound import ias15, leapfrog, saba, whfast, whfast512
 from references.scipy import ivp
 
 OURS = (4, 8, 12)  # degrees
 FIXED: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("REBOUND WHFast", whfast.BEST),
     ("REBOUND SABA", saba.BEST),
+    ("REBOUND WHFast512", whfast512.BEST),
+    ("REBOUND MERCURIUS", {}),
     ("REBOUND TRACE", {}),
-    ("REBOUND leapfrog", {}),
+    ("REBOUND leapfrog", leapfrog.BEST),
     ("Stormer-Verlet", {}),
+    ("Forest-Ruth", {}),
+    ("RK4", {}),
     ("RK4 on quaternions, compiled", {}),
     ("MuJoCo RK4", {}),
     ("MuJoCo Euler", {}),
+    ("MuJoCo implicit", {}),
     ("MuJoCo implicitfast", {}),
 )
 ADAPTIVE = (
+    "REBOUND BS",
     "SciPy DOP853",
     "SciPy DOP853, chains",
     "SciPy DOP853, Lagrangians",
@@ -61,7 +67,12 @@ ADAPTIVE = (
     "heyoka, rigid bodies",
 )
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
-OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet")  # those that take the force of references.newton
+OF_NEWTON = (
+    "SciPy DOP853",
+    "Stormer-Verlet",
+    "Forest-Ruth",
+    "RK4",
+)  # those that take the force of references.newton
 DIFFERENCED = "Force differenced from the potential: with a gradient it takes less time."
 # What may be the truth, the best first, with its most accurate setting.
 TRUTHS: tuple[tuple[str, Mapping[str, Any]], ...] = (
@@ -78,9 +89,9 @@ TRUTHS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("DOP853 on quaternions, compiled", {"tolerance": 1e-15}),
     ("SciPy DOP853 on MuJoCo's accelerations", {"tolerance": 1e-13}),
     ("SciPy DOP853 on Pinocchio's accelerations", {"tolerance": 1e-13}),
+    ("SciPy DOP853, Lagrangians", {"tolerance": 1e-13}),
     ("SciPy DOP853", ivp.TIGHT),
     ("SciPy DOP853, chains", {"tolerance": 1e-13}),
-    ("SciPy DOP853, Lagrangians", {"tolerance": 1e-13}),
     ("SciPy DOP853, quaternions", ivp.TIGHT),
 )
 LOOSER = 30.0  # by which a tolerance differs where a truth is compared with itself

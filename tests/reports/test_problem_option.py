@@ -59,7 +59,8 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(folder, few, 
     assert printed.endswith(f"Tables are in {folder / 'out' / 'tables'}.\n")
     rows = pd.read_csv(folder / "out" / "work_precision.csv", keep_default_na=False)
     assert set(rows["problem"]) == {"spring"}
-    assert set(rows["contender"]) == {"galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853"}
+    codes = {"galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853"}
+    assert set(rows["contender"]) - {"heyoka, Lagrangians"} == codes
     errors = rows["error"].astype(float)
     assert (errors > 0.0).all() and errors.min() < 1e-9 and (rows["seconds"] > 0.0).all()
     assert not rows["status"].str.contains("differenced").any()
