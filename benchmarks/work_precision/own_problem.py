@@ -24,21 +24,27 @@ from benchmarks.work_precision.truths import Report, can_run, measure_of, truth_
 from galvi import Problem
 from references import Contender, reference
 from references.newton import is_differenced
-from references.rebound import ias15, saba, whfast
+from references.rebound import ias15, leapfrog, saba, whfast, whfast512
 
 OURS = (4, 8, 12)  # degrees
 FIXED: Mapping[str, Mapping[str, Any]] = {  # of equal steps, with their best options
     "REBOUND WHFast": whfast.BEST,
     "REBOUND SABA": saba.BEST,
+    "REBOUND WHFast512": whfast512.BEST,
+    "REBOUND MERCURIUS": {},
     "REBOUND TRACE": {},
-    "REBOUND leapfrog": {},
+    "REBOUND leapfrog": leapfrog.BEST,
     "Stormer-Verlet": {},
+    "Forest-Ruth": {},
+    "RK4": {},
     "RK4 on quaternions, compiled": {},
     "MuJoCo RK4": {},
     "MuJoCo Euler": {},
+    "MuJoCo implicit": {},
     "MuJoCo implicitfast": {},
 }
 ADAPTIVE = (
+    "REBOUND BS",
     "SciPy DOP853",
     "SciPy DOP853, chains",
     "SciPy DOP853, Lagrangians",
@@ -53,7 +59,8 @@ ADAPTIVE = (
     "REBOUND IAS15",
 )
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
-OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet")  # those that take the force of references.newton
+# Those that take the force of references.newton.
+OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
 DIFFERENCED = "Force differenced from the potential: with a gradient it takes less time."
 COARSEST = 10  # steps
 PATIENCE = 2.0  # seconds of the runs that find a contender's settings
