@@ -90,8 +90,8 @@ class Judge:
         for problem in self.check_problems:
             rows_of_it = pick(table, study=problem.problem.name)
             if not rows_of_it.empty:
-                rows += self.failures(problem, rows_of_it)
-                rows += [row for check in CHECKS for row in check.judged(self, problem, rows_of_it)]
+                each = (check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS))
+                rows += [row for some in each for row in some]
         rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
         return [*rows, *self._printed(table)]
 
@@ -167,7 +167,7 @@ class Judge:
         return [*rows, found]
 
     def longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        return [
+        ends = [
             self._row(
                 check, LONG if one["steps"] else "duration of its longest run", one["value"],
                 bounds.HOLDS if np.isfinite(one["value"]) else bounds.CONTRADICTED,
@@ -178,6 +178,7 @@ class Judge:
             )
             for _, one in pick(seen, quantity=LONG).iterrows()
         ]  # fmt: skip
+        return [*ends, *self.conserved(check, seen, LONGER)]
 
     def restarted(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         return [
@@ -336,13 +337,11 @@ class Judge:
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
-    def conserved(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        names = [name.format(kept) for kept in CONSERVED for name in ("{}", LONGER)]
-        kinds = [kept for kept in CONSERVED for _ in range(2)]
+    def conserved(self, check: CheckProblem, seen: pd.DataFrame, name: str = "{}") -> list[Row]:
         return [
-            self._kept(check, kept, name, series)
-            for kept, name in zip(kinds, names, strict=True)
-            if not (series := pick(seen, quantity=name)).empty
+            self._kept(check, kept, name.format(kept), series)
+            for kept in CONSERVED
+            if not (series := pick(seen, quantity=name.format(kept))).empty
         ]
 
     def _kept(self, check: CheckProblem, kept: str, name: str, series: pd.DataFrame) -> Row:
@@ -458,6 +457,8 @@ def _has_clock(external: ExternalIntegrator, problem: CheckProblem) -> bool:
     return bool(getattr(problem.problem.system, "explicit_time", False))
 
 
+# Of what any check asked for: `verify` measures it last, and it comes with each check on its own.
+FAILURES = Check("runs and answers", Runs.answers, Judge.failures)
 # The quick ones first: after two late answers it is not asked again.
 CHECKS = (
     Check("determinism", Runs.repeated, Judge.repeated),

@@ -78,8 +78,8 @@ def errors_at(
     equal: Sequence[Mapping[str, Any]],
     end: Array,
 ) -> Errors:
-    """The error of a run of so many steps, which is run once; outside of the offered settings
-    (`equal`, each with a step) a failure is no fault."""
+    """The error of a run of so many steps, over the problem's size; each is run once. Outside of
+    the offered settings (`equal`, each with a step) a failure is no fault."""
     longest, shortest = offered_steps(check, equal)
 
     @cache
@@ -88,7 +88,7 @@ def errors_at(
         tried = not longest <= steps <= shortest
         run = external.checked(check.problem, check.duration, setting, tried=tried).run
         off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
-        return off, failure(run)
+        return off / check.size, failure(run)
 
     return error
 
