@@ -107,8 +107,8 @@ class CheckItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Any, int | None, str]:
-        """Its place in a listing, which is no file."""
-        return self.nodeid.partition("::")[0], None, self.name
+        """Its place in a listing, which is no file, and the heading of its failure."""
+        return self.nodeid.partition("::")[0], None, f"{self.asked['name']}: {self.name}"
 
 
 def items_of(
