@@ -73,7 +73,10 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
     if listed := session.config.stash.get(LISTED, None):
         from .check_items import items_of
 
-        items += items_of(session, listed, session.config.stash[PROCESS])
+        made = list(items_of(session, listed, session.config.stash[PROCESS]))
+        report = pytest.CollectReport("galvi", outcome="passed", longrepr=None, result=made)
+        session.config.hook.pytest_collectreport(report=report)  # they are counted
+        items += made
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

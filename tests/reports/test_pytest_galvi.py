@@ -180,7 +180,7 @@ def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
         )
     ]  # fmt: skip
     _, _, failure = done.stdout.partition("= FAILURES =")
-    assert "_ It: order _" in failure
+    assert "collected 5 items" in done.stdout and "_ It: order _" in failure
     assert "\norder in the step: measured 2; bound: within 0.2 of 4. Declared.\n" in failure
     assert (
         "Traceback" not in failure and "check_items.py:" not in failure.partition("short test")[0]
@@ -206,6 +206,7 @@ def test_words_select_and_the_last_failures_are_run_again(faked):
     assert listed(run(faked, *both, "--collect-only", "-k", "It", fake=True)) == IDS
     chosen = run(faked, *both, "--collect-only", "-k", "Other and conservation", fake=True)
     assert listed(chosen) == [IDS[1].replace("It", "Other")]
+    assert "1/9 tests collected (8 deselected)" in chosen.stdout
     assert listed(run(faked, *both, "--collect-only", "-k", "not galvi", fake=True)) == [
         "tests/test_ours.py::test_ours"
     ]
