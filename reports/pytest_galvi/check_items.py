@@ -29,7 +29,7 @@ class OtherProcess:
     """The process that measures, started with the first request."""
 
     def __init__(self, config: pytest.Config) -> None:
-        self.asked = {
+        self.asked: Mapping[str, Any] = {
             "contenders": list(dict.fromkeys(config.getoption("galvi"))),
             "problems": list(dict.fromkeys(config.getoption("galvi_problem"))),
             "limit": config.getoption("galvi_timeout"),
@@ -37,15 +37,15 @@ class OtherProcess:
         self.folder = config.invocation_params.dir
         self.process: subprocess.Popen[str] | None = None
 
-    def answer(self, request: Mapping[str, str]) -> Any:
+    def answer(self, request: Mapping[str, Any]) -> Any:
         """Its answer. Raises UsageError for what cannot be loaded, and where it ended."""
+        requests = [request] if self.process else [self.asked, request]
         process = self.process or self._start()
         assert process.stdin is not None and process.stdout is not None
-        try:
-            print(json.dumps(request), file=process.stdin, flush=True)
-            line = process.stdout.readline()
-        except BrokenPipeError:
-            line = process.stdout.readline()
+        with suppress(BrokenPipeError):  # it may have said why it ended
+            for message in requests:
+                print(json.dumps(message), file=process.stdin, flush=True)
+        line = process.stdout.readline()
         if not line:
             self.printed.seek(0)
             last = self.printed.read().strip().rpartition("\n")[2]
@@ -64,8 +64,6 @@ class OtherProcess:
             [sys.executable, "-P", "-c", PROGRAM], cwd=self.folder, env=own, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.printed,
         )  # fmt: skip
-        assert self.process.stdin is not None
-        print(json.dumps(self.asked), file=self.process.stdin, flush=True)
         return self.process
 
     def close(self) -> None:

@@ -245,6 +245,16 @@ def test_a_process_that_dies_fails_the_item_with_its_last_words_and_others_go_on
     assert "--galvi: the process that measures ended. out of memory" in done.stdout
 
 
+def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):
+    absent = "raise ModuleNotFoundError(\"No module named 'pandas'\", name='pandas')\n"
+    project(tmp_path, {"fake/pandas.py": absent})
+    done = run(tmp_path, "--galvi", "mine:It", fake=True)
+    assert done.returncode == 4
+    assert "of which pandas is not installed. Install them: pip install 'galvi[suite]'." in (
+        done.stderr
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.external.check_problems import CheckProblem
-from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
 from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.applications.external.reversed_runs import reversed_runs
@@ -40,6 +40,7 @@ from galvi.arrays import Array
 ERROR, CLAIMED, FAILED, GROWTH = "error", "claimed error", "failed", "memory that its runs leave"
 REPEAT = "difference of two equal runs"
 ELSEWHERE = "difference of equal runs of two processes"
+SHARE = 1.0 / 3.0  # of the limit of time, that of a run that may be repeated
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 
 Rows = Iterator[dict[str, Any]]
@@ -54,7 +55,7 @@ class Runs:
     external: ExternalIntegrator
     _settings: dict[CheckProblem, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     _truths: dict[CheckProblem, Trajectory] = field(default_factory=dict)
-    _coarsest: dict[CheckProblem, Trajectory] = field(default_factory=dict)
+    _coarsest: dict[CheckProblem, CheckedRun] = field(default_factory=dict)
     _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
     def anew(self) -> Runs:
@@ -82,12 +83,11 @@ class Runs:
             status=" ".join(self.external.faults_on(check.problem)),
         )  # fmt: skip
 
-    def coarsest(self, check: CheckProblem) -> tuple[Mapping[str, Any], Trajectory]:
+    def coarsest(self, check: CheckProblem) -> tuple[Mapping[str, Any], CheckedRun]:
         """Its coarsest setting, with states half way and at the end, and its run there."""
         setting = sampled(check.duration, self.settings(check)[0], 2)
         if check not in self._coarsest:
-            run = self.external.checked(check.problem, check.duration, setting).run
-            self._coarsest[check] = run
+            self._coarsest[check] = self.external.checked(check.problem, check.duration, setting)
         return setting, self._coarsest[check]
 
     def errors(self, check: CheckProblem) -> Rows:
@@ -99,10 +99,11 @@ class Runs:
         chosen = sorted({0, len(settings) // 2, len(settings) - 1})
         halved = [sampled(duration, settings[k], 2) for k in chosen]
         for label, setting in {readable_setting(one): one for one in halved}.items():
-            if setting is halved[0]:
-                _, run = self.coarsest(check)
-            else:
-                run = self.external.checked(problem, duration, setting).run
+            first = setting is halved[0]
+            done = self.coarsest(check)[1] if first else (
+                self.external.checked(problem, duration, setting)
+            )  # fmt: skip
+            run = done.run
             where = {"study": problem.name, "label": label, "t": duration}
             off = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
             yield row(quantity=ERROR, value=off, status=failure(run), **where)
@@ -119,7 +120,8 @@ class Runs:
         """Rows REPEAT and ELSEWHERE."""
         if not self.settings(check):
             return
-        setting, run = self.coarsest(check)
+        setting, done = self.coarsest(check)
+        run = done.run
         if not run.success:
             return
         both = ((REPEAT, self.external), (ELSEWHERE, self.external.twin()))
@@ -147,10 +149,13 @@ class Runs:
         """Row GROWTH."""
         if not self.settings(check):
             return
-        setting, run = self.coarsest(check)
-        if not run.success:
+        setting, done = self.coarsest(check)
+        if not done.run.success:
             return
-        growth = self.external.memory_growth(check.problem, check.duration, setting)
+        in_time = done.seconds < SHARE * self.external.limit  # two at least are made
+        growth = float("nan") if not in_time else (
+            self.external.memory_growth(check.problem, check.duration, setting)
+        )  # fmt: skip
         if growth is not None:
             yield row(
                 study=check.problem.name, quantity=GROWTH, label=readable_setting(setting),

@@ -73,9 +73,9 @@ class ServedChecks:
         """The outcome of an item, and why."""
         external = self._external(item["contender"])
         supported, _ = self._problems_of(external)
-        (check,) = (one for one in (FAILURES, *CHECKS) if one.name == item["check"])
+        (check,) = (check for check in (FAILURES, *CHECKS) if check.name == item["check"])
         if item["problem"]:
-            problems = [one for one in self._problems if _name(one) == item["problem"]]
+            problems = [problem for problem in self._problems if _name(problem) == item["problem"]]
         else:
             problems = check.problems(external, supported)
         external.forget_faults()
