@@ -1,4 +1,5 @@
-"""What a wheel holds: galvi, and the suite's folders inside ``galvi/_suite``.
+"""What a wheel holds: galvi, with the suite's folders inside ``galvi/_suite``, and the plugin
+``pytest_galvi``, which is apart, since pytest imports it in every run and should not import galvi.
 
 An editable install finds all of them where they are.
 """
@@ -11,6 +12,7 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 SUITE = ("references", "benchmarks", "reports")
+PLUGIN = "reports.pytest_galvi"
 DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.js", "*.j2", "*.mplstyle", "*.png", "data/*.csv")
 
 TOP = Path(__file__).parent
@@ -25,11 +27,12 @@ version = release["version_in_git"](TOP) or (
 everything = find_packages(include=[f"{name}{rest}" for name in ("galvi", *SUITE)
                                     for rest in ("", ".*")])  # fmt: skip
 if "editable_wheel" in sys.argv:
-    setup(version=version, packages=everything, package_dir={"": "."})
+    folders = {"": ".", "pytest_galvi": PLUGIN.replace(".", "/")}
+    setup(version=version, packages=[*everything, "pytest_galvi"], package_dir=folders)
 else:
     names = {
         name: name if name.startswith("galvi") else f"galvi._suite.{name}" for name in everything
-    }
+    } | {PLUGIN: "pytest_galvi"}
     setup(
         version=version,
         packages=list(names.values()),

@@ -8,6 +8,7 @@ problems named on the command line.
 
 from __future__ import annotations
 
+import json
 import pickle
 import runpy
 import sys
@@ -39,6 +40,16 @@ def main() -> int:
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return 0
+
+
+def serve_checks() -> None:
+    """Answer the plugin of pytest, see `benchmarks.applications.external.served_checks`; where that
+    cannot be imported, with a sentence why."""
+    put_suite_first()
+    try:
+        runpy.run_module("benchmarks.applications.external.served_checks", run_name="__main__")
+    except ModuleNotFoundError as error:
+        print(json.dumps({"usage": missing_package(error)}), flush=True)
 
 
 def missing_package(error: ModuleNotFoundError) -> str:

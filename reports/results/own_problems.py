@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,7 +14,7 @@ import typer
 from benchmarks.applications.external.checks import contender_checks
 from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
-from benchmarks.applications.external.own_problems import load_problem
+from benchmarks.applications.external.own_problems import load_problem, require_sendable
 from benchmarks.work_precision.cost import COLUMNS
 from benchmarks.work_precision.own_problem import own_problem
 from galvi import Problem
@@ -111,12 +110,10 @@ def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Sui
         except ContenderError as error:
             raise typer.BadParameter(f"--problem {path}: {error}.") from None
         try:
-            pickle.dumps(problem if sent else None)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise typer.BadParameter(
-                f"--problem {path}: with --contender its functions must be at the top level of "
-                f"their module, as it is sent to another process; received: {error}."
-            ) from None
+            if sent:
+                require_sendable(problem)
+        except ContenderError as error:
+            raise typer.BadParameter(f"--problem {path}: with --contender {error}.") from None
         if problem.name in own:
             raise typer.BadParameter(f"--problem: two are called {problem.name!r}.")
         own[problem.name] = (problem, duration)

@@ -1,4 +1,5 @@
-"""The wheel holds one package, with the suite inside; it works beside a user's own folders."""
+"""The wheel holds galvi, with the suite inside, and pytest's plugin; it works beside a user's own
+folders."""
 
 from __future__ import annotations
 
@@ -24,6 +25,7 @@ from reports.tables.macros import bibliography
 ROOT = Path(__file__).parents[2]
 SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
+PLUGIN = "reports/pytest_galvi/"  # apart in the wheel: pytest imports it, and must not import galvi
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +55,12 @@ def contents(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_the_wheel_holds_one_package(wheel: Path) -> None:
+def test_the_wheel_holds_one_package_and_the_plugin_of_pytest(wheel: Path) -> None:
     top = {path.name for path in wheel.iterdir() if not path.name.endswith(".dist-info")}
-    assert top == {"galvi"}
+    assert top == {"galvi", "pytest_galvi"}
+    assert contents(wheel / "pytest_galvi") == shipped(ROOT / PLUGIN)
+    (points,) = wheel.glob("*.dist-info/entry_points.txt")
+    assert "[pytest11]\ngalvi = pytest_galvi\n" in points.read_text()
 
 
 def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) -> None:
@@ -63,7 +68,7 @@ def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) 
     expected = shipped(ROOT / "galvi")
     for folder in SUITE:
         expected |= {f"_suite/{folder}/{name}" for name in shipped(ROOT / folder)}
-    assert packed == expected
+    assert packed == {name for name in expected if not name.startswith(f"_suite/{PLUGIN}")}
     assert "py.typed" in packed
     assert any(name.startswith("problems/data/") and name.endswith(".csv") for name in packed)
 
@@ -149,6 +154,27 @@ def test_the_wheel_refuses_to_track_galvi_and_an_integrator_that_is_not_at_the_b
     git(folder_of_a_user, "commit", "--quiet", "-m", "third")
     done = from_wheel(wheel, folder_of_a_user, *asked)
     assert done.returncode == 0 and "of_today:Leapfrog is new: " in done.stdout
+
+
+def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_are(
+    wheel: Path, tmp_path: Path
+) -> None:
+    """It would rewrite the asserts of all that comes with a plugin, which takes seconds."""
+    (tmp_path / "test_ours.py").write_text(
+        "import importlib.util, sys\n"
+        "def test_ours(pytestconfig):\n"
+        "    assert pytestconfig.pluginmanager.hasplugin('galvi')\n"
+        "    assert not {'galvi', 'numpy'} & set(sys.modules)\n"
+        "    assert 'rewrite' not in type(importlib.util.find_spec('galvi').loader).__module__\n"
+    )
+    unwanted = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD", "PYTEST_ADDOPTS"}
+    env = {name: value for name, value in os.environ.items() if name not in unwanted}
+    others = ["-p", "no:benchmark", "-p", "no:hypothesispytest", "-p", "no:cacheprovider"]
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "pytest", *others, "-q"], cwd=tmp_path, capture_output=True,
+        text=True, env=env | {"PYTHONPATH": str(wheel)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -329,13 +329,14 @@ def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_o
         ({"conserves": {"enrgy": 1e-3}}, "mapping of 'energy' or 'angular momentum'"),
         ({"conserves": {"energy": 0.0}}, "a positive number; received"),
         ({"conserves": ("energy",)}, "must be a mapping"),
+        ({"symmetric": 1}, "must be True or False; received 1"),
     ],
 )
 def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(parts, said):
     contender = SimpleNamespace(name="x", **parts)
     with pytest.raises(ContenderError, match=said):
         metadata(contender)
-    assert metadata(SimpleNamespace(name="x")) == ("x", None, {})
+    assert metadata(SimpleNamespace(name="x")) == ("x", None, {}, False)
 
 
 def test_checks_have_names_of_their_own():

@@ -19,7 +19,7 @@ import pytest
 
 import galvi
 from benchmarks.applications.external import worker
-from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS, CheckProblem
 from benchmarks.applications.external.checks import contender_checks
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
@@ -295,11 +295,11 @@ def test_nothing_of_its_classes_comes_back_from_its_process(
     assert type(caught.value) is ContenderError and kinds(caught.value.args) == {tuple, str}
 
 
-def verified(path: str, limit: float) -> tuple[list[Row], ExternalIntegrator]:
-    """The rows of `verify` on two problems."""
+def verified(path: str, limit: float, *more: CheckProblem) -> tuple[list[Row], ExternalIntegrator]:
+    """The rows of `verify` on two problems and more."""
     external = ExternalIntegrator.open(path, limit)
     try:
-        (claim,) = contender_checks([external], CHECK_PROBLEMS[:2])
+        (claim,) = contender_checks([external], (*CHECK_PROBLEMS[:2], *more))
         return claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None)), external
     finally:
         external.close()
@@ -307,9 +307,9 @@ def verified(path: str, limit: float) -> tuple[list[Row], ExternalIntegrator]:
 
 @pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
 def test_one_that_sleeps_in_long_runs_is_asked_twice(folder: Path) -> None:
-    rows, external = verified("trouble:Sleeping", 8.0)
+    rows, external = verified("trouble:Sleeping", 8.0, CHECK_PROBLEMS[3])
     failed = [row for row in rows if row.quantity.startswith("runs and answers that failed")]
-    assert [row.verdict for row in failed] == ["contradicted"] * 2
+    assert [row.verdict for row in failed] == ["contradicted"] * 3
     late = [fault for fault in external.faults if "It did not answer within 8 s" in fault]
     assert len(late) == 2 and any("It was not asked" in fault for fault in external.faults)
 

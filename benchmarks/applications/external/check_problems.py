@@ -30,7 +30,8 @@ class CheckProblem:
     problem   the problem
     duration  states are compared after half and after all of it, in the problem's unit of time
     truth     the contender that gives the truth, at `setting`
-    floor     error of a component below which rounding or the truth's own error dominates
+    size      of the configurations, over which errors that show an order are measured
+    floor     such an error below which rounding or the truth's own error dominates
     ordered   the least order of convergence that its errors show: any of a nonlinear motion on one
               time scale; infinite for none
     kept      which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
@@ -43,6 +44,7 @@ class CheckProblem:
     duration: float
     truth: Contender
     setting: Mapping[str, Any] = field(default_factory=dict)
+    size: float = 1.0
     floor: float = 1e-11
     ordered: float = 0.0
     kept: tuple[str, ...] = ("energy",)

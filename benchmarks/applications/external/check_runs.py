@@ -1,4 +1,4 @@
-"""Runs of an external integrator on the problems of `external.check_problems`, for `verify`.
+"""Runs of an external integrator on the problems of `external.check_problems`, for its checks.
 
 Rows of the tidy frame, the problem in `study` and the setting in `label`:
 
@@ -13,113 +13,98 @@ ORDER     errors at steps that show its order, see `external.order_runs`
 energy, angular momentum, LONG, CUT
           relative changes at times t, one longest run, and one that is also started half way, see
           `external.long_runs`
-PRINTED   number of lines that it printed, of no problem; status has the first ones
+REVERSED, ROUNDING
+          a run forwards and back, see `external.reversed_runs`
+GROWTH    MB that repeated runs at the coarsest leave in memory; NaN where they would take too long
 FAILED    number of failed runs and answers; status names them
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from benchmarks.applications.external.check_problems import CheckProblem
-from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
 from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.store.frames import failure, frame, row
+from benchmarks.applications.external.reversed_runs import reversed_runs
+from benchmarks.store.frames import failure, row
 from benchmarks.work_precision.participants import FEWEST, readable_setting, sampled
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 
-ERROR, CLAIMED, FAILED, PRINTED = "error", "claimed error", "failed", "printed"
+ERROR, CLAIMED, FAILED, GROWTH = "error", "claimed error", "failed", "memory that its runs leave"
 REPEAT = "difference of two equal runs"
 ELSEWHERE = "difference of equal runs of two processes"
+SHARE = 1.0 / 3.0  # of the limit of time, that of a run that may be repeated
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 
-
-def check_runs(
-    external: ExternalIntegrator,
-    check_problems: Sequence[CheckProblem],
-    make_method: MakeMethod,
-    quick: bool,
-    report: Report,
-) -> pd.DataFrame:
-    """The rows of every problem that it supports or fails to answer for; no run is by galvi."""
-    runs = _Runs(external)
-    for check in check_problems:
-        report(check.problem.name)
-        runs.make(check)
-    return frame([*runs.rows, *runs.ends()])
+Rows = Iterator[dict[str, Any]]
 
 
 @dataclass(eq=False)
-class _Runs:
-    """The runs on one problem after another.
-
-    coarsest  for each problem its setting and its run at the coarsest
-    long      the long runs
-    asked     the problems that it supports or fails to answer for
+class Runs:
+    """The runs of an external integrator, each method those of a check on a problem that it
+    supports. What several checks need is run once.
     """
 
     external: ExternalIntegrator
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    coarsest: dict[CheckProblem, tuple[Mapping[str, Any], Trajectory]] = field(default_factory=dict)
-    long: list[LongRun] = field(default_factory=list)
-    asked: list[CheckProblem] = field(default_factory=list)
+    _settings: dict[CheckProblem, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    _truths: dict[CheckProblem, Trajectory] = field(default_factory=dict)
+    _coarsest: dict[CheckProblem, CheckedRun] = field(default_factory=dict)
+    _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
-    def make(self, check: CheckProblem) -> None:
-        """All runs on a problem but those of `ends`."""
-        external, problem = self.external, check.problem
-        if external.supports(problem):
-            self.asked.append(check)
-            if settings := external.settings(problem, check.duration, FEWEST):
-                truth = check.states()
-                self.rows += self._errors(check, settings, truth)
-                self.rows += order_runs(external, check, settings, truth.q[-1])
-                if long := long_run(external, check):
-                    self.long.append(long)
-                    self.rows += long.rows()
-        elif external.faults_on(problem):
-            self.asked.append(check)
+    def anew(self) -> Runs:
+        """For a measurement apart: only truths and long runs are kept."""
+        return replace(self, _settings={}, _coarsest={})
 
-    def ends(self) -> Iterator[dict[str, Any]]:
-        """The longest run, runs started half way, the same runs in another process, and what failed
-        or was printed."""
-        external = self.external
-        if first := next((one for one in self.long if one.check.kept), next(iter(self.long), None)):
-            yield from longest_run(external, first)
-        for check in self.coarsest:
-            if getattr(check.problem.system, "explicit_time", False):
-                yield from cut_run(external, check)
-        external.close()
-        for check, (setting, run) in self.coarsest.items():
-            yield self._repeated(ELSEWHERE, check, setting, run)
-        for check in self.asked:
-            yield row(
-                study=check.problem.name, quantity=FAILED,
-                value=external.failures_on(check.problem),
-                status=" ".join(external.faults_on(check.problem)),
-            )  # fmt: skip
-        printed = external.printed
-        yield row(quantity=PRINTED, value=printed.lines, status=" / ".join(printed.first))
+    def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:
+        """Its settings on the problem, from coarse to fine; empty, and a fault, for no answer."""
+        if check not in self._settings:
+            self._settings[check] = self.external.settings(check.problem, check.duration, FEWEST)
+        return self._settings[check]
 
-    def _errors(
-        self, check: CheckProblem, settings: Sequence[Mapping[str, Any]], truth: Trajectory
-    ) -> Iterator[dict[str, Any]]:
-        external, problem, duration = self.external, check.problem, check.duration
+    def answers(self, check: CheckProblem) -> Rows:
+        """No rows: what fails when it is asked about the problem, and run at its coarsest setting,
+        is in `failures`."""
+        if self.external.supports(check.problem) and self.settings(check):
+            self.coarsest(check)
+        yield from ()
+
+    def failures(self, check: CheckProblem) -> dict[str, Any]:
+        """Row FAILED: what failed on the problem so far."""
+        return row(
+            study=check.problem.name, quantity=FAILED,
+            value=self.external.failures_on(check.problem),
+            status=" ".join(self.external.faults_on(check.problem)),
+        )  # fmt: skip
+
+    def coarsest(self, check: CheckProblem) -> tuple[Mapping[str, Any], CheckedRun]:
+        """Its coarsest setting, with states half way and at the end, and its run there."""
+        setting = sampled(check.duration, self.settings(check)[0], 2)
+        if check not in self._coarsest:
+            self._coarsest[check] = self.external.checked(check.problem, check.duration, setting)
+        return setting, self._coarsest[check]
+
+    def errors(self, check: CheckProblem) -> Rows:
+        """Rows ERROR, OFF and CLAIMED."""
+        settings, problem, duration = self.settings(check), check.problem, check.duration
+        if not settings:
+            return
+        truth = self._truth(check)
         chosen = sorted({0, len(settings) // 2, len(settings) - 1})
         halved = [sampled(duration, settings[k], 2) for k in chosen]
         for label, setting in {readable_setting(one): one for one in halved}.items():
-            run = external.checked(problem, duration, setting).run
+            first = setting is halved[0]
+            done = self.coarsest(check)[1] if first else (
+                self.external.checked(problem, duration, setting)
+            )  # fmt: skip
+            run = done.run
             where = {"study": problem.name, "label": label, "t": duration}
-            if setting is halved[0] and run.success:
-                self.coarsest[check] = setting, run
-                yield self._repeated(REPEAT, check, setting, run)
             off = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
             yield row(quantity=ERROR, value=off, status=failure(run), **where)
             for quantity, states, exact in zip(
@@ -127,21 +112,79 @@ class _Runs:
             ):
                 share = _off(problem, states, exact) if run.success else float("nan")
                 yield row(quantity=quantity, value=share, status=failure(run), **where)
-            claimed = external.claimed_error(problem, duration, setting)
+            claimed = self.external.claimed_error(problem, duration, setting)
             if claimed is not None:
                 yield row(quantity=CLAIMED, value=claimed, **where)
 
-    def _repeated(
-        self, quantity: str, check: CheckProblem, setting: Mapping[str, Any], run: Trajectory
-    ) -> dict[str, Any]:
-        again = self.external.checked(check.problem, check.duration, setting).run
-        apart = np.inf
-        if again.success and again.q.shape == run.q.shape:
-            apart = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
-        return row(
-            study=check.problem.name, quantity=quantity, label=readable_setting(setting),
-            t=check.duration, value=apart, status=failure(again),
+    def repeated(self, check: CheckProblem) -> Rows:
+        """Rows REPEAT and ELSEWHERE."""
+        if not self.settings(check):
+            return
+        setting, done = self.coarsest(check)
+        run = done.run
+        if not run.success:
+            return
+        both = ((REPEAT, self.external), (ELSEWHERE, self.external.twin()))
+        for quantity, external in both:
+            again = external.checked(check.problem, check.duration, setting).run
+            apart = np.inf
+            if again.success and again.q.shape == run.q.shape:
+                apart = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
+            yield row(
+                study=check.problem.name, quantity=quantity, label=readable_setting(setting),
+                t=check.duration, value=apart, status=failure(again),
+            )  # fmt: skip
+
+    def order(self, check: CheckProblem) -> Rows:
+        """Rows ORDER."""
+        if settings := self.settings(check):
+            yield from order_runs(self.external, check, settings, self._truth(check).q[-1])
+
+    def reversed(self, check: CheckProblem) -> Rows:
+        """Rows REVERSED and ROUNDING."""
+        if settings := self.settings(check):
+            yield from reversed_runs(self.external, check, settings, self._truth(check).q[-1])
+
+    def memory(self, check: CheckProblem) -> Rows:
+        """Row GROWTH."""
+        if not self.settings(check):
+            return
+        setting, done = self.coarsest(check)
+        if not done.run.success:
+            return
+        in_time = done.seconds < SHARE * self.external.limit  # two at least are made
+        growth = float("nan") if not in_time else (
+            self.external.memory_growth(check.problem, check.duration, setting)
         )  # fmt: skip
+        if growth is not None:
+            yield row(
+                study=check.problem.name, quantity=GROWTH, label=readable_setting(setting),
+                t=check.duration, value=growth / 1e6,
+            )  # fmt: skip
+
+    def conserved(self, check: CheckProblem) -> Rows:
+        """Rows of what the motion conserves, over some twenty revolutions."""
+        if long := self._long_run(check):
+            yield from long.rows()
+
+    def longest(self, check: CheckProblem) -> Rows:
+        """Row LONG, and rows of what it conserves there."""
+        if long := self._long_run(check):
+            yield from longest_run(self.external, long)
+
+    def restarted(self, check: CheckProblem) -> Rows:
+        """Row CUT."""
+        yield from cut_run(self.external, check)
+
+    def _truth(self, check: CheckProblem) -> Trajectory:
+        if check not in self._truths:
+            self._truths[check] = check.states()
+        return self._truths[check]
+
+    def _long_run(self, check: CheckProblem) -> LongRun | None:
+        if check not in self._long:
+            self._long[check] = long_run(self.external, check)
+        return self._long[check]
 
 
 def _off(problem: Problem, found: Array, truth: Array) -> float:

@@ -1,18 +1,21 @@
-"""Check the accuracy and the declared properties of an external integrator, for `verify`.
+"""Check the accuracy and the declared properties of an external integrator: CHECKS, which `verify`
+makes all at once (`contender_checks`), and the plugin of pytest one by one.
 
 Declared properties (see `external.integrator`) are compared with measurements: the order
-from both sides, claimed errors, and conserved quantities, as a bound and without drift. Undeclared
-properties are measured and reported without influence on the verdicts. In any case no run may fail,
-the error at the finest setting must be below a tenth of the motion's extent, and smaller than at
-the coarsest unless it is below 1e-8, which a single setting always has to be.
+from both sides, claimed errors, conserved quantities, as a bound and without drift, and symmetry,
+by a run back. Undeclared properties are measured and reported without influence on the verdicts. In
+any case no run may fail, the error at the finest setting must be below a tenth of the motion's
+extent, and smaller than at the coarsest unless it is below 1e-8, which a single setting always has
+to be.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,29 +26,32 @@ from benchmarks.applications.external.check_runs import (
     ELSEWHERE,
     ERROR,
     FAILED,
+    GROWTH,
     OFF,
-    PRINTED,
     REPEAT,
-    check_runs,
+    Runs,
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
 from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, MANY
 from benchmarks.applications.external.order_runs import ORDER, RISES, SINGLE, rises
+from benchmarks.applications.external.reversed_runs import REVERSED, ROUNDING
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
-from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.statistics.convergence_fits import LEAST, algebraic, window
 from benchmarks.statistics.drift import Drift, drift
-from benchmarks.store.frames import number, pick
+from benchmarks.store.frames import frame, number, pick, row
 
+PRINTED = "printed"  # number of lines that it printed, of no problem; status has the first ones
 GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
 RIGHT = 1e-8  # relative error that needs no such gain
 FAR = 0.1  # largest relative error at the finest setting
 SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
 CLEAR = 4.0  # errors over those of an own level of round-off, which bends their line less
 ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
+LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
 ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
 SAME_BITS = (
     "Two runs that were asked for alike, also in another process, must have the same bits; else it "
@@ -62,36 +68,17 @@ NO_STEPS = (
 )
 STEEPER = "Steeper here than declared, which another motion shows."
 CLOCK = "What starts half way, from its state and at its time there, must end at the same place."
+BACK = "It declares that it is symmetric: a run back returns to the start, but for rounding."
+LEAK = "Of each of three equal rounds of runs something stays in memory."
+SLOW = "A run takes too long to be repeated for this."
 DECLARED = "Declared by the contender."
 NOT_DECLARED = "Not declared: the number is for information."
 
 
-def contender_checks(
-    externals: Sequence[ExternalIntegrator], check_problems: Sequence[CheckProblem] = CHECK_PROBLEMS
-) -> tuple[Claim, ...]:
-    """A claim for `verify` for each integrator, with ids such as A-my-leapfrog."""
-    names: list[str] = []
-    for external in externals:
-        slug = re.sub(r"[^a-z0-9]+", "-", external.name.lower()).strip("-")
-        name = f"A-{slug or 'contender'}"
-        while name in names:
-            name += "-too"
-        names.append(name)
-    return tuple(
-        Claim(
-            name,
-            f"{external.name} and the truth",
-            partial(check_runs, external, check_problems),
-            Judge(name, external, tuple(check_problems)),
-            timed=True,  # its runs have a limit of time
-        )
-        for name, external in zip(names, externals, strict=True)
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """Judges the rows of `external.check_runs`; callable, returns rows of claims.csv."""
+    """Judges the rows of `external.check_runs`; callable, returns rows of claims.csv. Its methods
+    judge the rows of one check, of one problem or of all."""
 
     id: str
     external: ExternalIntegrator
@@ -99,25 +86,13 @@ class Judge:
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
         """All rows; an integrator that supports none of the problems has one row that says so."""
-        rows, orders, looked = [], [], dict.fromkeys(self.external.conserves, 0)
-        for check in self.check_problems:
-            seen = pick(table, study=check.problem.name)
-            if seen.empty:
-                continue
-            rows += [self._failures(check, seen), *self._repeated(check, seen)]
-            rows += [*self._errors(check, seen), *self._conserved(check, seen)]
-            rows += [*self._longest(check, seen), *self._cut(check, seen)]
-            orders += self._order(check, seen)
-            for name in looked:
-                looked[name] += not pick(seen, quantity=name).empty
-        if not rows:
-            names = ", ".join(check.problem.name for check in self.check_problems)
-            return [self._least("problems that it supports", 0, f"Asked were {names}.")]
-        if self.external.order is not None:
-            rows += self._orders(orders, table)
-        for name, count in looked.items():
-            why = "It declares that it conserves this: a problem that it supports must have it."
-            rows.append(self._least(f"problems where its {name} is looked at", count, why))
+        rows: list[Row] = []
+        for problem in self.check_problems:
+            rows_of_it = pick(table, study=problem.problem.name)
+            if not rows_of_it.empty:
+                each = (check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS))
+                rows += [row for some in each for row in some]
+        rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
         return [*rows, *self._printed(table)]
 
     def _row(self, check: CheckProblem, quantity: str, measured: float, verdict: str,
@@ -141,12 +116,37 @@ class Judge:
             verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
         )  # fmt: skip
 
-    def _orders(self, orders: list[Row], table: pd.DataFrame) -> list[Row]:
+    def declarations(self, table: pd.DataFrame) -> list[Row]:
+        """Rows for problems that it must support: any, and one with each quantity that it declares
+        to conserve."""
+        asked = self._asked(table)
+        if not asked:
+            names = ", ".join(one.problem.name for one in self.check_problems)
+            return [self._least("problems that it supports", 0, f"Asked were {names}.")]
+        why = "It declares that it conserves this: a problem that it supports must have it."
+        return [
+            self._least(f"problems where its {kept} is looked at", count, why)
+            for kept in self.external.conserves
+            for count in [sum(kept in problem.kept for problem in asked)]
+        ]
+
+    def _asked(self, table: pd.DataFrame) -> list[CheckProblem]:
+        """The problems that have rows."""
+        return [one for one in self.check_problems if one.problem.name in set(table["study"])]
+
+    def orders(self, table: pd.DataFrame) -> list[Row]:
         """The rows of its order on each problem, and the number of those that show it.
 
         An order is that of the worst motion: where one shows the declared order, others may be
         steeper.
         """
+        if self.external.order is None or not self._asked(table):
+            return []
+        orders = [
+            row
+            for one in self.check_problems
+            for row in self._order(one, pick(table, study=one.problem.name))
+        ]
         attained = any(row.verdict == bounds.ATTAINED for row in orders)
         rows = [
             row if row.verdict != bounds.EXCEEDS
@@ -166,8 +166,8 @@ class Judge:
             found = replace(found, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why)
         return [*rows, found]
 
-    def _longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        return [
+    def longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        ends = [
             self._row(
                 check, LONG if one["steps"] else "duration of its longest run", one["value"],
                 bounds.HOLDS if np.isfinite(one["value"]) else bounds.CONTRADICTED,
@@ -178,8 +178,9 @@ class Judge:
             )
             for _, one in pick(seen, quantity=LONG).iterrows()
         ]  # fmt: skip
+        return [*ends, *self.conserved(check, seen, LONGER)]
 
-    def _cut(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def restarted(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         return [
             self._row(
                 check, CUT, one["value"],
@@ -201,15 +202,49 @@ class Judge:
             for _, one in pick(table, quantity=PRINTED).iterrows() if one["value"]
         ]  # fmt: skip
 
-    def _failures(self, check: CheckProblem, seen: pd.DataFrame) -> Row:
+    def failures(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
-        return self._row(
-            check, "runs and answers that failed", count, bounds.AtMost(0.0).verdict(count),
-            claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
-            reason=why or "Each setting that it offers must run to its end.",
-        )  # fmt: skip
+        return [
+            self._row(
+                check, "runs and answers that failed", count, bounds.AtMost(0.0).verdict(count),
+                claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
+                reason=why or "Each setting that it offers must run to its end.",
+            )
+        ]  # fmt: skip
 
-    def _repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def reversed(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rounding = number(seen, quantity=ROUNDING)
+        return [
+            self._row(
+                check, REVERSED, one["value"],
+                bounds.HOLDS if one["value"] <= rounding else bounds.CONTRADICTED,
+                claimed="the start", bound=f"at most {rounding:.2g} of the states' size",
+                reason=one["status"] or BACK, reference="its start",
+                setup=f"{check.problem.name}; T = {one['t']:g}; {one['steps']:g} steps and back",
+            )
+            for _, one in pick(seen, quantity=REVERSED).iterrows()
+        ]  # fmt: skip
+
+    def memory(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rows = []
+        for _, one in pick(seen, quantity=GROWTH).iterrows():
+            measured = float(one["value"])
+            verdict = bounds.AtMost(LEFT).verdict(measured)
+            rows.append(
+                self._row(
+                    check, f"{GROWTH}, MB", measured,
+                    bounds.NOT_RUN if np.isnan(measured) else verdict,
+                    expected=bounds.NOT_RUN if np.isnan(measured) else bounds.HOLDS,
+                    claimed="no more than before", bound=f"at most {LEFT:g}",
+                    reference="its process before",
+                    reason=SLOW if np.isnan(measured) else LEAK if measured > LEFT
+                    else "Further runs of a warm process leave nothing.",
+                    setup=f"{check.problem.name}; T = {check.duration:g}; {one['label']}",
+                )
+            )  # fmt: skip
+        return rows
+
+    def repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         return [
             self._row(
                 check, quantity, one["value"], bounds.AtMost(0.0).verdict(one["value"]),
@@ -220,7 +255,7 @@ class Judge:
             for _, one in pick(seen, quantity=quantity).iterrows()
         ]  # fmt: skip
 
-    def _errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows, errors = [], pick(seen, quantity=ERROR)
         for _, one in errors.iterrows():
             limit = number(seen, quantity=CLAIMED, label=one["label"])
@@ -302,13 +337,11 @@ class Judge:
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
-    def _conserved(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        names = [name.format(kept) for kept in CONSERVED for name in ("{}", LONGER)]
-        kinds = [kept for kept in CONSERVED for _ in range(2)]
+    def conserved(self, check: CheckProblem, seen: pd.DataFrame, name: str = "{}") -> list[Row]:
         return [
-            self._kept(check, kept, name, series)
-            for kept, name in zip(kinds, names, strict=True)
-            if not (series := pick(seen, quantity=name)).empty
+            self._kept(check, kept, name.format(kept), series)
+            for kept in CONSERVED
+            if not (series := pick(seen, quantity=name.format(kept))).empty
         ]
 
     def _kept(self, check: CheckProblem, kept: str, name: str, series: pd.DataFrame) -> Row:
@@ -374,3 +407,123 @@ def _own_floor(errors: Sequence[float], floor: float) -> float:
     level = CLEAR * float(np.max(rest))
     own = level > CLEAR * SINGLE and np.any(np.diff(rest[1:]) < 0.0)
     return level if own and np.sum(measured > level) >= LEAST else 0.0
+
+
+@dataclass(frozen=True)
+class Check:
+    """A check of an external integrator, which can be measured on one problem at a time.
+
+    name     as in the item of the plugin of pytest
+    measure  (runs, problem) -> rows of the tidy frame
+    judge    (judge, problem, its rows) -> rows of claims.csv; None where all problems are judged
+             together
+    jointly  (judge, rows of all problems) -> such rows
+    applies  (integrator, problem that it supports) -> whether it is measured there
+    once     whether it is measured on one problem alone, the first that conserves something
+    """
+
+    name: str
+    measure: Callable[[Runs, CheckProblem], Iterator[dict[str, Any]]]
+    judge: Callable[[Judge, CheckProblem, pd.DataFrame], list[Row]] | None = None
+    jointly: Callable[[Judge, pd.DataFrame], list[Row]] | None = None
+    applies: Callable[[ExternalIntegrator, CheckProblem], bool] = lambda external, problem: True
+    once: bool = False
+
+    def problems(
+        self, external: ExternalIntegrator, supported: Sequence[CheckProblem]
+    ) -> list[CheckProblem]:
+        """Those on which it is measured."""
+        some = [problem for problem in supported if self.applies(external, problem)]
+        return sorted(some, key=lambda problem: not problem.kept)[:1] if self.once else some
+
+    def judged(self, judge: Judge, problem: CheckProblem, rows: pd.DataFrame) -> list[Row]:
+        """Rows of claims.csv of this problem."""
+        return [] if self.judge is None else self.judge(judge, problem, rows)
+
+    def judged_jointly(self, judge: Judge, rows: pd.DataFrame) -> list[Row]:
+        """Rows of claims.csv of all problems together."""
+        return [] if self.jointly is None else self.jointly(judge, rows)
+
+
+def _nothing(runs: Runs, problem: CheckProblem) -> Iterator[dict[str, Any]]:
+    return iter(())
+
+
+def _shows_order(external: ExternalIntegrator, problem: CheckProblem) -> bool:
+    return external.order is not None and external.order >= problem.ordered
+
+
+def _has_clock(external: ExternalIntegrator, problem: CheckProblem) -> bool:
+    return bool(getattr(problem.problem.system, "explicit_time", False))
+
+
+# Of what any check asked for: `verify` measures it last, and it comes with each check on its own.
+FAILURES = Check("runs and answers", Runs.answers, Judge.failures)
+# The quick ones first: after two late answers it is not asked again.
+CHECKS = (
+    Check("determinism", Runs.repeated, Judge.repeated),
+    Check("accuracy", Runs.errors, Judge.errors),
+    Check("order", Runs.order, jointly=Judge.orders, applies=_shows_order),
+    Check("declarations", _nothing, jointly=Judge.declarations),
+    Check("time reversal", Runs.reversed, Judge.reversed,
+          applies=lambda external, problem: external.symmetric),
+    Check("memory", Runs.memory, Judge.memory),
+    Check("conservation", Runs.conserved, Judge.conserved,
+          applies=lambda external, problem: bool(problem.kept)),
+    Check("longest run", Runs.longest, Judge.longest, once=True),
+    Check("restart half way", Runs.restarted, Judge.restarted, applies=_has_clock),
+)  # fmt: skip
+
+
+def supported_and_faulty(
+    external: ExternalIntegrator, check_problems: Sequence[CheckProblem]
+) -> tuple[list[CheckProblem], list[CheckProblem]]:
+    """The problems that it supports, and those about which it does not answer."""
+    supported = [one for one in check_problems if external.supports(one.problem)]
+    others = [one for one in check_problems if one not in supported]
+    return supported, [one for one in others if external.faults_on(one.problem)]
+
+
+def check_runs(
+    external: ExternalIntegrator,
+    check_problems: Sequence[CheckProblem],
+    make_method: MakeMethod,
+    quick: bool,
+    report: Report,
+) -> pd.DataFrame:
+    """The rows of every check, on each problem that it supports; no run is by galvi."""
+    runs = Runs(external)
+    supported, faulty = supported_and_faulty(external, check_problems)
+    rows: list[dict[str, Any]] = []
+    for check in CHECKS:
+        for problem in check.problems(external, supported):
+            report(f"{problem.problem.name}: {check.name}")
+            rows += check.measure(runs, problem)
+    external.close()
+    printed = external.printed
+    rows += [runs.failures(problem) for problem in (*supported, *faulty)]
+    rows.append(row(quantity=PRINTED, value=printed.lines, status=" / ".join(printed.first)))
+    return frame(rows)
+
+
+def contender_checks(
+    externals: Sequence[ExternalIntegrator], check_problems: Sequence[CheckProblem] = CHECK_PROBLEMS
+) -> tuple[Claim, ...]:
+    """A claim for `verify` for each integrator, with ids such as A-my-leapfrog."""
+    names: list[str] = []
+    for external in externals:
+        slug = re.sub(r"[^a-z0-9]+", "-", external.name.lower()).strip("-")
+        name = f"A-{slug or 'contender'}"
+        while name in names:
+            name += "-too"
+        names.append(name)
+    return tuple(
+        Claim(
+            name,
+            f"{external.name} and the truth",
+            partial(check_runs, external, check_problems),
+            Judge(name, external, tuple(check_problems)),
+            timed=True,  # its runs have a limit of time
+        )
+        for name, external in zip(names, externals, strict=True)
+    )

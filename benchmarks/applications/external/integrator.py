@@ -11,7 +11,7 @@ import os
 import signal
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
@@ -57,14 +57,15 @@ class ExternalIntegrator:
     order                           order of convergence in the step
     conserves                       largest relative changes at its finest setting, without drift,
                                     e.g. {"energy": 1e-6, "angular momentum": 1e-12}
+    symmetric                       True: a run back from the end returns to the start
     claimed_error(problem, duration, setting)
                                     the largest error of a component at the end
 
     `open` raises ContenderError when there is no such class, or it lacks a required member. `run`
     never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
     process that ends, or does not answer within ``limit`` seconds, is replaced at the next request;
-    after PATIENCE answers that took longer every request fails at once. ``printed`` has what its
-    processes printed.
+    after PATIENCE answers that took longer every request fails at once, and ``limit_option`` is the
+    remedy. ``printed`` has what its processes printed.
     """
 
     path: str
@@ -72,6 +73,8 @@ class ExternalIntegrator:
     name: str = ""
     order: float | None = None
     conserves: Mapping[str, float] = field(default_factory=dict)
+    symmetric: bool = False
+    limit_option: str = "--timeout"
     exact: bool = False
     missing: str = ""
     printed: Printed = field(default_factory=Printed)
@@ -79,17 +82,28 @@ class ExternalIntegrator:
     _failed: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     _pool: ProcessPool | None = None
     _process: int = 0
+    _twin: ExternalIntegrator | None = None
 
     @classmethod
     def open(cls, path: str, limit: float = LIMIT) -> ExternalIntegrator:
         """Start the process and import the integrator. Raises ContenderError."""
         external = cls(path, limit)
         try:
-            external.name, external.order, external.conserves = external._ask("metadata")
+            external._declare(external._ask("metadata"))
         except BaseException:
             external.close()
             raise
         return external
+
+    def _declare(self, metadata: tuple[str, float | None, Mapping[str, float], bool]) -> None:
+        self.name, self.order, self.conserves, self.symmetric = metadata
+
+    def twin(self) -> ExternalIntegrator:
+        """The same integrator in a second process, which ends with this one's; faults there are
+        faults here."""
+        if self._twin is None:
+            self._twin = replace(self, _pool=None, _process=0)
+        return self._twin
 
     def supports(self, problem: Problem) -> bool:
         """Whether it solves the problem; False, and a fault, when it does not answer. Of problems
@@ -121,6 +135,16 @@ class ExternalIntegrator:
             dict(setting),
         )  # fmt: skip
         return claimed
+
+    def memory_growth(
+        self, problem: Problem, duration: float, setting: Mapping[str, Any]
+    ) -> float | None:
+        """Bytes that repeated runs leave in its process, see `external.worker.memory_growth`; NaN
+        where a run takes too long for that, None, and a fault, when it does not answer."""
+        growth: float | None = self._ask_about(
+            problem, "run repeatedly", "memory growth", problem, duration, dict(setting)
+        )
+        return growth
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """One run in its process; a failed trajectory when it returned none."""
@@ -193,12 +217,18 @@ class ExternalIntegrator:
         """Record a fault: the request (`doing`) and the reason (`why`)."""
         self._failed.setdefault((problem.name or NAMELESS, visible(why)), []).append(visible(doing))
 
+    def forget_faults(self) -> None:
+        """Begin a further measurement, whose faults are its own."""
+        self._failed.clear()
+
     def _unasked(self) -> list[tuple[str, str]]:
         """Problem and reason of the requests that were not made as earlier answers were late."""
         return [key for key in self._failed if key[1].startswith(UNASKED)]
 
     def close(self) -> None:
-        """End its process and the child processes; the next request starts another."""
+        """End its processes and their child processes; the next request starts another."""
+        if self._twin is not None:
+            self._twin.close()
         pool, self._pool = self._pool, None
         if pool is None:
             return
@@ -226,7 +256,7 @@ class ExternalIntegrator:
         if self._late[tried] >= PATIENCE:
             raise ContenderError(
                 f"{UNASKED}: {PATIENCE} answers before took longer than {self.limit:g} s. "
-                "Give a longer --timeout, in seconds, if it is only slow."
+                f"Give a longer {self.limit_option}, in seconds, if it is only slow."
             )
         try:
             if self._pool is None:

@@ -102,12 +102,14 @@ def _is_name(name: str) -> bool:
     return bool(one_line) and not set(name) & set(MARKUP) and not ours and not taken
 
 
-def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
-    """Its name, its order (None when not declared) and its declared conserved quantities.
+def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]:
+    """Its name, its order (None when not declared), its declared conserved quantities, and whether
+    it declares that it is symmetric.
 
     Raises ContenderError when one of them has the wrong type or value.
     """
     order, conserves = getattr(contender, "order", None), getattr(contender, "conserves", {})
+    symmetric = getattr(contender, "symmetric", False)
     if order is not None and not is_positive(order):
         raise ContenderError(f"its order must be a positive number; received {order!r}")
     if not isinstance(conserves, Mapping) or not all(
@@ -118,8 +120,13 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
             f"{' or '.join(map(repr, CONSERVED))} to the largest relative change, a positive "
             f"number; received {conserves!r}"
         )
+    if not isinstance(symmetric, bool):
+        raise ContenderError(
+            "whether it is symmetric, that is, returns to its start in a run back, must be True or "
+            f"False; received {symmetric!r}"
+        )
     kept = {plain_text(name): float(most) for name, most in conserves.items()}
-    return plain_text(contender.name), None if order is None else float(order), kept
+    return plain_text(contender.name), None if order is None else float(order), kept, symmetric
 
 
 def is_positive(value: Any) -> bool:

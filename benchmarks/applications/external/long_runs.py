@@ -161,7 +161,7 @@ def _changes(
         np.concatenate([start[None], states])
         for start, states in ((problem.q0, run.q), (problem.p0, run.p))
     )
-    formulas = {"energy": check.energy, "angular momentum": _angular_momentum}
+    formulas = {"energy": check.energy, "angular momentum": angular_momentum}
     for quantity in kept:
         start, *values = formulas[quantity](problem, q, p).reshape(len(q), -1)
         change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
@@ -187,6 +187,7 @@ def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
     return middle, values[first + chosen]
 
 
-def _angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
+def angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
+    """The angular momentum (k, ...) at states (k, ...), by the suite's own formula."""
     system: Any = problem.system
     return independent_invariants.angular_momentum(problem, q, system.velocity(p))

@@ -48,34 +48,49 @@ def order_runs(
     if external.order is None or external.order < check.ordered or not equal:
         return
     order = min(external.order, HIGHEST)
-    offered = [max(1, round(check.duration / setting["step"])) for setting in equal]
-    longest, shortest = min(offered), max(offered)
-
-    def is_offered(steps: int) -> bool:
-        return longest <= steps <= shortest
-
-    @cache
-    def error(steps: int) -> tuple[float, str]:
-        setting = {**equal[-1], "step": check.duration / steps, "save_every": steps}
-        tried = not is_offered(steps)
-        run = external.checked(check.problem, check.duration, setting, tried=tried).run
-        off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
-        return off, failure(run)
-
+    longest, shortest = offered_steps(check, equal)
+    error = errors_at(external, check, equal, end)
     most = max(shortest, round(FURTHER * longest))
     least = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
-    numbers = _numbers(error, _fewest(error, longest, most, least), shortest, order, check.floor)
+    numbers = _numbers(error, fewest(error, longest, most, least), shortest, order, check.floor)
     if rises([error(steps)[0] for steps in numbers], max(check.floor, SINGLE)) >= RISES:
-        few = _fewest(error, longest, most, COARSE)
+        few = fewest(error, longest, most, COARSE)
         numbers = _numbers(error, few, few, order, check.floor)
     for steps in numbers:
         value, status = error(steps)
-        if status and not is_offered(steps):
+        if status and not longest <= steps <= shortest:
             continue
         yield row(
             study=check.problem.name, quantity=ORDER, step=check.duration / steps, steps=steps,
             value=value, status=status,
         )  # fmt: skip
+
+
+def offered_steps(check: CheckProblem, equal: Sequence[Mapping[str, Any]]) -> tuple[int, int]:
+    """The fewest and the most steps over the problem's duration at these settings."""
+    steps = [max(1, round(check.duration / setting["step"])) for setting in equal]
+    return min(steps), max(steps)
+
+
+def errors_at(
+    external: ExternalIntegrator,
+    check: CheckProblem,
+    equal: Sequence[Mapping[str, Any]],
+    end: Array,
+) -> Errors:
+    """The error of a run of so many steps, over the problem's size; each is run once. Outside of
+    the offered settings (`equal`, each with a step) a failure is no fault."""
+    longest, shortest = offered_steps(check, equal)
+
+    @cache
+    def error(steps: int) -> tuple[float, str]:
+        setting = {**equal[-1], "step": check.duration / steps, "save_every": steps}
+        tried = not longest <= steps <= shortest
+        run = external.checked(check.problem, check.duration, setting, tried=tried).run
+        off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
+        return off / check.size, failure(run)
+
+    return error
 
 
 def rises(errors: Sequence[float], floor: float) -> int:
@@ -95,7 +110,7 @@ def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float)
     return tuple(dict.fromkeys(round(few * ratio**k) for k in range(POINTS)))
 
 
-def _fewest(error: Errors, longest: int, most: int, least: float) -> int:
+def fewest(error: Errors, longest: int, most: int, least: float) -> int:
     """The number of steps to begin with, of an error of at least `least`; that of its longest step
     where this fails, or is too long and so are all up to `most`."""
     few, now = longest, error(longest)[0]

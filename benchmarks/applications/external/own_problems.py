@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 from benchmarks.applications.external.loading import ContenderError, describe_error, object_at
@@ -36,3 +37,14 @@ def load_problem(path: str, duration: float | None = None) -> tuple[Problem, flo
         raise ContenderError(str(error).rstrip(".")) from None
     name = problem.name or path.rpartition(":")[2].replace("_", " ")
     return replace(problem, name=name), duration
+
+
+def require_sendable(problem: Problem) -> None:
+    """Raise ContenderError unless the problem can be sent to the process of an integrator."""
+    try:
+        pickle.dumps(problem)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise ContenderError(
+            "its functions must be at the top level of their module, as it is sent to another "
+            f"process; received: {error}"
+        ) from None

@@ -6,6 +6,8 @@ integrator become ContenderErrors; a hang or crash affects this process only.
 
 from __future__ import annotations
 
+import gc
+import math
 import multiprocessing
 import os
 import signal
@@ -13,9 +15,12 @@ import threading
 import time
 from collections.abc import Mapping
 from functools import cache
+from itertools import pairwise
 from multiprocessing.connection import Connection
 from typing import Any
 from weakref import WeakSet
+
+import psutil
 
 from benchmarks.applications.external.loading import (
     ContenderError,
@@ -28,6 +33,8 @@ from benchmarks.applications.external.validation import valid_claim, valid_run, 
 from galvi import Problem, Trajectory
 
 RUNGS = (1, 4, 16, 64)  # multiples of the fewest steps
+ROUNDS = 3  # of repeated runs whose growth of memory is compared
+ROUND, MOST_RUNS = 0.4, 2000  # seconds of such a round, and most runs
 RETURNED: WeakSet[Trajectory] = WeakSet()
 contender_at = cache(load_class)
 
@@ -113,10 +120,44 @@ def timed_run(
     return parts, seconds
 
 
+def memory_growth(
+    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
+) -> float:
+    """Bytes by which the memory of this process grows in ROUNDS equal rounds of runs after a warm
+    one: ROUNDS times the least growth of a round, so that what is taken once is no growth.
+
+    NaN where a single run takes several times as long as a round should.
+    """
+
+    def seconds(runs: int) -> float:
+        start = time.perf_counter()
+        for _ in range(runs):
+            contender.run(problem, duration, dict(setting))
+        return (time.perf_counter() - start) / runs
+
+    def memory() -> int:
+        gc.collect()
+        return int(process.memory_info().rss)
+
+    process = psutil.Process()
+    seconds(1)  # it may compile
+    one = seconds(1)
+    if one > 4.0 * ROUND:
+        return math.nan
+    runs = max(1, min(MOST_RUNS, int(ROUND / max(one, 1e-9))))
+    seconds(runs)
+    levels = [memory()]
+    for _ in range(ROUNDS):
+        seconds(runs)
+        levels.append(memory())
+    return float(ROUNDS * max(0, min(after - before for before, after in pairwise(levels))))
+
+
 ANSWERS = {
     "metadata": metadata,
     "supports": supports,
     "settings": settings,
     "claimed error": claimed_error,
     "timed run": timed_run,
+    "memory growth": memory_growth,
 }

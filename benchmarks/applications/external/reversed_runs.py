@@ -1,0 +1,96 @@
+"""A run of an external integrator forwards and back again, for `external.check_runs`.
+
+What is symmetric returns to the start but for rounding, however long its steps; of a method that is
+not, the distance from the start is about its error times a power of the step. The steps are
+therefore longer than those that it offers, where it runs at longer ones: as long as the error at
+the end is below NOT_SMALL. Where its longest ones are too long themselves, as for an implicit
+method whose iteration does not converge, they are its shortest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.external.check_problems import CheckProblem
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.order_runs import (
+    COARSE,
+    FURTHER,
+    errors_at,
+    fewest,
+    offered_steps,
+)
+from benchmarks.store.frames import failure, row
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from galvi.systems.lagrangian import velocity_at
+
+REVERSED = "distance from the start after a run back"
+ROUNDING = "rounding of a run forwards and back"
+NOT_SMALL = 1e-3  # error at the end of the run forwards that is large enough
+NEARBY = 1e-7  # relative change of a start by which the growth of errors is measured
+ROOM = 1000.0  # units of rounding of a step: for the sums in it, and an iteration that stops early
+
+
+def reversed_runs(
+    external: ExternalIntegrator,
+    check: CheckProblem,
+    settings: Sequence[Mapping[str, Any]],
+    end: Array,
+) -> Iterator[dict[str, Any]]:
+    """Row REVERSED, the distance from the start over the size of the states, the larger of that of
+    q and of p, and row ROUNDING, how large rounding may make it: ROOM eps for each step, times the
+    growth of a small change of the start. None without equal steps.
+
+    settings  those that it offers
+    end       the true configuration at the end
+    """
+    equal = [setting for setting in settings if "step" in setting]
+    if not equal:
+        return
+    few, many = offered_steps(check, equal)
+    error = errors_at(external, check, equal, end)
+    steps = fewest(error, few, max(many, round(FURTHER * few)), NOT_SMALL)
+    steps = steps if error(steps)[0] <= COARSE else many
+    step, duration, problem = check.duration / steps, check.duration, check.problem
+    setting = {**equal[-1], "step": step, "save_every": steps}
+    where = {"study": problem.name, "step": step, "steps": steps, "t": duration}
+
+    def run(start: Problem, sense: float = 1.0) -> Trajectory:
+        asked = {**setting, "step": sense * step}
+        return external.checked(start, sense * duration, asked, tried=True).run
+
+    there = run(problem)
+    if not there.success:
+        yield row(quantity=REVERSED, status=failure(there), **where)
+        return
+    system, t = problem.system, float(there.t[-1])
+    v = velocity_at(system, there.q[-1], there.p[-1], t, problem.v0)
+    turned = replace(problem, q0=there.q[-1], v0=v, t0=t)
+    if not external.supports(turned):
+        return
+    back, nearby = run(turned, -1.0), run(_moved(problem, duration))
+    missed = _apart(back, problem.q0, problem.p0, there) if back.success else float("nan")
+    growth = _apart(nearby, there.q[-1], there.p[-1], there) / NEARBY if nearby.success else 1.0
+    yield row(quantity=REVERSED, value=missed, status=failure(back), **where)
+    rounding = ROOM * float(np.finfo(float).eps) * steps * max(1.0, growth)
+    yield row(quantity=ROUNDING, value=rounding, **where)
+
+
+def _moved(problem: Problem, duration: float) -> Problem:
+    """The problem with velocities changed by NEARBY of their size, differently in each."""
+    size = float(np.max(np.abs(problem.v0))) or float(np.max(np.abs(problem.q0))) / duration
+    change = np.random.default_rng(1).standard_normal(problem.v0.shape)
+    return replace(problem, v0=problem.v0 + NEARBY * size * change)
+
+
+def _apart(run: Trajectory, q: Array, p: Array, there: Trajectory) -> float:
+    """How far the end of a run is from (q, p), over the size of the states there."""
+    return max(
+        float(np.max(np.abs(end - state)) / (np.max(np.abs(states)) or 1.0))
+        for end, state, states in ((run.q[-1], q, there.q), (run.p[-1], p, there.p))
+    )

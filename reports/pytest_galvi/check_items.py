@@ -1,0 +1,121 @@
+"""Checks of an integrator as items of pytest, measured by another process.
+
+That process (`galvi.command.serve_checks`) is started by the first request of a process of pytest;
+it looks for modules where `galvi verify` does, and runs integrators in processes of their own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+PROGRAM = "from galvi.command import serve_checks; serve_checks()"
+END = 10.0  # seconds for the other process to end by itself
+
+
+class Failed(Exception):
+    """A check that failed; the message is what a reader is to see."""
+
+
+class OtherProcess:
+    """The process that measures, started with the first request."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.asked: Mapping[str, Any] = {
+            "contenders": list(dict.fromkeys(config.getoption("galvi"))),
+            "problems": list(dict.fromkeys(config.getoption("galvi_problem"))),
+            "limit": config.getoption("galvi_timeout"),
+        }
+        self.folder = config.invocation_params.dir
+        self.process: subprocess.Popen[str] | None = None
+
+    def answer(self, request: Mapping[str, Any]) -> Any:
+        """Its answer. Raises UsageError for what cannot be loaded, and where it ended."""
+        requests = [request] if self.process else [self.asked, request]
+        process = self.process or self._start()
+        assert process.stdin is not None and process.stdout is not None
+        with suppress(BrokenPipeError):  # it may have said why it ended
+            for message in requests:
+                print(json.dumps(message), file=process.stdin, flush=True)
+        line = process.stdout.readline()
+        if not line:
+            self.printed.seek(0)
+            last = self.printed.read().strip().rpartition("\n")[2]
+            self.close()
+            raise pytest.UsageError(f"--galvi: the process that measures ended. {last}".strip())
+        answer = json.loads(line)
+        if "usage" in answer:
+            self.close()
+            raise pytest.UsageError(answer["usage"])
+        return answer
+
+    def _start(self) -> subprocess.Popen[str]:
+        self.printed = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115
+        own = {key: value for key, value in os.environ.items() if key != "PYTHONWARNINGS"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-c", PROGRAM], cwd=self.folder, env=own, encoding="utf-8",
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.printed,
+        )  # fmt: skip
+        return self.process
+
+    def close(self) -> None:
+        """End it, and the integrators' processes with it."""
+        process, self.process = self.process, None
+        if process is None:
+            return
+        assert process.stdin is not None and process.stdout is not None
+        for close in (process.stdin.close, process.stdout.close, self.printed.close):
+            with suppress(BrokenPipeError):  # it has ended
+                close()
+        try:
+            process.wait(END)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+class CheckItem(pytest.Item):
+    """A check of an integrator on a problem, or on all."""
+
+    def __init__(self, *, asked: Mapping[str, str], process: OtherProcess, **more: Any) -> None:
+        super().__init__(**more)
+        self.asked, self.process = asked, process
+        self.extra_keyword_matches |= {"galvi", asked["name"]}
+
+    def runtest(self) -> None:
+        """Measure it; raises Failed, and pytest's exception for what is skipped."""
+        answer = self.process.answer(self.asked)
+        if answer["outcome"] == "skipped":
+            pytest.skip(answer["text"])
+        if answer["outcome"] == "failed":
+            raise Failed(answer["text"])
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """The sentences alone."""
+        if isinstance(excinfo.value, Failed | pytest.UsageError):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Any, int | None, str]:
+        """Its place in a listing, which is no file, and the heading of its failure."""
+        return self.nodeid.partition("::")[0], None, f"{self.asked['name']}: {self.name}"
+
+
+def items_of(
+    session: pytest.Session, listed: Iterable[dict[str, str]], process: OtherProcess
+) -> Iterator[CheckItem]:
+    """The items of what the other process listed."""
+    for asked in listed:
+        name = ", ".join(filter(None, (asked["check"], asked["problem"]))).replace("::", ": :")
+        place = f"galvi: {asked['name']}".replace("::", ": :")
+        yield CheckItem.from_parent(
+            session, name=name, nodeid=f"{place}::{name}", asked=asked, process=process
+        )
