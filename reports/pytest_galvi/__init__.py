@@ -73,10 +73,10 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
     if listed := session.config.stash.get(LISTED, None):
         from .check_items import items_of
 
-        made = list(items_of(session, listed, session.config.stash[PROCESS]))
-        report = pytest.CollectReport("galvi", outcome="passed", longrepr=None, result=made)
+        checks = list(items_of(session, listed, session.config.stash[PROCESS]))
+        report = pytest.CollectReport("galvi", outcome="passed", longrepr=None, result=checks)
         session.config.hook.pytest_collectreport(report=report)  # they are counted
-        items += made
+        items += checks
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

@@ -59,10 +59,10 @@ class OtherProcess:
 
     def _start(self) -> subprocess.Popen[str]:
         self.printed = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115
-        own = {key: value for key, value in os.environ.items() if key != "PYTHONWARNINGS"}
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONWARNINGS"}
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", PROGRAM], cwd=self.folder, env=own, encoding="utf-8",
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.printed,
+            [sys.executable, "-P", "-c", PROGRAM], cwd=self.folder, env=environment,
+            encoding="utf-8", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.printed,
         )  # fmt: skip
         return self.process
 

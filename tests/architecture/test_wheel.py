@@ -177,6 +177,22 @@ def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow(
+    beside="test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_are"
+)
+def test_the_plugin_of_the_wheel_measures_beside_a_users_folders_of_the_suites_names(
+    wheel: Path, folder_of_a_user: Path
+) -> None:
+    with_kernels(wheel)
+    env = {**os.environ, "PYTHONPATH": str(wheel)}
+    words = ["--galvi", "mine:Leapfrog", "--galvi-problem", "my_problem:spring", "-k", "accuracy"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *words], cwd=folder_of_a_user, capture_output=True,
+        text=True, env=env,
+    )  # fmt: skip
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+
+
 @pytest.fixture(scope="module")
 def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The command of an empty environment in which the wheel was installed, with its kernels."""

@@ -91,7 +91,7 @@ class Judge:
             rows_of_it = pick(table, study=problem.problem.name)
             if not rows_of_it.empty:
                 each = (check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS))
-                rows += [row for some in each for row in some]
+                rows += [row for judged in each for row in judged]
         rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
         return [*rows, *self._printed(table)]
 
@@ -433,8 +433,9 @@ class Check:
         self, external: ExternalIntegrator, supported: Sequence[CheckProblem]
     ) -> list[CheckProblem]:
         """Those on which it is measured."""
-        some = [problem for problem in supported if self.applies(external, problem)]
-        return sorted(some, key=lambda problem: not problem.kept)[:1] if self.once else some
+        problems = [problem for problem in supported if self.applies(external, problem)]
+        first = sorted(problems, key=lambda problem: not problem.kept)[:1]
+        return first if self.once else problems
 
     def judged(self, judge: Judge, problem: CheckProblem, rows: pd.DataFrame) -> list[Row]:
         """Rows of claims.csv of this problem."""
