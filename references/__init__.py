@@ -126,9 +126,9 @@ CODES: Mapping[str, tuple[Reference, ...]] = {
     "mujoco.implicitfast": (MUJOCO_IMPLICITFAST,),
     "mujoco.discrete": (MUJOCO_DISCRETE,),
     "scipy.dop853": (
-        LAGRANGIAN_DOP853,
         DOP853,
         CHAIN_DOP853,
+        LAGRANGIAN_DOP853,
         RIGID_DOP853,
         MUJOCO_ACCELERATIONS,
         PINOCCHIO_ACCELERATIONS,

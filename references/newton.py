@@ -6,6 +6,7 @@ Everything is evaluated by `references.forces` or by the user's own functions.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,8 @@ from references.forces.force import (
     points_around,
     together,
 )
+from references.forces.of_problem import formulas as formulas_on_symbols
+from references.forces.of_problem import holds, symbols, time_symbol
 
 # type of a potential: its formula and the fields that are its numbers
 FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
@@ -97,16 +100,38 @@ def potential_formula(potential: Any) -> Force | None:
 
 
 def is_differenced(problem: Problem) -> bool:
-    """Whether `potential_force` differences the potential, since no gradient of it is known."""
+    """Whether `potential_force` differences the potential, since no gradient of it is known, and
+    no formula from which to derive one."""
     system: Any = problem.system
     if not isinstance(system, Canonical) or system.gradient is not None:
         return False
     own = getattr(system.potential, "gradient", None)
-    return potential_formula(system.potential) is None and (own is None or system.explicit_time)
+    if potential_formula(system.potential) is not None:
+        return False
+    return (own is None or system.explicit_time) and derived_gradient(problem) is None
+
+
+@lru_cache(maxsize=32)
+def derived_gradient(problem: Problem) -> Callable[..., Array] | None:
+    """dV/dq of q, or of q and t, by the formula of the potential of a Canonical; None where it
+    cannot be written out."""
+    import sympy
+
+    system: Any = problem.system
+    names = "qt" if system.explicit_time else "q"
+    potential = formulas_on_symbols(problem, system.potential, names)
+    if potential is None or not holds(problem, potential, system.potential, names):
+        return None
+    q, _ = symbols(problem.q0.size)
+    slopes = sympy.lambdify([q, time_symbol()], [potential[0].diff(x) for x in q], cse=True)
+    return lambda q, t=0.0: np.array(slopes(q, t), dtype=np.float64)
 
 
 def potential_force(problem: Problem) -> Force:
-    """-dV/dq of a Canonical, by gradient, formula or differences; of NBody the accelerations."""
+    """-dV/dq of a Canonical, by gradient, formula or differences; of NBody the accelerations.
+
+    Formulas are those of `references.forces.formulas`, or derived from the user's own potential.
+    """
     system: Any = problem.system
     if isinstance(system, NBody):
         return by_formula(formulas.gravity, problem.q0.shape[-1], system.G * system.masses)
@@ -117,8 +142,11 @@ def potential_force(problem: Problem) -> Force:
     if known is not None:
         return known
     potential = system.potential
-    if not is_differenced(problem):
+    if not system.explicit_time and getattr(potential, "gradient", None) is not None:
         return by_function(potential.gradient, "q", -1.0)
+    derived = derived_gradient(problem)
+    if derived is not None:
+        return by_function(derived, arguments, -1.0)
 
     def slope(q: Array, *t: float) -> Array:
         return gradient(lambda x: potential(x.copy(), *t), q)

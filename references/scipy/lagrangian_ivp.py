@@ -13,7 +13,6 @@ from galvi import Lagrangian, Problem, Trajectory
 from galvi.arrays import Array
 from references.contender import require
 from references.forces.force import checked
-from references.newton import is_differenced
 from references.scipy.ivp import run_on_coordinates
 from references.textbook.chain_equations import ChainEquations, is_chain
 from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
@@ -72,9 +71,8 @@ class LagrangianIvp:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """A Lagrangian from SymPy, without external force, or a Canonical without a gradient whose
-        potential can be written out, which `references.scipy.ivp` would difference."""
-        known = isinstance(problem.system, Lagrangian) or is_differenced(problem)
+        """A Lagrangian from SymPy, without external force."""
+        known = isinstance(problem.system, Lagrangian)
         return known and LagrangeEquations.of(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from operator import mul, truediv
 from typing import Any
 
@@ -15,19 +15,11 @@ import numpy as np
 
 from galvi import Canonical, Lagrangian, Problem
 from galvi.arrays import Array
-from references.forces.force import points_around
-from references.forces.on_symbols import Written, formulas_of, has_values, written
+from references.forces.of_problem import formulas, holds, symbols, time_symbol
+from references.forces.on_symbols import formulas_of, written
 from references.newton import is_forced, potential_formula, replaces_force
 
 # SymPy, where it is used, is imported: it takes a fifth of the import of the references.
-
-
-@cache
-def time_symbol() -> Any:
-    """The symbol of the time."""
-    import sympy
-
-    return sympy.Symbol("t", real=True)
 
 
 @dataclass(frozen=True)
@@ -87,14 +79,6 @@ def nodes(expression: Any) -> Iterator[Any]:
 def is_constant(node: Any) -> bool:
     """Whether it is a finite real number."""
     return bool(node.is_number and node.is_real)
-
-
-def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """q0, q1, ... and v0, v1, ..., all real."""
-    import sympy
-
-    q, v = (tuple(sympy.Symbol(f"{x}{i}", real=True) for i in range(d)) for x in "qv")
-    return q, v
 
 
 @lru_cache(maxsize=32)
@@ -163,9 +147,9 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
     gradient, names = system.gradient, "qt" if system.explicit_time else "q"
     if gradient is None and not system.explicit_time:
         gradient = getattr(system.potential, "gradient", None)
-    slopes = None if gradient is None else _formulas(problem, gradient, names)
+    slopes = None if gradient is None else formulas(problem, gradient, names)
     if slopes is None:
-        potential = _formulas(problem, system.potential, names)
+        potential = formulas(problem, system.potential, names)
         if potential is None or len(potential) != 1:
             return None
         q, _ = symbols(problem.q0.size)
@@ -173,7 +157,7 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
         gradient, slopes = (system.potential, potential) if gradient is None else (gradient, slopes)
     else:
         derived = slopes
-    held = _has_values(problem, slopes, gradient, names)
+    held = holds(problem, slopes, gradient, names)
     return tuple(-slope for slope in derived) if held else None
 
 
@@ -181,24 +165,8 @@ def _external(problem: Problem) -> tuple[Any, ...] | None:
     """The external force; None as for `_conservative`."""
     system: Any = problem.system
     names = "qvt" if system.timed_force else "qv"
-    force = _formulas(problem, system.force, names)
-    return force if force and _has_values(problem, force, system.force, names) else None
-
-
-def _formulas(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
-    """What a function of those of q, v and t that ``names`` holds returns, on symbols."""
-    known = dict(zip("qv", symbols(problem.q0.size), strict=True))
-    given = [Written(time_symbol()) if x == "t" else written(known[x]) for x in names]
-    return formulas_of(function, *given)
-
-
-def _has_values(problem: Problem, formulas: Any, function: Any, names: str) -> bool:
-    """Whether they have the function's values at the start and around it."""
-    known = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
-    q, v = points_around(problem.q0), points_around(problem.v0)[::-1]
-    t = problem.t0 + 0.37 * np.arange(len(q))
-    points = zip(*({"q": q, "v": v, "t": t}[x] for x in names), strict=True)
-    return has_values(formulas, [known[x] for x in names], function, points)
+    force = formulas(problem, system.force, names)
+    return force if force and holds(problem, force, system.force, names) else None
 
 
 @lru_cache(maxsize=32)

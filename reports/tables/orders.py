@@ -14,7 +14,7 @@ from galvi import Problem
 from reports.tables.number_format import concise, known, plain
 from reports.tables.writing import write_table
 
-READ = ("method", "h", "error", "order", "energy", "momentum", "seconds", "note")
+READ = ("method", "h", "error", "order", "energy", "momentum", "seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class OrderTable:
                     "round-off": rows.loc[rows["note"] == ROUND_OFF, "error"].max(),
                 }
             )  # fmt: skip
-        return pd.DataFrame(lines)
+        return pd.DataFrame(lines).dropna(axis="columns", how="all")
 
 
 def sentences(table: OrderTable) -> Iterator[str]:
@@ -70,7 +70,8 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     """Write convergence.csv with every row, and orders.csv with a line for each method, both as
     Markdown and LaTeX too; returns the six paths."""
     origin = {**table.origin}
-    write_table(folder, "convergence", table.frame, table.frame[list(READ)], origin)
+    read = table.frame[list(READ)].dropna(axis="columns", how="all")
+    write_table(folder, "convergence", table.frame, read, origin)
     write_table(folder, "orders", table.fits(), origin=origin)
     return [
         folder / f"{name}.{form}"

@@ -68,11 +68,11 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(folder, few, 
 
 
 @pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
-def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
+def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(folder, few):
     from my_problem import gradient, potential
 
-    for given in (gradient, None):
-        spring = galvi.Canonical(1.0, potential, given)
+    for function, given in ((potential, gradient), (lambda q: float(potential(q)), None)):
+        spring = galvi.Canonical(1.0, function, given)
         case = own.own_problem(galvi.Problem(spring, [1.0, 0.3], [0.0, 0.2]), 5.0, quick=True)
         rows = work_precision(quick=True, cases=(case,))
         said = rows["status"].str.contains(own.DIFFERENCED, regex=False)

@@ -1,0 +1,46 @@
+"""Functions of a problem on a vector space, of its q, v and t, written out on symbols."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem
+from references.forces.force import points_around
+from references.forces.on_symbols import Written, formulas_of, has_values, written
+
+# SymPy, where it is used, is imported: it takes a fifth of the import of the references.
+
+
+@cache
+def time_symbol() -> Any:
+    """The symbol of the time."""
+    import sympy
+
+    return sympy.Symbol("t", real=True)
+
+
+def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """q0, q1, ... and v0, v1, ..., all real."""
+    import sympy
+
+    q, v = (tuple(sympy.Symbol(f"{x}{i}", real=True) for i in range(d)) for x in "qv")
+    return q, v
+
+
+def formulas(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
+    """What a function of those of q, v and t that ``names`` holds returns, on symbols."""
+    known = dict(zip("qv", symbols(problem.q0.size), strict=True))
+    given = [Written(time_symbol()) if x == "t" else written(known[x]) for x in names]
+    return formulas_of(function, *given)
+
+
+def holds(problem: Problem, expressions: Any, function: Any, names: str) -> bool:
+    """Whether they have the function's values at the start and around it."""
+    known = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
+    q, v = points_around(problem.q0), points_around(problem.v0)[::-1]
+    t = problem.t0 + 0.37 * np.arange(len(q))
+    points = zip(*({"q": q, "v": v, "t": t}[x] for x in names), strict=True)
+    return has_values(expressions, [known[x] for x in names], function, points)
