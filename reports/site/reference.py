@@ -213,6 +213,7 @@ GROUPS = (
         "a method, and checks that need no other solution.",
         (
             ("Degree and step", ("recommend", "Recommendation")),
+            ("Order and cost tables", ("convergence",)),
             ("Theory", ("theory", "Theory")),
             ("Checks", ("round_trip_error", "symplecticity_defect", "step_derivative")),
         ),

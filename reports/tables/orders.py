@@ -47,7 +47,7 @@ class OrderTable:
                     "round-off": rows.loc[rows["note"] == ROUND_OFF, "error"].max(),
                 }
             )  # fmt: skip
-        return pd.DataFrame(lines).dropna(axis="columns", how="all")
+        return pd.DataFrame(lines)
 
 
 def sentences(table: OrderTable) -> Iterator[str]:
@@ -72,7 +72,8 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     origin = {**table.origin}
     read = table.frame[list(READ)].dropna(axis="columns", how="all")
     write_table(folder, "convergence", table.frame, read, origin)
-    write_table(folder, "orders", table.fits(), origin=origin)
+    fits = table.fits()
+    write_table(folder, "orders", fits, fits.dropna(axis="columns", how="all"), origin)
     return [
         folder / f"{name}.{form}"
         for name in ("convergence", "orders")

@@ -33,6 +33,7 @@ def test_every_public_name_has_an_example_and_nothing_else_has_one() -> None:
     "ModifiedRodrigues",
     "HarmonicFrame",
     "Clock",
+    "convergence",
     "Oblateness",
     "Drag",
     "integrate_ensemble",
