@@ -36,8 +36,7 @@ from references.forces.force import (
     points_around,
     together,
 )
-from references.forces.of_problem import formulas as formulas_on_symbols
-from references.forces.of_problem import holds, symbols, time_symbol
+from references.forces.of_problem import holds, symbols, time_symbol, written_out
 
 # type of a potential: its formula and the fields that are its numbers
 FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
@@ -119,7 +118,7 @@ def derived_gradient(problem: Problem) -> Callable[..., Array] | None:
 
     system: Any = problem.system
     names = "qt" if system.explicit_time else "q"
-    potential = formulas_on_symbols(problem, system.potential, names)
+    potential = written_out(problem, system.potential, names)
     if potential is None or not holds(problem, potential, system.potential, names):
         return None
     q, _ = symbols(problem.q0.size)

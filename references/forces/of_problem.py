@@ -30,7 +30,7 @@ def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     return q, v
 
 
-def formulas(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
+def written_out(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
     """What a function of those of q, v and t that ``names`` holds returns, on symbols."""
     known = dict(zip("qv", symbols(problem.q0.size), strict=True))
     given = [Written(time_symbol()) if x == "t" else written(known[x]) for x in names]

@@ -15,7 +15,7 @@ import numpy as np
 
 from galvi import Canonical, Lagrangian, Problem
 from galvi.arrays import Array
-from references.forces.of_problem import formulas, holds, symbols, time_symbol
+from references.forces.of_problem import holds, symbols, time_symbol, written_out
 from references.forces.on_symbols import formulas_of, written
 from references.newton import is_forced, potential_formula, replaces_force
 
@@ -147,25 +147,24 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
     gradient, names = system.gradient, "qt" if system.explicit_time else "q"
     if gradient is None and not system.explicit_time:
         gradient = getattr(system.potential, "gradient", None)
-    slopes = None if gradient is None else formulas(problem, gradient, names)
+    potential, slopes = None, None if gradient is None else written_out(problem, gradient, names)
     if slopes is None:
-        potential = formulas(problem, system.potential, names)
-        if potential is None or len(potential) != 1:
+        potential = written_out(problem, system.potential, names)
+        if potential is None:
             return None
-        q, _ = symbols(problem.q0.size)
-        derived = slopes = tuple(potential[0].diff(x) for x in q)
-        gradient, slopes = (system.potential, potential) if gradient is None else (gradient, slopes)
+        slopes = tuple(potential[0].diff(x) for x in symbols(problem.q0.size)[0])
+    if gradient is None:
+        held = holds(problem, potential, system.potential, names)
     else:
-        derived = slopes
-    held = holds(problem, slopes, gradient, names)
-    return tuple(-slope for slope in derived) if held else None
+        held = holds(problem, slopes, gradient, names)
+    return tuple(-slope for slope in slopes) if held else None
 
 
 def _external(problem: Problem) -> tuple[Any, ...] | None:
     """The external force; None as for `_conservative`."""
     system: Any = problem.system
     names = "qvt" if system.timed_force else "qv"
-    force = formulas(problem, system.force, names)
+    force = written_out(problem, system.force, names)
     return force if force and holds(problem, force, system.force, names) else None
 
 
