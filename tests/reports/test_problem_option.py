@@ -47,7 +47,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def few(monkeypatch):
     """Fewer participants and less patience."""
-    monkeypatch.setattr(own, "FIXED", (("Stormer-Verlet", {}),))
+    monkeypatch.setattr(own, "FIXED", {"Stormer-Verlet": {}})
     monkeypatch.setattr(own, "OURS", (8,))
     monkeypatch.setattr(own, "PATIENCE", 0.2)
 
