@@ -23,7 +23,7 @@ ALLOWED = {
     "galvi/interop/rebound.py": "a pipe from the process that reads a file of REBOUND's",
     "galvi/interop/rebound_contents.py": "a pipe from the process that started this one",
     "galvi/kernels/compile/cache.py": "compiled code, in a folder that is the user's own",
-    "reports/cli/judge.py": "a file whose digest galvi.judge, which started this one, vouches for",
+    "reports/cli/handed_over.py": "a file of galvi.judge or galvi.convergence, by its digest",
 }
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.work_precision.own_problem import ADAPTIVE, FIXED, TRUTHS
+from benchmarks.work_precision.own_problem import ADAPTIVE, FIXED
+from benchmarks.work_precision.truths import TRUTHS
 from references import reference
 from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
@@ -15,7 +16,10 @@ from tests.galvi.random_trees import random_tree
 
 TEXTBOOK = {"Stormer-Verlet", "Forest-Ruth", "RK4"}
 MUJOCO = {f"MuJoCo {name}" for name in ("RK4", "Euler", "implicit", "implicitfast")}
-REBOUND = {f"REBOUND {name}" for name in ("WHFast", "SABA", "MERCURIUS", "TRACE", "leapfrog", "BS")}
+REBOUND = {
+    f"REBOUND {name}"
+    for name in ("WHFast", "SABA", "MERCURIUS", "TRACE", "leapfrog", "BS", "IAS15")
+}
 
 
 def potential(q):
@@ -89,11 +93,11 @@ KINDS = {
 def test_each_kind_of_problem_goes_to_the_codes_that_take_it(kind):
     make, expected, truth = KINDS[kind]
     problem = make()
-    names = [*(name for name, _ in FIXED), *ADAPTIVE]
+    names = [*FIXED, *ADAPTIVE]
     takers = [name for name in names if reference(name).supports(problem)]
     assert set(takers) == expected and len(takers) == len(set(takers))
     assert next(name for name, _ in TRUTHS if reference(name).supports(problem)) == truth
-    assert {reference(name).fixed_step for name, _ in FIXED} == {True}
+    assert {reference(name).fixed_step for name in FIXED} == {True}
     assert {reference(name).fixed_step for name in (*ADAPTIVE, *(n for n, _ in TRUTHS))} == {False}
 
 

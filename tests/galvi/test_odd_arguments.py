@@ -200,7 +200,7 @@ GOOD: dict[str, Mapping[str, Any]] = {
 }  # fmt: skip
 RESULTS = {"Citation", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
            "Recommendation", "Theory", "Trajectory"}  # fmt: skip
-SLOW = {"judge"}  # its refusals are in tests/galvi/refusals
+SLOW = {"judge", "convergence"}  # their refusals are in tests/galvi/refusals and test_convergence
 UNTRIED = {"self", "progress", "executor", "folder", "path", "name"}  # parameters
 CALLS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     name: (getattr(place, name), GOOD.get(name, {}))
