@@ -13,7 +13,7 @@ import galvi
 from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect, form_defect
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from galvi.systems.lagrangian import velocity_at
+from galvi.systems.lagrangian import momentum_at, velocity_at
 
 KEPT = 1e-8  # relative change of what an accurate motion keeps
 NUDGE = 2.0**-8  # relative change of a start by which a step is differenced
@@ -96,17 +96,47 @@ def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
 
 
 def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Problem) -> Array:
-    """D(q1, p1)/D(q0, p0), (2 d, 2 d), in units of the largest q and p of the start."""
-    start = [problem.q0, problem.p0]
-    sizes = [float(np.max(np.abs(x))) or 1.0 for x in start]
-    d = problem.q0.size
+    """D(q1, p1)/D(q0, p0), (2 d, 2 d), differenced in q and M^-1 p, with M = L L^T the mass at the
+    start, and written in the conjugate coordinates L^T q and L^-1 p, in units of their largest
+    entries there: else light bodies, whose small momenta are large velocities, hide the rest."""
+    d, start = problem.q0.size, [problem.q0, problem.p0]
+    L = _root_of_mass(problem)
+    from_p = np.linalg.inv(L @ L.T)
+    v = from_p @ problem.p0.ravel()
+    lengths = [NUDGE * (_largest(x) or 1.0) for x in (problem.q0, v)]
+    shifts = [lengths[0] * np.eye(d), lengths[1] * L @ L.T]
     derivative = np.zeros((2 * d, 2 * d))
     for column in range(2 * d):
+        part, entry = divmod(column, d)
         for k, weight in enumerate(WEIGHTS, start=1):
             for sign in (1.0, -1.0):
-                moved = [x.ravel().copy() for x in start]
-                moved[column // d][column % d] += sign * k * NUDGE * sizes[column // d]
-                q, p = end(*(x.reshape(y.shape) for x, y in zip(moved, start, strict=True)))
-                scaled = np.concatenate([q.ravel() / sizes[0], p.ravel() / sizes[1]])
-                derivative[:, column] += sign * weight * scaled / NUDGE
-    return derivative
+                moved = [x.copy() for x in start]
+                moved[part] += sign * k * shifts[part][:, entry].reshape(start[part].shape)
+                q, p = (x.ravel() for x in end(*moved))
+                derivative[:, column] += sign * weight * np.concatenate([q, from_p @ p])
+    derivative /= np.repeat(lengths, d)
+    zero, sizes = np.zeros((d, d)), [_largest(L.T @ x) or 1.0 for x in (problem.q0.ravel(), v)]
+    to = np.block([[L.T / sizes[0], zero], [zero, L.T / sizes[1]]])
+    weighted: Array = to @ derivative @ np.linalg.inv(to)
+    return weighted
+
+
+def _largest(x: Array) -> float:
+    return float(np.max(np.abs(x)))
+
+
+def _root_of_mass(problem: Problem) -> Array:
+    """L (d, d) with L L^T = dp/dv at the start; the unit matrix where that is not positive."""
+    d, shape = problem.q0.size, problem.v0.shape
+
+    def momentum(v: Array) -> Array:
+        return np.ravel(momentum_at(problem.system, problem.q0[None], v[None], [problem.t0]))
+
+    units = np.eye(d).reshape(d, *shape)
+    mass = np.stack(
+        [0.5 * (momentum(problem.v0 + one) - momentum(problem.v0 - one)) for one in units]
+    )
+    try:
+        return np.linalg.cholesky(0.5 * (mass + mass.T))
+    except np.linalg.LinAlgError:
+        return np.eye(d)

@@ -132,16 +132,54 @@ def exact_truth(problem: Problem, duration: float, report: Report) -> Truth | No
     return None
 
 
+def confirmed_truth(
+    problem: Problem, duration: float, exact: Truth, method: galvi.Galerkin, steps: int,
+    report: Report,
+) -> Truth:  # fmt: skip
+    """The truth of an exact engine, with its difference from a pair of galvi's runs as its error
+    where this, and the pair's own error, are smaller than the difference from another code."""
+    try:
+        end, error, text = _pair(problem, duration, method, steps, report)
+    except ValueError:
+        return exact
+    _, distance = measure_of(problem)
+    apart = max(distance(end, exact.end), error)
+    if apart >= exact.error:
+        return exact
+    name = (exact.source or (exact.description,))[0]
+    return Truth(exact.end, apart, f"{name}; by its difference from {text}", exact.source)
+
+
 def richardson_truth(
     problem: Problem, duration: float, method: galvi.Galerkin, steps: int, report: Report
 ) -> Truth:
-    """The end by a method at a number of steps and at twice as many, doubled until the difference
-    of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times.
+    """The end by the finest pair of a method's runs, see `_pair`; the error is the larger of the
+    last two differences.
 
-    The larger one of the last two differences is its error. Where a code that is not galvi solves
-    the problem too and differs by more than its own error, that difference is. Raises ValueError
-    where no pair comes to its end.
+    Where a code that is not galvi solves the problem too and differs by more than its own error,
+    that difference is. Raises ValueError where no pair comes to its end.
     """
+    end, error, text = _pair(problem, duration, method, steps, report)
+    try:
+        other = truth_of(problem, duration, report)
+    except ValueError:
+        return Truth(
+            end, error, f"{text}, by their difference; no other code here solves the problem"
+        )
+    _, distance = measure_of(problem)
+    off = distance(other.end, end)
+    if off > 3.0 * other.error:
+        return Truth(end, max(off, error), f"{text}; by its difference from {other.description}")
+    name = (other.source or (other.description,))[0]
+    return Truth(end, error, f"{text}, by their difference; {name} agrees to {off:.1g}")
+
+
+def _pair(
+    problem: Problem, duration: float, method: galvi.Galerkin, steps: int, report: Report
+) -> tuple[Array, float, str]:
+    """The end by a method at a number of steps and at twice as many, doubled until the difference
+    of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times; the larger one
+    of the last two differences; and a text. Raises ValueError where no pair comes to its end."""
     _, distance = measure_of(problem)
     ends: list[Array] = []
     apart: list[float] = []
@@ -162,21 +200,8 @@ def richardson_truth(
             f"{problem.name or 'the problem'} needs a truth; no other code here solves it, and "
             f"galvi's run for one did not end: {status} Give truth=, the configuration at the end."
         )
-    end, error = ends[-1], max(*apart[-2:], _rounding(ends[-1]))
-    text = (
-        f"{method.name}, at {count // 2:,} and {count:,} steps (a Richardson pair): by their "
-        "difference"
-    )
-    try:
-        other = truth_of(problem, duration, report)
-    except ValueError:
-        return Truth(end, error, f"{text}; no other code here solves the problem")
-    off = distance(other.end, end)
-    if off > 3.0 * other.error:
-        return Truth(end, max(off, error), f"{text}, and from {other.description}")
-    return Truth(
-        end, error, f"{text}; {(other.source or (other.description,))[0]} agrees to {off:.1g}"
-    )
+    text = f"galvi's {method.name} at {count // 2:,} and {count:,} steps (a Richardson pair)"
+    return ends[-1], max(*apart[-2:], _rounding(ends[-1])), text
 
 
 def _rounding(end: Array) -> float:

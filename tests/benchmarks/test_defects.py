@@ -34,7 +34,7 @@ def step_of(name, problem, step):
 def test_galvi_is_symplectic_and_its_own_measure_agrees(problem, step):
     defect = step_of(3, problem, step)
     own = galvi.symplecticity_defect(problem, gauss_collocation(3).method, step)
-    assert defect < 1e-9 and own < 1e-10
+    assert defect < 1e-10 and own < 1e-10
 
 
 @pytest.mark.parametrize(
@@ -44,11 +44,12 @@ def test_galvi_is_symplectic_and_its_own_measure_agrees(problem, step):
         ("symplectic Euler", galvi.problems.kepler(0.3), 0.2, True),
         ("explicit Euler", galvi.problems.kepler(0.3), 0.2, False),
         ("REBOUND leapfrog", galvi.problems.outer_solar_system(), 100.0, True),
+        ("RK4", galvi.problems.outer_solar_system(), 100.0, False),
         ("RK4 on quaternions, compiled", BODY, 0.3, False),
     ],
 )
 def test_which_textbook_steps_are_symplectic(name, problem, step, symplectic):
-    assert (step_of(name, problem, step) < 1e-11) == symplectic
+    assert (step_of(name, problem, step) < 1e-10) == symplectic
 
 
 def test_massless_bodies_have_no_defect():

@@ -206,3 +206,13 @@ def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, words):
     text = str(refused.value)
     assert all(word in text for word in words), text
     assert text[-1] in ".?" and "Traceback" not in text and "\n" not in text.strip()
+
+
+def test_the_run_that_is_the_truth_has_no_error():
+    outer = galvi.problems.outer_solar_system()
+    frame = table({"IAS15": "rebound.ias15", "mine": gauss(2)}, [25, 50, 100], outer, 3652.5)
+    assert "IAS15" in frame.attrs["truth"] and frame.attrs["truth_error"] < 1e-13
+    itself = frame[frame["note"] == "the truth"]
+    assert len(itself) == 1 and itself["error"].isna().all() and (itself["seconds"] > 0.0).all()
+    assert fitted(frame)["mine"][0] == pytest.approx(4.0, abs=0.05)
+    assert frame["symplecticity"].max() < 1e-9

@@ -32,6 +32,7 @@ COLUMNS = (
 STATES = 128  # states, at most, in which changes of invariants are looked for
 ROUNDS, LEAST, QUICK_LEAST = 3, 0.05, 0.01  # rounds of timing, and seconds of a setting in each
 COMPLETED, FAILED = "completed", "failed"
+ITSELF = "the truth"  # note of the run that it is
 
 
 @dataclass
@@ -81,8 +82,12 @@ def order_table(
     report("times")
     _time(measured, quick)
     _, distance = measure_of(problem)
+    for one in measured:
+        if truth.source == (one.participant.contender.name, readable_setting(one.setting)):
+            one.why = ITSELF
     errors = [
-        distance(one.run.q[-1], truth.end) if one.run.success else math.nan for one in measured
+        distance(one.run.q[-1], truth.end) if one.run.success and not one.why else math.nan
+        for one in measured
     ]
     size = _size(problem, truth)
     kept = _kept(measured, errors, size)

@@ -13,6 +13,7 @@ from benchmarks.work_precision.own_problem import tolerances
 from benchmarks.work_precision.problem import EPS, Truth
 from benchmarks.work_precision.truths import (
     Report,
+    confirmed_truth,
     exact_truth,
     measure_of,
     richardson_truth,
@@ -38,14 +39,15 @@ def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Repo
         end = _given(problem, given, problem.t0 + duration)
         return Truth(end, EPS * max(1.0, float(np.max(np.abs(end)))), "as given, to rounding")
     exact = exact_truth(problem, duration, report)
-    if exact is not None:
+    if exact is not None and exact.source is None:
         return exact
     ours = [one.method for one in methods.values() if isinstance(one, Variational)]
     usable = [one for one in (*ours, gauss_collocation(DEGREE).method) if not one.in_frame]
     finest = max((1, *request.counts, *(round(duration / h) for h in request.sizes)))
-    return richardson_truth(
-        problem, duration, max(usable, key=lambda one: one.order), finest, report
-    )
+    method = max(usable, key=lambda one: one.order)
+    if exact is None:
+        return richardson_truth(problem, duration, method, finest, report)
+    return confirmed_truth(problem, duration, exact, method, finest, report)
 
 
 def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) -> Array:
