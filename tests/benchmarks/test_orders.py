@@ -1,11 +1,15 @@
 """Orders from errors at decreasing steps: the fit, and what is left out of it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.statistics.orders import BOUND, ROUND_OFF, TOO_COARSE, orders
+from benchmarks.studies.orders import BEGIN, END, cases
+from benchmarks.studies.orders import rows as measured_rows
 
 H = 0.5 ** np.arange(2, 10)
 
@@ -55,3 +59,35 @@ def test_too_few_errors_have_no_order(errors):
     seen = orders(H[: len(errors)], errors)
     assert not seen.fit.points and not seen.used.any()
     assert seen.local.size == len(errors)
+
+
+def rows_of_the_page():
+    page = (Path(__file__).parents[2] / "docs" / "which.md").read_text(encoding="utf-8")
+    _, _, table = page.partition(BEGIN)
+    lines = table.partition(END)[0].strip().splitlines()
+    heads, _, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in lines)
+    return [dict(zip(heads, row, strict=True)) for row in rows]
+
+
+def agrees(row):
+    """Whether the measured order of a row is that of theory."""
+    measured, error = map(float, row["order measured"].split(" ± "))
+    return abs(measured - float(row["order of theory"])) < max(0.15, 2.0 * error)
+
+
+def test_the_table_of_the_page_has_every_class_and_the_orders_of_theory():
+    rows = rows_of_the_page()
+    known = [(case.where, name) for case in cases() for name in case.methods]
+    assert [(row["on, in"], row["method"]) for row in rows] == known
+    assert {row["on, in"] for row in rows} == {
+        "vector space", "Lie group", "moving frame", "clock"
+    }  # fmt: skip
+    assert all(map(agrees, rows))
+    assert not agrees({"order measured": "3.6 ± 0.05", "order of theory": "4"})
+
+
+@pytest.mark.slow(beside="test_the_table_of_the_page_has_every_class_and_the_orders_of_theory")
+def test_the_table_is_what_is_measured(suite_in_this_process):
+    shown = {row["method"]: row["order measured"].split(" ± ")[0] for row in rows_of_the_page()}
+    for row in measured_rows():
+        assert row["fitted"] == pytest.approx(float(shown[row["method"]]), abs=0.05)
