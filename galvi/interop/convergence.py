@@ -59,7 +59,7 @@ def convergence(
               None: galvi and every other code here that takes the problem
     steps     numbers of equal steps, if all are of type int, else their sizes, each of which goes
               into the duration a whole number of times; with a clock, sizes are in its unit, and
-              numbers approximate. Codes that choose their steps run at five tolerances instead.
+              numbers approximate. Codes that choose their steps run at four tolerances instead.
               None: found by trying for each method
     duration  from the problem's t0, positive, in its unit of time
     truth     None: a closed form or an exact engine, else the finest pair of runs of galvi's; or
@@ -69,13 +69,14 @@ def convergence(
 
     Returns a tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
     fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
-    setting, steps, fit, note``. ``error`` is the largest difference of a coordinate from the truth
-    at the end (of point masses, the farthest body's distance), ``order`` that between a row and the
-    one before, ``fitted`` the fit to the rows where ``fit`` is true; ``note`` says why another row
-    is left out, such as round-off. Energy and momenta are largest relative changes, of what the
-    motion keeps; symmetry is the distance from the start after a run there and back, symplecticity
-    the defect of one step; evaluations are of the force. NaN is what does not apply. ``attrs`` has
-    ``truth``, ``truth_error``, ``rule`` (of the fit) and ``faults``, those of the methods.
+    setting, steps, fit, theory, note``. ``error`` is the largest difference of a coordinate from
+    the truth at the end (of point masses, the farthest body's distance), ``order`` that between a
+    row and the one before, ``fitted`` the fit to the rows where ``fit`` is true, ``theory`` the
+    order that is known or declared; ``note`` says why another row is left out, such as round-off.
+    Energy and momenta are largest relative changes, of what the motion keeps; symmetry is the
+    distance from the start after a run there and back, symplecticity the defect of one step;
+    evaluations are of the force. NaN is what does not apply. ``attrs`` has ``truth``,
+    ``truth_error``, ``rule`` (of the fit) and ``faults``, those of the methods.
 
     The command runs in another process, which needs the suite's packages. Raises ValueError for
     what it refuses, TypeError for an argument of another kind, ModuleNotFoundError without these

@@ -40,7 +40,8 @@ class OrderTable:
             steps = f"{plain(used['h'].max())} to {plain(used['h'].min())}" if len(used) else ""
             lines.append(
                 {
-                    "method": method, "fitted": rows["fitted"].iloc[0],
+                    "method": method, "theory": rows["theory"].iloc[0],
+                    "fitted": rows["fitted"].iloc[0],
                     "fitted_se": rows["fitted_se"].iloc[0], "steps": steps, "points": len(used),
                     "symmetry": used["symmetry"].max(),
                     "symplecticity": used["symplecticity"].max(),
@@ -60,7 +61,11 @@ def sentences(table: OrderTable) -> Iterator[str]:
     for _, line in table.fits().iterrows():
         if known(line["fitted"]):
             order = concise(line["fitted"], line["fitted_se"])
-            yield f"{line['method']}: order {order}, steps {line['steps']}, {line['points']} points"
+            theory = f" (of theory {line['theory']:g})" if known(line["theory"]) else ""
+            yield (
+                f"{line['method']}: order {order}{theory}, steps {line['steps']}, "
+                f"{line['points']} points"
+            )
         else:
             yield f"{line['method']}: no order seen"
     yield from table.faults

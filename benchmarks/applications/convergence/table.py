@@ -27,7 +27,8 @@ from galvi import Problem, Trajectory
 
 COLUMNS = (
     "method", "h", "error", "order", "fitted", "fitted_se", "energy", "momentum", "symmetry",
-    "symplecticity", "seconds", "evaluations", "outcome", "setting", "steps", "fit", "note",
+    "symplecticity", "seconds", "evaluations", "outcome", "setting", "steps", "fit", "theory",
+    "note",
 )  # fmt: skip
 STATES = 128  # states, at most, in which changes of invariants are looked for
 ROUNDS, LEAST, QUICK_LEAST = 3, 0.05, 0.01  # rounds of timing, and seconds of a setting in each
@@ -72,6 +73,7 @@ def order_table(
     evaluations    of the force; NaN where the code does not count
     outcome        completed or failed
     setting        as text; steps, the number of steps; fit, whether the fit rests on the row
+    theory         the method's order as it is known or declared; NaN where it is not
     note           why it does not, or why the run failed
     """
     measured = []
@@ -171,6 +173,7 @@ def _row(
         "error": error,
         "outcome": COMPLETED if run.success else FAILED,
         "setting": readable_setting(one.setting),
+        "theory": _theory(contender, one.setting) if equal_steps else math.nan,
         "steps": float(counts.get("steps", one.setting.get("save_every", math.nan))),
         "evaluations": float(counts.get("force_evaluations", math.nan)),
         "seconds": one.timing.seconds / one.times if one.timing else math.nan,
@@ -188,6 +191,15 @@ def _row(
     if equal_steps:
         row["symplecticity"] = _symplecticity(problem, one)
     return row
+
+
+def _theory(contender: Any, setting: Setting) -> float:
+    """The order that is known of a method, with its options: "order" where that is one."""
+    if isinstance(contender, InClock):
+        return float(contender.method.order)
+    if setting.keys() - {"step", "save_every"}:
+        return float(setting.get("order", math.nan))
+    return float(getattr(contender, "order", None) or math.nan)
 
 
 def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
