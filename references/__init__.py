@@ -189,7 +189,7 @@ def named(name: str, problem: Problem) -> Reference:
     for contender in known[name]:
         if contender.supports(problem):
             return contender
-    raise ValueError(refusal(name, known[name], problem))
+    raise ValueError(refusal(name, known[name], problem, "Take another code."))
 
 
 __all__ = ["CODES", "REFERENCES", "Contender", "Reference", "named", "reference"]

@@ -82,13 +82,16 @@ def refusal_reason(contender: Contender, problem: Problem) -> str:
     return ""
 
 
-def refusal(name: str, contenders: Iterable[Contender], problem: Problem) -> str:
+def refusal(
+    name: str, contenders: Iterable[Contender], problem: Problem,
+    remedy: str = "Ask supports(problem) first.",
+) -> str:  # fmt: skip
     """The sentence that none of a code's contenders solves the problem, with a reason if known."""
     reason = next(filter(None, (refusal_reason(one, problem) for one in contenders)), "")
     return (
         f"{name} does not solve this kind of problem; received {problem!r} with a "
         f"{type(problem.system).__name__} system. "
-        + (f"The reason is {reason}." if reason else "Ask supports(problem) first.")
+        + (f"The reason is {reason}." if reason else remedy)
     )
 
 

@@ -37,14 +37,10 @@ def invariants(run: Trajectory) -> dict[str, Array]:
     return values
 
 
-def kept_components(motion: Trajectory, error: float) -> dict[str, Array]:
-    """Name -> (components,) whether an accurate motion keeps it.
-
-    error  of the motion, relative to its size
-    """
-    within = max(KEPT, 100.0 * error)
+def kept_components(motion: Trajectory) -> dict[str, Array]:
+    """Name -> (components,) whether an accurate motion keeps it."""
     return {
-        name: np.max(np.abs(values - values[0]), axis=0) <= within * _size(motion, name, values)
+        name: np.max(np.abs(values - values[0]), axis=0) <= KEPT * _size(motion, name, values)
         for name, values in invariants(motion).items()
     }
 

@@ -14,21 +14,24 @@ from galvi.arrays import Array
 
 RESOLVED = 10.0  # least ratio of an error to that of the truth
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # error of a truth of the size 1
-STALLED = 0.5  # local order below which errors below SMALL are round-off
-SMALL = 1e-8  # relative error above which a stall is not round-off
-CLEAR = 4.0  # errors over the largest of those that stall, which bend their line less
+STILL = 0.5  # local order below which errors no longer fall with the step
+SMALL = 1e-8  # relative error below which they are round-off then
+FLAT, SEVERAL = 3.0, 3  # ratio and number of larger errors that no longer fall
+CLEAR = 4.0  # errors over the largest of those, which bend their line less
 COARSE = 0.1  # relative error of a step that shows no order yet
 BOUND = "below ten times the truth's own error: a bound"
 ROUND_OFF = "round-off"
+STALLED = "errors no longer fall with the step: the truth, a tolerance or a defect"
 TOO_COARSE = "too coarse to show an order"
 BEFORE = "before the window of the fit"
 RULE = (
-    "The order is the slope of a least-squares line through the logarithms of errors and steps, "
-    "without errors that are a tenth of the motion or more, below ten times the truth's own, or "
-    "within a factor of four of those that no longer fall with the step (round-off); of the "
-    "windows that hold at least half of the rest, to its finest point, the one of the narrowest "
-    "interval. The standard error combines the scatter about the line, the choice of the window "
-    "and what the slope still changes by within it."
+    "The order is the slope of a least-squares line through the logarithms of errors and steps. "
+    "Left out are errors of a tenth of the motion or more, those below ten times the truth's own, "
+    "and those within a factor of four of errors that no longer fall with the step, which is "
+    "round-off where they are small. The fit takes the finest points of the rest, at least half of "
+    "them: as many as give the narrowest interval. The standard error combines the scatter about "
+    "the line, the choice of these points, and what the slope still changes by among them. It does "
+    "not know how the errors would go on at smaller steps."
 )
 
 
@@ -58,7 +61,8 @@ def orders(
     """
     steps, e = (np.asarray(x, dtype=np.float64) for x in (h, errors))
     unresolved = max(RESOLVED * truth_error, ROUNDING * size)
-    floor = max(unresolved, _round_off(steps, e, size))
+    level, still = _level(steps, e, size)
+    floor = max(unresolved, level)
     fit = algebraic(steps.tolist(), e.tolist(), floor=floor, ceiling=COARSE * size)
     first, last = fit.window
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -69,7 +73,7 @@ def orders(
     notes = [
         "" if ok or np.isnan(error)
         else BOUND if error <= unresolved
-        else ROUND_OFF if error <= floor
+        else still if error <= floor
         else TOO_COARSE if error >= COARSE * size
         else BEFORE if fit.points
         else "fewer than three errors show an order"
@@ -78,13 +82,17 @@ def orders(
     return Orders(local, fit, used, tuple(notes))
 
 
-def _round_off(steps: Array, errors: Array, size: float) -> float:
-    """CLEAR times the level at which small errors no longer fall with the step; 0 for none."""
+def _level(steps: Array, errors: Array, size: float) -> tuple[float, str]:
+    """CLEAR times the level at which errors no longer fall with the step, and what that is; 0
+    where they fall to the end."""
     small = errors < SMALL * size
     for k in range(1, errors.size):
-        if not (small[k] and errors[k - 1] > 0.0):
+        fall = (steps[k - 1] / steps[k]) ** STILL
+        rest = errors[k - 1 :][np.isfinite(errors[k - 1 :])]
+        if not (errors[k - 1] > 0.0 and errors[k] * fall > errors[k - 1]):
             continue
-        fall = (steps[k - 1] / steps[k]) ** STALLED
-        if errors[k] * fall > errors[k - 1] and np.all(small[k:] | np.isnan(errors[k:])):
-            return CLEAR * float(np.nanmax(errors[k:]))
-    return 0.0
+        if small[k] and np.all(small[k:] | np.isnan(errors[k:])):
+            return CLEAR * float(np.nanmax(errors[k:])), ROUND_OFF
+        if rest.size >= SEVERAL and rest.max() <= FLAT * rest.min():
+            return CLEAR * float(rest.max()), STALLED
+    return 0.0, ""

@@ -36,12 +36,14 @@ class Truth:
     error        its own error, measured like `WorkPrecisionProblem.distance`
     description  text for the table
     source       label and settings, as text, of the run that it is: not compared with itself
+    momenta      (...,) at the end, where they are known
     """
 
     end: Array
     error: float
     description: str
     source: tuple[str, str] | None = None
+    momenta: Array | None = None
 
 
 def farthest_body(q: Array, truth: Array) -> float:

@@ -69,14 +69,16 @@ def convergence(
 
     Returns a tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
     fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
-    setting, steps, fit, theory, note``. ``error`` is the largest difference of a coordinate from
-    the truth at the end (of point masses, the farthest body's distance), ``order`` that between a
+    setting, steps, fit, theory, note``. ``error`` is that of the state at the end: the largest
+    difference of a coordinate from the truth (of point masses, the farthest body's distance), or of
+    a momentum in units that make both of one size, whichever is larger; ``order`` is that between a
     row and the one before, ``fitted`` the fit to the rows where ``fit`` is true, ``theory`` the
     order that is known or declared; ``note`` says why another row is left out, such as round-off.
     Energy and momenta are largest relative changes, of what the motion keeps; symmetry is the
     distance from the start after a run there and back, symplecticity the defect of one step;
-    evaluations are of the force. NaN is what does not apply. ``attrs`` has ``truth``,
-    ``truth_error``, ``rule`` (of the fit) and ``faults``, those of the methods.
+    evaluations are of the force; seconds are those of a run, on a motion that keeps its energy by
+    longer ones. NaN is what does not apply. ``attrs`` has ``truth``, ``truth_error``, ``rule`` (of
+    the fit), ``remarks`` (orders that are not those of theory) and ``faults``, of the methods.
 
     The command runs in another process, which needs the suite's packages. Raises ValueError for
     what it refuses, TypeError for an argument of another kind, ModuleNotFoundError without these
@@ -144,7 +146,7 @@ def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
     ValueError for others."""
     if steps is None:
         return (), ()
-    if not input_checks.has_items(steps):
+    if isinstance(steps, str) or not input_checks.has_items(steps):
         raise TypeError(
             f"steps must be a sequence of numbers of steps, or of steps; received {shown(steps)}."
         )

@@ -13,7 +13,7 @@ import typer
 
 import galvi
 from benchmarks.applications.convergence.methods import opened, with_settings
-from benchmarks.applications.convergence.table import FAILED, order_table
+from benchmarks.applications.convergence.table import FAILED, order_table, remarks
 from benchmarks.applications.convergence.truth import truth_of_request
 from benchmarks.applications.external.integrator import LIMIT
 from benchmarks.applications.external.loading import ContenderError, object_at
@@ -22,16 +22,14 @@ from benchmarks.statistics.orders import RULE
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
 from benchmarks.store.provenance import provenance
-from benchmarks.work_precision.truths import measure_of
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
 from reports.cli.handed_over import handed_over, show_progress
 from reports.figures.picture import WIDTHS, sized
 from reports.figures.plots.orders import orders
-from reports.figures.style.decades import error_label
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure
 from reports.tables.latex import escape
-from reports.tables.orders import OrderTable, sentences, write_orders
+from reports.tables.orders import OrderTable, caption, sentences, write_orders
 
 COMMAND = "convergence"
 PICTURES = ("pdf", "svg", "png")
@@ -137,18 +135,17 @@ def as_data(table: OrderTable) -> Mapping[str, Any]:
     return {
         "problem": table.problem.name, "duration": table.duration,
         "truth": table.truth.description, "truth_error": table.truth.error, "rule": RULE,
-        "faults": table.faults, "table": table.frame.to_dict("list"),
+        "remarks": remarks(table.frame), "faults": table.faults,
+        "table": table.frame.to_dict("list"),
     }  # fmt: skip
 
 
 def _draw(table: OrderTable, folder: Path) -> list[Path]:
     """The figure in the width of a page and of a column, each with its caption; none where no run
     has an error."""
-    quantity, _ = measure_of(table.problem)
-    title = f"Errors of methods on {table.problem.name or 'a problem'}, T = {table.duration:g}"
-    caption = f"Truth: {table.truth.description}. {RULE}"
-    options = {"ylabel": error_label(table.problem.name, quantity)}
-    figure = Figure(COMMAND, title, orders, options=options, caption=caption, size=(6.9, 3.4))
+    title = caption(table, "Errors of methods")
+    options = {"ylabel": "error of the state at the end"}
+    figure = Figure(COMMAND, title, orders, options=options, size=(6.9, 3.4))
     files: list[Path] = []
     for width, inches in WIDTHS.items():
         for form in PICTURES:

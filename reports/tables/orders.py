@@ -8,13 +8,17 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.applications.convergence.table import remarks
 from benchmarks.statistics.orders import ROUND_OFF
+from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
 from benchmarks.work_precision.problem import Truth
 from galvi import Problem
+from reports.tables.latex import as_latex, caption_of
 from reports.tables.number_format import concise, known, plain
-from reports.tables.writing import write_table
+from reports.tables.writing import as_markdown
 
-READ = ("method", "h", "error", "order", "energy", "momentum", "seconds")
+READ = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,20 +71,36 @@ def sentences(table: OrderTable) -> Iterator[str]:
                 f"{line['points']} points"
             )
         else:
-            yield f"{line['method']}: no order seen"
+            yield f"{line['method']}: too few errors show an order; `note` says why"
+    yield from remarks(table.frame)
     yield from table.faults
+
+
+def caption(table: OrderTable, what: str) -> str:
+    """What a table or a figure shows, on which problem, against which truth, and measured where."""
+    name = table.problem.name or "a problem"
+    origin = caption_of("", table.origin)
+    return (
+        f"{what} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
+        f"{table.truth.description}. {origin}"
+    ).strip()
 
 
 def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     """Write convergence.csv with every row, and orders.csv with a line for each method, both as
-    Markdown and LaTeX too; returns the six paths."""
-    origin = {**table.origin}
-    read = table.frame[list(READ)].dropna(axis="columns", how="all")
-    write_table(folder, "convergence", table.frame, read, origin)
+    Markdown and LaTeX too, where columns without a number are left out; returns the paths."""
     fits = table.fits()
-    write_table(folder, "orders", fits, fits.dropna(axis="columns", how="all"), origin)
-    return [
-        folder / f"{name}.{form}"
-        for name in ("convergence", "orders")
-        for form in ("csv", "md", "tex")
-    ]
+    rows = table.frame.assign(fit=["yes" if used else "" for used in table.frame["fit"]])
+    files = []
+    for name, what, frame, read in (
+        ("convergence", "Methods", table.frame, rows[list(READ)]),
+        ("orders", "Orders of methods", fits, fits),
+    ):
+        shown = read.dropna(axis="columns", how="all")
+        label = f"tab:{name}"
+        files += [
+            write(folder / f"{name}.csv", as_csv(frame)),
+            write(folder / f"{name}.md", as_markdown(shown)),
+            write(folder / f"{name}.tex", as_latex(shown, caption(table, what), label)),
+        ]
+    return files

@@ -31,7 +31,7 @@ GALAXY = galvi.Problem(
 class ForestRuth:
     """Kicks that add up to 1; of order 4 for this constant alone."""
 
-    name, constant, symmetric = "Forest-Ruth", C, True
+    name, order, constant = "my Forest-Ruth", 4, C
 
     def supports(self, problem):
         return isinstance(problem.system, (galvi.Canonical, galvi.NBody))
@@ -56,7 +56,9 @@ class WrongConstant(ForestRuth):
 
 
 class NotSymmetric(ForestRuth):
-    """Symplectic Euler under a name of its own, which says that it is symmetric."""
+    """Symplectic Euler."""
+
+    order = 1
 
     def run(self, problem, duration, setting):
         h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
@@ -216,3 +218,61 @@ def test_the_run_that_is_the_truth_has_no_error():
     assert len(itself) == 1 and itself["error"].isna().all() and (itself["seconds"] > 0.0).all()
     assert fitted(frame)["mine"][0] == pytest.approx(4.0, abs=0.05)
     assert frame["symplecticity"].max() < 1e-9
+
+
+def test_an_end_at_a_turning_point_does_not_double_the_order():
+    spring = galvi.problems.harmonic_oscillator()
+    methods = {"Verlet": "textbook.stormer_verlet", "Gauss 2": gauss(2)}
+    frame = table(methods, [40, 80, 160, 320], spring, 2.0 * np.pi)
+    assert fitted(frame)["Verlet"][0] == pytest.approx(2.0, abs=0.1)
+    assert fitted(frame)["Gauss 2"][0] == pytest.approx(4.0, abs=0.1)
+    assert not frame.attrs["remarks"]
+
+
+def test_an_order_that_is_not_that_of_theory_is_remarked():
+    frame = table({"wrong": WrongConstant(), "right": ForestRuth()}, [100, 200, 400])
+    (remark,) = frame.attrs["remarks"]
+    assert remark.startswith("wrong has the order 4 at small steps, by theory, and 2.")
+
+
+def damped(q, v):
+    return -0.003 * v
+
+
+def test_what_the_motion_keeps_does_not_depend_on_the_methods_of_the_table():
+    system = galvi.Canonical(1.0, potential, gradient, force=damped)
+    problem = galvi.Problem(system, [0.9, 0.0], [0.0, 0.8])
+    for methods in ({"one": gauss(1)}, {"one": gauss(1), "four": gauss(4)}):
+        frame = table(methods, [20, 40, 80], problem, 3.0)
+        assert frame[["energy", "momentum"]].isna().all(axis=None)
+
+
+def test_two_methods_of_one_name_are_refused(tmp_path, monkeypatch):
+    text = "from tests.galvi.test_convergence import ForestRuth\nclass Twin(ForestRuth): pass\n"
+    (tmp_path / "twins.py").write_text(text)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    paths = ["tests.galvi.test_convergence:ForestRuth", "twins:Twin"]
+    with pytest.raises(ValueError, match="wo methods are called 'my Forest-Ruth'"):
+        table({path: path for path in paths})
+
+
+def raises(t):
+    raise KeyError("oops")
+
+
+@pytest.mark.parametrize(
+    ("steps", "truth", "words"),
+    [
+        ([0.5, 0.3, 0.1 + 0.2, 0.25], None, ["whole number"]),
+        ("20,40", None, ["steps"]),
+        ([20, 40], raises, ["truth(5) raised KeyError"]),
+    ],
+)
+def test_further_refusals(steps, truth, words):
+    with pytest.raises((ValueError, TypeError)) as refused:
+        table({"a": gauss(1)}, steps, truth=truth)
+    assert all(word in str(refused.value) for word in words)
+
+
+def test_sizes_of_one_number_of_steps_are_one_row():
+    assert len(table({"a": gauss(1)}, [0.1 + 0.15, 0.25, 0.125])) == 2

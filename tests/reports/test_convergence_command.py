@@ -64,10 +64,10 @@ def test_tables_a_figure_and_sentences_of_the_pages_paper(folder, capsys):
     assert {f"convergence{width}.{form}" for width in ("", "-column") for form in
             ("pdf", "svg", "png")} <= set(names(folder))  # fmt: skip
     fits = pd.read_csv("out/orders.csv").set_index("method")
-    assert list(fits.index) == ["textbook.rk4", "galvi degree 2, Gauss 2", "Blanes-Moan S6"]
+    assert list(fits.index) == ["RK4", "galvi degree 2, Gauss 2", "Blanes-Moan S6"]
     assert fits["fitted"]["Blanes-Moan S6"] == pytest.approx(4.0, abs=0.1)
     rows = pd.read_csv("out/convergence.csv")
-    assert set(rows["method"]) == {*fits.index, "scipy.dop853"}
+    assert set(rows["method"]) == {*fits.index, "SciPy DOP853"}
     latex = Path("out/orders.tex").read_text()
     assert r"\label{tab:orders}" in latex and "S[table-format=" in latex
     assert r"\label{fig:convergence}" in Path("out/convergence-caption.tex").read_text()

@@ -10,6 +10,7 @@ from typing import Any
 import galvi
 from benchmarks.applications.convergence.own_class import OwnIntegrator
 from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError
 from benchmarks.work_precision.galvi_methods import InClock, Variational, gauss_collocation
 from benchmarks.work_precision.own_problem import FIXED, ladder, peers, tolerances
 from benchmarks.work_precision.problem import Participant, Setting, Truth, fixed, galvi_label
@@ -40,24 +41,42 @@ def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Meth
     methods: dict[str, Contender] = {}
     if request.with_all:
         methods = {galvi_label(degree): gauss_collocation(degree) for degree in DEGREES}
-        methods |= {contender.name: contender for contender in peers(problem)}
+        methods |= {label(contender): contender for contender in peers(problem)}
     with ExitStack() as stack:
-        for name, method in request.methods.items():
-            contender = _contender(problem, name, method, timeout)
+        for given, method in request.methods.items():
+            name, contender = given, _contender(problem, given, method, timeout)
             if isinstance(contender, ExternalIntegrator):
                 stack.callback(contender.close)
-                name = contender.name if name == method else name
+                name = contender.name if given == method else given
+            elif given == method:
+                name = label(contender)
+            if name in methods:
+                raise ValueError(f"two methods are called {name!r}; give each a name of its own.")
+            _check_usable(name, contender, problem)
             methods[name] = contender
-            if contender.missing:
-                raise ModuleNotFoundError(f"{name} cannot run: {contender.missing}")
-            if not contender.supports(problem):
-                reason = refusal_reason(contender, problem)
-                raise ValueError(
-                    f"{name} does not solve this kind of problem; received one with a "
-                    f"{type(problem.system).__name__} system. "
-                    + (f"The reason is {reason}." if reason else "Leave it out.")
-                )
         yield methods
+
+
+def label(contender: Contender) -> str:
+    """Its name and its options here, such as "REBOUND leapfrog, order 8"."""
+    options = {k: v for k, v in FIXED.get(contender.name, {}).items() if k != "safe_mode"}
+    return ", ".join([contender.name, *(f"{name} {value}" for name, value in options.items())])
+
+
+def _check_usable(name: str, contender: Any, problem: Problem) -> None:
+    if contender.missing:
+        raise ModuleNotFoundError(f"the method {name!r} cannot run: {contender.missing}")
+    if contender.supports(problem):
+        return
+    faults = getattr(contender, "faults", ())
+    if faults:
+        raise ContenderError(faults[0].rstrip("."))
+    reason = refusal_reason(contender, problem)
+    raise ValueError(
+        f"the method {name!r} does not solve this kind of problem; received one with a "
+        f"{type(problem.system).__name__} system. "
+        + (f"The reason is {reason}." if reason else "Take another method, or None for all.")
+    )
 
 
 def _contender(problem: Problem, name: str, method: Any, timeout: float) -> Any:
@@ -109,9 +128,10 @@ def _counts(request: ConvergenceRequest) -> Sequence[int]:
         if abs(request.duration / h - count) > WHOLE * count:
             raise ValueError(
                 f"each step must go into the duration {request.duration:g} a whole number of "
-                f"times; received {h!r}. The nearest is {request.duration / count!r}."
+                f"times; received {h!r}. The nearest is {request.duration / count!r}; numbers of "
+                "steps must all be of type int."
             )
-    return request.counts or [round(request.duration / h) for h in request.sizes]
+    return request.counts or sorted({round(request.duration / h) for h in request.sizes})
 
 
 def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[float]:

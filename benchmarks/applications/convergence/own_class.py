@@ -6,7 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.applications.external.loading import METHODS, ContenderError, describe_error
+from benchmarks.applications.external.loading import (
+    METHODS,
+    ContenderError,
+    describe_error,
+    is_positive,
+)
 from benchmarks.applications.external.timed_run import TimedRun
 from benchmarks.applications.external.validation import valid_settings
 from benchmarks.applications.external.worker import timed_run
@@ -30,23 +35,32 @@ class OwnIntegrator:
             try:
                 given = given()
             except Exception as error:
-                raise ContenderError(f"{name}: it raised {describe_error(error)}") from None
+                raise ContenderError(
+                    f"the integrator {name!r} raised {describe_error(error)}"
+                ) from None
         lacking = [word for word in METHODS if not callable(getattr(given, word, None))]
         if lacking:
             raise ContenderError(
-                f"{name} lacks {' and '.join(map(repr, lacking))}; an integrator has "
+                f"the integrator {name!r} lacks {' and '.join(map(repr, lacking))}; it must have "
                 "supports(problem) and run(problem, duration, setting)"
             )
         return cls(name, given)
 
     @property
-    def symmetric(self) -> bool:
-        """Whether it declares that a step back cancels a step."""
-        return bool(getattr(self.given, "symmetric", False))
+    def order(self) -> float | None:
+        """As it declares; None where it does not."""
+        order = getattr(self.given, "order", None)
+        return float(order) if is_positive(order) else None
 
     def supports(self, problem: Problem) -> bool:
-        """What it says."""
-        return bool(self.given.supports(problem))
+        """What it says. Raises ContenderError where it raises."""
+        try:
+            return bool(self.given.supports(problem))
+        except Exception as error:
+            raise ContenderError(
+                f"the integrator {self.name!r}, asked whether it supports the problem, raised "
+                f"{describe_error(error)}"
+            ) from None
 
     def settings(
         self, problem: Problem, duration: float, fewest: int

@@ -8,10 +8,15 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.convergence.methods import Methods
+from benchmarks.applications.external.loading import describe_error
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.own_problem import tolerances
+from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import EPS, Truth
 from benchmarks.work_precision.truths import (
+    CLOSED,
+    LOOSER,
+    TRUTHS,
     Report,
     confirmed_truth,
     exact_truth,
@@ -37,24 +42,27 @@ def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Repo
         return _of_code(problem, duration, given, report)
     if given is not None:
         end = _given(problem, given, problem.t0 + duration)
-        return Truth(end, EPS * max(1.0, float(np.max(np.abs(end)))), "as given, to rounding")
-    exact = exact_truth(problem, duration, report)
-    if exact is not None and exact.source is None:
-        return exact
+        return Truth(end, EPS * max(1.0, float(np.max(np.abs(end)))), "as given, taken as exact")
     ours = [one.method for one in methods.values() if isinstance(one, Variational)]
     usable = [one for one in (*ours, gauss_collocation(DEGREE).method) if not one.in_frame]
-    finest = max((1, *request.counts, *(round(duration / h) for h in request.sizes)))
     method = max(usable, key=lambda one: one.order)
+    exact = exact_truth(problem, duration, report)
     if exact is None:
-        return richardson_truth(problem, duration, method, finest, report)
-    return confirmed_truth(problem, duration, exact, method, finest, report)
+        return richardson_truth(problem, duration, method, report)
+    if CLOSED in exact.description:
+        return exact
+    return confirmed_truth(problem, duration, exact, method, report)
 
 
 def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) -> Array:
     if not callable(given):
         return given
+    try:
+        value = given(end)
+    except Exception as error:  # a user's function may raise anything
+        raise ValueError(f"truth({end:g}) raised {describe_error(error)}.") from None
     remedy = "It is a function of the time that returns a configuration."
-    return input_checks.array("truth(t)", given(end), problem.q0.shape, remedy)
+    return input_checks.array(f"truth({end:g})", value, problem.q0.shape, remedy)
 
 
 def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Truth:
@@ -69,13 +77,18 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
             "chooses its steps, or give the configuration at the end."
         )
     report(f"truth: {contender.name}")
-    ends = []
-    for setting in [{"samples": 1}] if contender.exact else tolerances(contender)[-2:]:
-        run = contender.run(problem, duration, setting)
+    tight = dict(TRUTHS).get(contender.name, tolerances(contender)[-1])
+    looser = {k: LOOSER * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")}
+    runs = []
+    for setting in ({**tight, **looser}, tight):
+        run = contender.run(problem, duration, {"samples": 1, **setting})
         if not run.success:
             raise ValueError(f"truth: {contender.name} does not come to its end: {run.status}")
-        ends.append(run.q[-1])
-    rounding = EPS * max(1.0, float(np.max(np.abs(ends[-1]))))
-    apart = distance(ends[0], ends[-1])
-    how = "to rounding" if contender.exact else "by its difference from a looser tolerance"
-    return Truth(ends[-1], max(apart, rounding), f"{contender.name}, {how}")
+        runs.append(run)
+    end = runs[-1].q[-1]
+    error = max(distance(runs[0].q[-1], end), EPS * max(1.0, float(np.max(np.abs(end)))))
+    how = f"by its difference from itself at {LOOSER:g} times the tolerance" if looser else (
+        "to rounding"
+    )  # fmt: skip
+    source = (contender.name, readable_setting({"samples": 1, **tight}))
+    return Truth(end, error, f"{contender.name}, {how}", source, runs[-1].p[-1])

@@ -150,6 +150,10 @@ class ExternalIntegrator:
         """One run in its process; a failed trajectory when it returned none."""
         return self.timed(problem, duration, setting)()
 
+    def tried(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """A run whose failure is no fault, as at a setting that it did not offer."""
+        return self.timed(problem, duration, setting, tried=True)()
+
     def timed(
         self,
         problem: Problem,
