@@ -18,6 +18,7 @@ from reports.tables.latex import as_latex, caption_of
 from reports.tables.number_format import concise, known, plain
 from reports.tables.writing import as_markdown
 
+DEFECTS = {"symmetry": "symmetry defect", "symplecticity": "symplectic defect"}
 READ = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
 
 
@@ -79,7 +80,7 @@ def sentences(table: OrderTable) -> Iterator[str]:
 def caption(table: OrderTable, what: str) -> str:
     """What a table or a figure shows, on which problem, against which truth, and measured where."""
     name = table.problem.name or "a problem"
-    origin = caption_of("", table.origin)
+    origin = caption_of("", table.origin).removeprefix(". ")
     return (
         f"{what} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
         f"{table.truth.description}. {origin}"
@@ -94,7 +95,7 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     files = []
     for name, what, frame, read in (
         ("convergence", "Methods", table.frame, rows[list(READ)]),
-        ("orders", "Orders of methods", fits, fits),
+        ("orders", "Orders of methods", fits, fits.drop(columns="points").rename(columns=DEFECTS)),
     ):
         shown = read.dropna(axis="columns", how="all")
         label = f"tab:{name}"
