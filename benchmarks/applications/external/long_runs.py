@@ -25,6 +25,8 @@ from galvi.arrays import Array
 
 LONG = "steps of its longest run"
 CUT = "difference of a run that starts half way"
+NOT_CUT = "no run that starts half way"
+NO_START = "It does not support the problem from half way, t = {:g}."
 LONGER = "{} in its longest run"
 PARTS = 200  # equal parts of a long run, or up to FINER times as many
 FINER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
@@ -105,7 +107,8 @@ def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> flo
 def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[str, Any]]:
     """Row CUT of a run over many steps, as fine as the finest for the problem's duration: how far
     its end is from that of another run, which starts half way, from its state and at its time
-    there, relative to the way from the start.
+    there, relative to the way from the start. Where it does not support that start, row NOT_CUT,
+    the reason in its status.
 
     A one-step method differs by rounding, any other by its error; a clock that goes wrong late, by
     the motion.
@@ -126,6 +129,8 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
         system: Any = problem.system
         later = replace(problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half)
         if not external.supports(later):
+            why = NO_START.format(later.t0)
+            yield row(study=check.problem.name, quantity=NOT_CUT, t=duration, status=why)
             return
         each = {"save_every": steps // 2} if steps else {"samples": 1}
         again = external.checked(later, half, {**setting, **each}).run
