@@ -323,7 +323,7 @@ def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
     assert len(texts) > 6 * len(names)
     failed = {key: text for key, text in texts.items() if text}
     expected = {
-        ("first order", "order"): "bound: within 0.25 of 2",
+        ("first order", "order"): "bound: 1.75, less two standard errors (0.25 at most), to 2.25",
         ("falsely symmetric", "time reversal"): "It declares that it is symmetric",
         ("damped", "conservation"): "without a drift",
         ("random", "determinism"): "it is not deterministic",

@@ -330,6 +330,7 @@ class Judge:
         slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
         wrong = fit.stays_large or fit.relapse
         spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
+        low, high = (bounds.in_words(order + sign * slack, slack) for sign in (-1.0, 1.0))
         if wrong:
             verdict = bounds.CONTRADICTED
         elif not fit.points:
@@ -347,7 +348,7 @@ class Judge:
         unseen = verdict == bounds.NOT_RUN
         found = self._row(
             check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
-            bound=f"within {slack:g} of {order:g}",
+            bound=f"{low}, less two standard errors ({slack:g} at most), to {high}",
             expected=bounds.NOT_RUN if unseen else bounds.ATTAINED, reason=reason,
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]

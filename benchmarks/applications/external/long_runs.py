@@ -76,8 +76,13 @@ def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | Non
 
 def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[str, Any]]:
     """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
-    of steps, or its time for one without steps, and the changes of what it declares to conserve."""
+    of steps, or its time for one without steps, and the changes of what it declares to conserve.
+    Where this one failed, the first row alone, with its status."""
     if not first.done.run.success:
+        yield row(
+            study=first.check.problem.name, quantity=LONG, t=first.check.long, steps=first.steps,
+            label=readable_setting(first.setting), status=failure(first.done.run),
+        )  # fmt: skip
         return
     wanted = MANY / first.steps if first.steps else float(OVER)
     longer = _in_time(external, first, wanted)
