@@ -3,8 +3,9 @@ plugin of pytest, which starts this program by `galvi.command.serve_checks`.
 
 It reads requests and writes answers, each a line of JSON:
 
-{"contenders": [path, ...], "problems": [path, ...], "limit": seconds}
-                 the first one, without an answer; problems of one's own replace those of the suite
+{"contenders": [path, ...], "problems": [path, ...], "limit": seconds, "folders": [path, ...]}
+                 the first one, without an answer; problems of one's own replace those of the suite.
+                 Modules are looked for in these folders last
 {"do": "list"}   "items": for each check its contender's path and name, the check's name, and the
                  problem's, "" for all problems together; or "usage": a sentence on what cannot be
                  loaded
@@ -210,7 +211,9 @@ def serve() -> None:
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # without a traceback; integrators end with it
-    served = ServedChecks(**json.loads(requests.readline()))
+    first = json.loads(requests.readline())
+    sys.path += [folder for folder in first.pop("folders") if folder not in sys.path]
+    served = ServedChecks(**first)
 
     def answer(request: Any) -> dict[str, Any]:
         try:
@@ -226,7 +229,3 @@ def serve() -> None:
             print(json.dumps(answer(json.loads(line))), file=answers, flush=True)
     finally:
         served.close()
-
-
-if __name__ == "__main__":
-    serve()
