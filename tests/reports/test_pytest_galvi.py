@@ -312,7 +312,9 @@ def ends(folder: Path, *words: str) -> dict[tuple[str, str], str]:
 
 
 def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tmp_path):
-    reading = "import sys\n\nfrom mine.methods import Leapfrog, swing\n\nassert sys.stdin.read() == ''\n"
+    reading = (
+        "import sys\n\nfrom mine.methods import Leapfrog, swing\n\nassert sys.stdin.read() == ''\n"
+    )
     settings = "[pytest]\npythonpath = lib\n"
     files = {"src/mine/methods.py": CONTENDERS, "lib/ours.py": reading, "pytest.ini": settings}
     project(tmp_path, files)

@@ -232,7 +232,9 @@ class Judge:
             self._row(
                 check, REVERSED, one["value"],
                 bounds.HOLDS if one["value"] <= rounding else bounds.CONTRADICTED,
-                claimed="the start", bound=f"at most {rounding:.2g} of the states' size",
+                claimed="the start",
+                bound=f"at most {rounding:.2g} of the states' size" if rounding > 0.0
+                else "rounding",
                 reason=one["status"] or BACK, reference="its start",
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['steps']:g} steps and back",
             )

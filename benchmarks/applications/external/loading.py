@@ -73,10 +73,11 @@ def object_at(path: str, kind: str, noun: str) -> Any:
         if missing and (module_name + ".").startswith(missing + "."):
             package = missing.partition(".")[0]
             if package in PACKAGES:
+                inner = module_name.partition(".")[2]
                 raise ContenderError(
                     f"there is no module {missing!r} to take {name} from: {package!r} is here a "
                     f"package of galvi's own, which comes before a folder of that name; move the "
-                    f"file to another folder, or import it in a module elsewhere and name that one"
+                    f"file to another folder, or put this one on PYTHONPATH and name {inner}:{name}"
                 ) from None
             raise ContenderError(
                 f"there is no module {missing!r} to take {name} from; name one that Python can "
