@@ -8,6 +8,7 @@ problems named on the command line.
 
 from __future__ import annotations
 
+import importlib
 import json
 import pickle
 import runpy
@@ -47,9 +48,11 @@ def serve_checks() -> None:
     cannot be imported, with a sentence why."""
     put_suite_first()
     try:
-        runpy.run_module("benchmarks.applications.external.served_checks", run_name="__main__")
+        served_checks = importlib.import_module("benchmarks.applications.external.served_checks")
     except ModuleNotFoundError as error:
         print(json.dumps({"usage": missing_package(error)}), flush=True)
+    else:
+        served_checks.serve()
 
 
 def missing_package(error: ModuleNotFoundError) -> str:

@@ -40,6 +40,11 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
     )  # fmt: skip
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """The marker of the items, for -m galvi."""
+    config.addinivalue_line("markers", "galvi: a check of an integrator (--galvi mine:Leapfrog)")
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """List the items, so that a wrong path ends the run; workers of xdist get them handed over."""
     config = session.config
@@ -47,8 +52,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         if config.getoption("galvi_problem"):
             raise pytest.UsageError("--galvi-problem needs an integrator: --galvi mine:Leapfrog.")
         return
-    if not config.getoption("galvi_timeout") > 0.0:
-        raise pytest.UsageError("--galvi-timeout must be a positive number of seconds.")
+    limit = config.getoption("galvi_timeout")
+    if not 0.0 < limit < float("inf"):
+        raise pytest.UsageError(
+            f"--galvi-timeout must be a positive, finite number of seconds; received {limit:g}."
+        )
     from .check_items import OtherProcess
 
     config.stash[PROCESS] = OtherProcess(config)

@@ -1,13 +1,15 @@
 """Checks of an integrator as items of pytest, measured by another process.
 
 That process (`galvi.command.serve_checks`) is started by the first request of a process of pytest;
-it looks for modules where `galvi verify` does, and runs integrators in processes of their own.
+it looks for modules where `galvi verify` does, and then in the folders of pytest's `pythonpath` and
+in its root; it runs integrators in processes of their own.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,6 +35,7 @@ class OtherProcess:
             "contenders": list(dict.fromkeys(config.getoption("galvi"))),
             "problems": list(dict.fromkeys(config.getoption("galvi_problem"))),
             "limit": config.getoption("galvi_timeout"),
+            "folders": [*_python_path(config), str(config.rootpath)],
         }
         self.folder = config.invocation_params.dir
         self.process: subprocess.Popen[str] | None = None
@@ -50,7 +53,10 @@ class OtherProcess:
             self.printed.seek(0)
             last = self.printed.read().strip().rpartition("\n")[2]
             self.close()
-            raise pytest.UsageError(f"--galvi: the process that measures ended. {last}".strip())
+            raise pytest.UsageError(
+                f"--galvi: the process that measures ended {_way_of_its_end(process.returncode)}, "
+                f"{_place_of(request)}. {last}".strip()
+            )
         answer = json.loads(line)
         if "usage" in answer:
             self.close()
@@ -82,13 +88,35 @@ class OtherProcess:
             process.wait()
 
 
+def _python_path(config: pytest.Config) -> list[str]:
+    """The folders of the setting `pythonpath`."""
+    try:
+        return [str(folder) for folder in config.getini("pythonpath")]
+    except ValueError:  # pytest's plugin that reads it is switched off
+        return []
+
+
+def _way_of_its_end(status: int) -> str:
+    with suppress(ValueError):  # a signal without a name
+        if status < 0:
+            return f"by signal {signal.Signals(-status).name}"
+    return f"with status {status}"
+
+
+def _place_of(request: Mapping[str, Any]) -> str:
+    if "check" not in request:
+        return "when it listed the checks"
+    return f"at {', '.join(filter(None, (request['name'], request['check'], request['problem'])))}"
+
+
 class CheckItem(pytest.Item):
     """A check of an integrator on a problem, or on all."""
 
     def __init__(self, *, asked: Mapping[str, str], process: OtherProcess, **more: Any) -> None:
         super().__init__(**more)
         self.asked, self.process = asked, process
-        self.extra_keyword_matches |= {"galvi", asked["name"]}
+        self.extra_keyword_matches.add(asked["name"])
+        self.add_marker("galvi")
 
     def runtest(self) -> None:
         """Measure it; raises Failed, and pytest's exception for what is skipped."""

@@ -12,15 +12,19 @@ import pytest
 
 import galvi
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
-from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.check_runs import Runs
+from benchmarks.applications.external.checks import Judge, contender_checks
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError, metadata
+from benchmarks.store.frames import frame
+from references.scipy.ivp import DOP853, TIGHT
 from tests.benchmarks.contenders_at_hand import (
     BROKEN,
     ORBIT,
     SWING,
     Failing,
     Gauss,
+    Inside,
     Raising,
     checked,
 )
@@ -159,6 +163,24 @@ def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
     assert [row.quantity.partition(",")[0] for row in differing] == [
         "error at its finest over that at its coarsest"
     ]
+
+
+def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
+    masses, q = [1.0, 1.0, 1e-3], np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]])
+    v = np.array([[0.0, 0.6], [0.0, -0.6], [0.0, 0.0]])
+    between = galvi.Problem(galvi.NBody(masses), q, v, name="a body between two")
+    swing = SWING.problem
+    hanging = replace(swing, q0=0.0 * swing.q0, v0=0.0 * swing.v0)
+    for problem, strength, verdict in (
+        (between, 1.0, "holds"), (between, 1.3, "contradicted"), (hanging, 1.0, "holds")
+    ):  # fmt: skip
+        contender = Leapfrog()
+        contender.strength, contender.conserves, contender.order = strength, {}, None
+        check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, kept=())
+        external = Inside.of(contender)
+        rows = Judge("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
+        assert [row.verdict for row in rows if "over the way" in row.quantity] == [verdict]
+        assert not any("failed" in row.reason for row in rows)
 
 
 @pytest.mark.slow(

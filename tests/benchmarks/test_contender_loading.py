@@ -90,6 +90,11 @@ def module(monkeypatch):
         ("outside modul:Whole", "named package.module:Class"),
         ("outside_module.Whole", "did you mean 'outside_module:Whole'?"),
         ("./outside_module.py:Whole", "did you mean 'outside_module:Whole'?"),
+        ("outside_module.py", "did you mean 'outside_module:Class'?"),
+        (
+            "benchmarks.outside:Whole",
+            "'benchmarks' is here a package of galvi's own.* and name outside:Whole$",
+        ),
         ("outside_module:Zebra", "has no 'Zebra'$"),
         ("outside_module:Lines", r"words in one line, .* received 'two\\nlines'"),
         ("outsid_module:Whole", "no module 'outsid_module' to take Whole from"),

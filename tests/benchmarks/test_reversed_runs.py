@@ -19,6 +19,9 @@ from tests.benchmarks.contenders_at_hand import ORBIT, Gauss, Inside, checked
 from tests.benchmarks.correct_contenders import METHODS, Compiled
 
 SHORT = replace(ORBIT, long=20.3)
+DRIVEN = replace(
+    CHECK_PROBLEMS[2], problem=replace(galvi.problems.driven_oscillator(), t0=0.0)
+)  # fmt: skip
 
 
 def turned_back(contender: Any, *check_problems: Any) -> list[Any]:
@@ -111,7 +114,31 @@ def test_what_chooses_its_steps_is_not_run_back():
             step = {"step": duration / setting["samples"] / 40, "save_every": 40}
             return super().run(problem, duration, step)
 
-    assert turned_back(Adaptive(), ORBIT) == []
+    (row,) = turned_back(Adaptive(), ORBIT)
+    assert row.verdict == row.expected == "not run" and "settings with a `step`" in row.reason
+
+
+def from_zero(kind: type[Gauss]) -> Any:
+    """A contender whose runs start at time 0 alone."""
+
+    class FromZero(kind):
+        def supports(self, problem):
+            return problem.t0 == 0.0
+
+    return FromZero()
+
+
+def test_what_only_starts_at_time_zero_is_run_back_unless_time_matters():
+    (row,) = turned_back(from_zero(OneSided), ORBIT)
+    assert row.verdict == "contradicted" and row.measured > 1e-4
+    (row,) = turned_back(from_zero(Gauss), ORBIT)
+    assert row.verdict == "holds"
+    (row,) = turned_back(from_zero(Gauss), DRIVEN)
+    assert row.verdict == row.expected == "not run" and "t = 5" in row.reason
+    external = Inside.of(from_zero(Gauss))
+    rows = frame(Runs(external).restarted(DRIVEN))
+    (row,) = Judge("A", external, (DRIVEN,)).restarted(DRIVEN, rows)
+    assert row.verdict == row.expected == "not run" and row.reason.startswith("It does not support")
 
 
 class Keeping(Gauss):

@@ -12,12 +12,20 @@ import pytest
 
 from benchmarks.applications.external import served_checks
 from benchmarks.applications.external.checks import CHECKS, FAILURES
-from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.integrator import PATIENCE, UNASKED, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.own_check_problems import own_check_problem
 from benchmarks.applications.external.served_checks import ServedChecks, outcome
-from tests.benchmarks.contenders_at_hand import BROKEN, ORBIT, SWING, Gauss, Inside, checked
-from tests.benchmarks.test_contender_checks import Drifting, Unseeded, WithoutSteps
+from tests.benchmarks.contenders_at_hand import (
+    BROKEN,
+    ORBIT,
+    SWING,
+    Gauss,
+    Inside,
+    Raising,
+    checked,
+)
+from tests.benchmarks.test_contender_checks import Drifting, Unseeded, WithoutLongRuns, WithoutSteps
 from tests.benchmarks.test_reversed_runs import Keeping, OneSided
 from tests.benchmarks.wrong_contenders import Unseen
 
@@ -78,11 +86,15 @@ def knotted():
 
 @pytest.fixture
 def serve(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The outcomes, by check and problem, of a contender at hand on these problems of the suite."""
+    """The outcomes, by check and problem, of a contender at hand on these problems of the suite;
+    those of the check `only`, where it is named."""
 
-    def served(contender: Any, *problems: Any) -> dict[tuple[str, str], tuple[str, str]]:
+    def served(
+        contender: Any, *problems: Any, only: str = ""
+    ) -> dict[tuple[str, str], tuple[str, str]]:
         external = Inside.of(contender)
         external.watched = isinstance(contender, Keeping)
+        contender.printed = external.printed
         monkeypatch.setattr(served_checks, "CHECK_PROBLEMS", problems or (SHORT,))
         monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: external)
         checks = ServedChecks(["inside:It"], [], 60.0)
@@ -90,7 +102,11 @@ def serve(monkeypatch: pytest.MonkeyPatch) -> Any:
         assert {(item["contender"], item["name"]) for item in items} == {
             ("inside:It", external.name)
         }
-        return {(item["check"], item["problem"]): checks.measured(item) for item in items}
+        return {
+            (item["check"], item["problem"]): checks.measured(item)
+            for item in items
+            if item["check"] == (only or item["check"])
+        }
 
     return served
 
@@ -135,7 +151,7 @@ class Wrong(Modest):
 @pytest.mark.parametrize(
     ("contender", "check", "said"),
     [
-        (Wrong(), "order", "bound: within 0.25 of 2"),
+        (Wrong(), "order", "bound: 1.75, less two standard errors (0.25 at most), to 2.25"),
         (Unseeded(), "determinism", "bound: at most 0. Two runs that were asked for alike"),
         (Drifting(), "conservation", "without a drift"),
         (Modest(), "time reversal", "a run back returns to the start, but for rounding"),
@@ -179,6 +195,63 @@ def test_what_is_not_run_is_skipped_with_the_reason(serve):
     end, why = outcomes["conservation", ORBIT.problem.name]
     assert end == "skipped" and why.startswith("Not declared")
     assert outcome([])[0] == "skipped"
+
+
+class Hanging(Gauss):
+    """It does not come to an end on one problem."""
+
+    def run(self, problem, duration, setting):
+        if problem.name == ORBIT.problem.name:
+            raise TimeoutError
+        return super().run(problem, duration, setting)
+
+
+def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skipped(
+    serve, monkeypatch
+):
+    ask = Inside._ask
+
+    def impatient(self: Inside, question: str, *arguments: Any, tried: bool = False) -> Any:
+        if self._late[tried] >= PATIENCE:
+            raise ContenderError(f"{UNASKED}: answers before took longer.")
+        try:
+            return ask(self, question, *arguments, tried=tried)
+        except ContenderError as error:
+            self._late[tried] += "TimeoutError" in str(error)
+            raise
+
+    monkeypatch.setattr(Inside, "_ask", impatient)
+    outcomes = serve(Hanging(), SHORT, replace(SWING, long=20.3))
+    orbit, swing = ORBIT.problem.name, SWING.problem.name
+    assert {key for key, (end, _) in outcomes.items() if end == "failed"} == {
+        ("runs and answers", orbit), ("determinism", orbit)
+    }  # fmt: skip
+    assert outcomes["runs and answers", swing][0] == "passed"
+    for key in (("accuracy", orbit), ("accuracy", swing), ("order", ""), ("longest run", orbit)):
+        assert outcomes[key] == ("skipped", f"{UNASKED}: answers before took longer.")
+
+
+def test_a_long_run_that_fails_has_the_same_outcome_alone_and_after_other_items(serve):
+    problem = replace(SWING, long=6.5)
+    after = failed(serve(WithoutLongRuns(), problem))
+    for check in ("conservation", "longest run"):
+        alone = failed(serve(WithoutLongRuns(), problem, only=check))
+        assert set(alone) == {check} and "too long" in alone[check] and "too long" in after[check]
+
+
+def test_what_an_integrator_prints_in_an_item_that_fails_is_shown(serve):
+    class Noisy(Raising):
+        printed: Any
+
+        def run(self, problem, duration, setting):
+            self.printed.lines += 1
+            self.printed.first.append("no licence")
+            return super().run(problem, duration, setting)
+
+    failures = failed(serve(Noisy()))
+    assert failures["runs and answers"].endswith(
+        "It printed (lines: 1; the first are shown):\nno licence"
+    )
 
 
 def test_one_that_supports_nothing_fails_and_so_does_one_that_cannot_answer(serve):

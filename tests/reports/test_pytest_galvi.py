@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree as tree
 
 import pytest
 
+from galvi import command
+
 ROOT = Path(__file__).parents[2]
 # In place of galvi where only the plugin is looked at: it lists four items, and measures none.
 ANSWERS = """
-import json, os, sys
+import json, os, signal, sys
 
 ITEMS = [
     ("accuracy", "Kepler, e = 0.3"), ("conservation", "a::b [1/2]"), ("memory", "x"), ("order", ""),
@@ -42,6 +46,8 @@ def serve_checks():
             ]}
         elif "Dying" in request["contender"]:
             raise SystemExit("out of memory")
+        elif "Killed" in request["contender"]:
+            os.kill(os.getpid(), signal.SIGKILL)
         else:
             answer = dict(zip(("outcome", "text"), ENDS[request["check"]]))
         print(json.dumps(answer), flush=True)
@@ -210,6 +216,8 @@ def test_words_select_and_the_last_failures_are_run_again(faked):
     assert listed(run(faked, *both, "--collect-only", "-k", "not galvi", fake=True)) == [
         "tests/test_ours.py::test_ours"
     ]
+    marked = run(faked, *both, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
+    assert listed(marked) == [*IDS, *(name.replace("It", "Other") for name in IDS)]
     assert run(faked, *both, fake=True).returncode == 1
     assert listed(run(faked, *both, "--lf", "--collect-only", fake=True)) == [
         IDS[3], IDS[3].replace("It", "Other")
@@ -242,7 +250,14 @@ def test_a_process_that_dies_fails_the_item_with_its_last_words_and_others_go_on
     words = ("--galvi", "mine:Dying", "--galvi", "mine:It", "-k", "accuracy")
     done = run(faked, *words, fake=True)
     assert done.returncode == 1 and "1 failed, 1 passed" in done.stdout
-    assert "--galvi: the process that measures ended. out of memory" in done.stdout
+    said = "the process that measures ended with status 1, at Dying, accuracy, Kepler, e = 0.3."
+    assert f"--galvi: {said} out of memory" in done.stdout
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX")
+def test_a_process_that_is_killed_is_named_by_the_signal(faked):
+    done = run(faked, "--galvi", "mine:Killed", "-k", "order", fake=True)
+    assert "ended by signal SIGKILL, at Killed, order." in done.stdout
 
 
 def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):
@@ -255,11 +270,22 @@ def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(t
     )
 
 
+def test_a_module_that_is_missing_while_it_measures_is_no_package_of_the_suite(monkeypatch):
+    def serve() -> None:
+        raise ModuleNotFoundError("No module named 'mine'", name="mine")
+
+    monkeypatch.setattr(command, "put_suite_first", lambda: None)
+    monkeypatch.setattr(importlib, "import_module", lambda name: SimpleNamespace(serve=serve))
+    with pytest.raises(ModuleNotFoundError, match="mine"):
+        command.serve_checks()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--galvi-problem", "mine:swing"], "--galvi-problem needs an integrator: --galvi"),
-        (["--galvi", "m:A", "--galvi-timeout", "-1"], "must be a positive number of seconds"),
+        (["--galvi", "m:A", "--galvi-timeout", "-1"], "must be a positive, finite number"),
+        (["--galvi", "m:A", "--galvi-timeout", "inf"], "number of seconds; received inf"),
     ],
 )
 def test_options_that_make_no_sense_are_a_sentence(tmp_path, words, said):
@@ -286,8 +312,13 @@ def ends(folder: Path, *words: str) -> dict[tuple[str, str], str]:
 
 
 def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tmp_path):
-    project(tmp_path, {"src/mine/methods.py": CONTENDERS})
-    words = ("--galvi", "mine.methods:Leapfrog", "--galvi-problem", "mine.methods:swing")
+    reading = (
+        "import sys\n\nfrom mine.methods import Leapfrog, swing\n\nassert sys.stdin.read() == ''\n"
+    )
+    settings = "[pytest]\npythonpath = lib\n"
+    files = {"src/mine/methods.py": CONTENDERS, "lib/ours.py": reading, "pytest.ini": settings}
+    project(tmp_path, files)
+    words = ("--galvi", "ours:Leapfrog", "--galvi-problem", "ours:swing")
     assert ends(tmp_path, *words, "-k", "reversal or test_ours") == dict.fromkeys(
         [("tests.test_ours", "test_ours"), ("my leapfrog", "time reversal")], ""
     )
@@ -323,7 +354,7 @@ def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
     assert len(texts) > 6 * len(names)
     failed = {key: text for key, text in texts.items() if text}
     expected = {
-        ("first order", "order"): "bound: within 0.25 of 2",
+        ("first order", "order"): "bound: 1.75, less two standard errors (0.25 at most), to 2.25",
         ("falsely symmetric", "time reversal"): "It declares that it is symmetric",
         ("damped", "conservation"): "without a drift",
         ("random", "determinism"): "it is not deterministic",

@@ -5,7 +5,8 @@ Rows of the tidy frame, the problem in `study` and the setting in `label`:
 ERROR     largest component of the configuration's error at the end, at the coarsest, a middle and
           the finest of its settings; status when the run failed
 OFF       largest error of q, and of p, there, at half time and at the end, relative to the largest
-          distance of the truth from the start; for N bodies that of the worst body
+          distance of the truth from the start; for N bodies that of the worst body, and of one
+          that rests over that of the system
 CLAIMED   the error it claims there
 REPEAT    largest difference of any number of two runs at the coarsest
 ELSEWHERE the same, the second run in another process
@@ -15,6 +16,8 @@ energy, angular momentum, LONG, CUT
           `external.long_runs`
 REVERSED, ROUNDING
           a run forwards and back, see `external.reversed_runs`
+NOT_REVERSED, NOT_CUT
+          in place of these where nothing can be run; status says why
 GROWTH    MB that repeated runs at the coarsest leave in memory; NaN where they would take too long
 FAILED    number of failed runs and answers; status names them
 """
@@ -28,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.external.check_problems import CheckProblem
-from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
+from benchmarks.applications.external.integrator import UNASKED, CheckedRun, ExternalIntegrator
 from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.applications.external.reversed_runs import reversed_runs
@@ -41,6 +44,7 @@ ERROR, CLAIMED, FAILED, GROWTH = "error", "claimed error", "failed", "memory tha
 REPEAT = "difference of two equal runs"
 ELSEWHERE = "difference of equal runs of two processes"
 SHARE = 1.0 / 3.0  # of the limit of time, that of a run that may be repeated
+RESTS = 1e-13  # change of a body at rest, over the size of all states: round-off
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 
 Rows = Iterator[dict[str, Any]]
@@ -59,8 +63,13 @@ class Runs:
     _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
     def anew(self) -> Runs:
-        """For a measurement apart: only truths and long runs are kept."""
-        return replace(self, _settings={}, _coarsest={})
+        """For a measurement apart: only truths and long runs that were made are kept."""
+        made = {
+            check: long
+            for check, long in self._long.items()
+            if long and not long.done.run.status.startswith(UNASKED)
+        }
+        return replace(self, _settings={}, _coarsest={}, _long=made)
 
     def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:
         """Its settings on the problem, from coarse to fine; empty, and a fault, for no answer."""
@@ -141,7 +150,7 @@ class Runs:
             yield from order_runs(self.external, check, settings, self._truth(check).q[-1])
 
     def reversed(self, check: CheckProblem) -> Rows:
-        """Rows REVERSED and ROUNDING."""
+        """Rows REVERSED and ROUNDING, or NOT_REVERSED."""
         if settings := self.settings(check):
             yield from reversed_runs(self.external, check, settings, self._truth(check).q[-1])
 
@@ -173,7 +182,7 @@ class Runs:
             yield from longest_run(self.external, long)
 
     def restarted(self, check: CheckProblem) -> Rows:
-        """Row CUT."""
+        """Row CUT or NOT_CUT."""
         yield from cut_run(self.external, check)
 
     def _truth(self, check: CheckProblem) -> Trajectory:
@@ -188,10 +197,13 @@ class Runs:
 
 
 def _off(problem: Problem, found: Array, truth: Array) -> float:
-    """Largest distance from the truth over the truth's largest distance from the start."""
+    """Largest distance from the truth over the truth's largest distance from the start; of a body
+    that rests, over that of the system, or the system's size where all rest."""
     bodies = truth.shape[1] if isinstance(problem.system, NBody) else 1
     off, way = (
         np.max(np.abs(apart.reshape(len(truth), bodies, -1)), axis=(0, 2))
         for apart in (found - truth, truth - truth[0])
     )
-    return float(np.max(off / way))
+    rests = RESTS * float(np.max(np.abs(truth)))
+    system = float(np.max(way)) if np.max(way) > rests else rests / RESTS or 1.0
+    return float(np.max(off / np.where(way > rests, way, system)))

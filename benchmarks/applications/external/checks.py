@@ -33,9 +33,9 @@ from benchmarks.applications.external.check_runs import (
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
-from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, MANY
+from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, MANY, NOT_CUT
 from benchmarks.applications.external.order_runs import ORDER, RISES, SINGLE, rises
-from benchmarks.applications.external.reversed_runs import REVERSED, ROUNDING
+from benchmarks.applications.external.reversed_runs import NOT_REVERSED, REVERSED, ROUNDING
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
@@ -107,6 +107,18 @@ class Judge:
             measured=measured if np.isfinite(measured) else None, uncertainty=None,
             verdict=verdict, **more,
         )  # fmt: skip
+
+    def _not_run(
+        self, check: CheckProblem, quantity: str, seen: pd.DataFrame, instead: str
+    ) -> list[Row]:
+        """A row for a quantity that could not be measured, as the row `instead` says."""
+        return [
+            self._row(
+                check, quantity, np.nan, bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why,
+                reference="the protocol",
+            )
+            for why in pick(seen, quantity=instead)["status"]
+        ]  # fmt: skip
 
     def _least(self, quantity: str, count: int, why: str) -> Row:
         return Row(
@@ -181,7 +193,8 @@ class Judge:
         return [*ends, *self.conserved(check, seen, LONGER)]
 
     def restarted(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        return [
+        not_run = self._not_run(check, CUT, seen, NOT_CUT)
+        return not_run + [
             self._row(
                 check, CUT, one["value"],
                 bounds.HOLDS if one["value"] <= FAR else bounds.CONTRADICTED,
@@ -214,11 +227,14 @@ class Judge:
 
     def reversed(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rounding = number(seen, quantity=ROUNDING)
-        return [
+        not_run = self._not_run(check, REVERSED, seen, NOT_REVERSED)
+        return not_run + [
             self._row(
                 check, REVERSED, one["value"],
                 bounds.HOLDS if one["value"] <= rounding else bounds.CONTRADICTED,
-                claimed="the start", bound=f"at most {rounding:.2g} of the states' size",
+                claimed="the start",
+                bound=f"at most {rounding:.2g} of the states' size" if rounding > 0.0
+                else "rounding",
                 reason=one["status"] or BACK, reference="its start",
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['steps']:g} steps and back",
             )
@@ -275,6 +291,7 @@ class Judge:
     def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         """Rows for the states at the finest setting, against the truth and the coarsest setting."""
         off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
+        failures = list(pick(seen, quantity=ERROR)["status"])
         coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
         worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
         single = len(off[worst]) == 1
@@ -282,11 +299,11 @@ class Judge:
         unknown = single and not better and np.isfinite(fine)
         furthest = f"Furthest from the truth: its {worst}."
         reason = "What becomes no better solves another problem."
-        if not np.isfinite(fine):
+        if failures[-1]:
             furthest = reason = "Its run at the finest setting failed."
         elif single:
             reason = "It offers one setting, so that nothing can become better: let it offer two."
-        elif not np.isfinite(coarse):
+        elif failures[0]:
             reason = "Its run at the coarsest setting failed."
         elif fine > coarse:
             reason = "Settings go from coarse to fine; and what becomes worse is no solution."
@@ -315,6 +332,7 @@ class Judge:
         slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
         wrong = fit.stays_large or fit.relapse
         spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
+        low, high = (bounds.in_words(order + sign * slack, slack) for sign in (-1.0, 1.0))
         if wrong:
             verdict = bounds.CONTRADICTED
         elif not fit.points:
@@ -332,7 +350,7 @@ class Judge:
         unseen = verdict == bounds.NOT_RUN
         found = self._row(
             check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
-            bound=f"within {slack:g} of {order:g}",
+            bound=f"{low}, less two standard errors ({slack:g} at most), to {high}",
             expected=bounds.NOT_RUN if unseen else bounds.ATTAINED, reason=reason,
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]

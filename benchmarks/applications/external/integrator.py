@@ -222,8 +222,15 @@ class ExternalIntegrator:
         self._failed.setdefault((problem.name or NAMELESS, visible(why)), []).append(visible(doing))
 
     def forget_faults(self) -> None:
-        """Begin a further measurement, whose faults are its own."""
+        """Begin a further measurement, whose faults and printed lines are its own."""
         self._failed.clear()
+        self.printed.forget()
+
+    @property
+    def only_unasked(self) -> str:
+        """Why nothing that failed was asked, as answers before were late; "" where there are other
+        faults, or none."""
+        return self._unasked()[0][1] if len(self._unasked()) == len(self._failed) > 0 else ""
 
     def _unasked(self) -> list[tuple[str, str]]:
         """Problem and reason of the requests that were not made as earlier answers were late."""

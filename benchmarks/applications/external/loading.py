@@ -15,6 +15,7 @@ from references import REFERENCES
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
 OURS = "galvi"
+PACKAGES = (OURS, "benchmarks", "references", "reports")
 LONGEST, MARKUP = (
     60,
     "<>$|`",
@@ -62,13 +63,22 @@ def object_at(path: str, kind: str, noun: str) -> Any:
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
         raise ContenderError(
-            f"a {kind} is named package.module:{noun}; received {path!r}{_suggested_path(path)}"
+            f"a {kind} is named package.module:{noun}; received {path!r}"
+            f"{_suggested_path(path, noun)}"
         )
     try:
         module = importlib.import_module(module_name)
     except BaseException as error:
         missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
         if missing and (module_name + ".").startswith(missing + "."):
+            package = missing.partition(".")[0]
+            if package in PACKAGES:
+                inner = module_name.partition(".")[2]
+                raise ContenderError(
+                    f"there is no module {missing!r} to take {name} from: {package!r} is here a "
+                    f"package of galvi's own, which comes before a folder of that name; move the "
+                    f"file to another folder, or put this one on PYTHONPATH and name {inner}:{name}"
+                ) from None
             raise ContenderError(
                 f"there is no module {missing!r} to take {name} from; name one that Python can "
                 f"import from this folder"
@@ -83,8 +93,9 @@ def object_at(path: str, kind: str, noun: str) -> Any:
     return getattr(module, name)
 
 
-def _suggested_path(path: str) -> str:
+def _suggested_path(path: str, noun: str) -> str:
     """A suggestion for a file's path, or for a class after a dot; else ""."""
+    path = f"{path}:{noun}" if path.endswith(".py") else path
     file, _, name = path.removeprefix("./").rpartition(":")
     module = file.removesuffix(".py").replace("/", ".")
     if not file:

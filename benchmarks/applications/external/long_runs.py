@@ -25,6 +25,8 @@ from galvi.arrays import Array
 
 LONG = "steps of its longest run"
 CUT = "difference of a run that starts half way"
+NOT_CUT = "no run that starts half way"
+NO_START = "It does not support the problem from half way, t = {:g}."
 LONGER = "{} in its longest run"
 PARTS = 200  # equal parts of a long run, or up to FINER times as many
 FINER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
@@ -74,8 +76,13 @@ def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | Non
 
 def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[str, Any]]:
     """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
-    of steps, or its time for one without steps, and the changes of what it declares to conserve."""
+    of steps, or its time for one without steps, and the changes of what it declares to conserve.
+    Where this one failed, the first row alone, with its status."""
     if not first.done.run.success:
+        yield row(
+            study=first.check.problem.name, quantity=LONG, t=first.check.long, steps=first.steps,
+            label=readable_setting(first.setting), status=failure(first.done.run),
+        )  # fmt: skip
         return
     wanted = MANY / first.steps if first.steps else float(OVER)
     longer = _in_time(external, first, wanted)
@@ -105,7 +112,8 @@ def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> flo
 def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[str, Any]]:
     """Row CUT of a run over many steps, as fine as the finest for the problem's duration: how far
     its end is from that of another run, which starts half way, from its state and at its time
-    there, relative to the way from the start.
+    there, relative to the way from the start. Where it does not support that start, row NOT_CUT,
+    the reason in its status.
 
     A one-step method differs by rounding, any other by its error; a clock that goes wrong late, by
     the motion.
@@ -126,6 +134,8 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
         system: Any = problem.system
         later = replace(problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half)
         if not external.supports(later):
+            why = NO_START.format(later.t0)
+            yield row(study=check.problem.name, quantity=NOT_CUT, t=duration, status=why)
             return
         each = {"save_every": steps // 2} if steps else {"samples": 1}
         again = external.checked(later, half, {**setting, **each}).run

@@ -36,6 +36,10 @@ class Printed:
         while self._readers:
             self._readers.pop().join(1.0)
 
+    def forget(self) -> None:
+        """Count from here on."""
+        self.lines, self.first = 0, []
+
     def sentence(self) -> str:
         """How much was printed; empty for nothing."""
         if not self.lines:

@@ -31,6 +31,11 @@ from galvi.systems.lagrangian import velocity_at
 
 REVERSED = "distance from the start after a run back"
 ROUNDING = "rounding of a run forwards and back"
+NOT_REVERSED = "no run back"
+NO_EQUAL_STEPS = (
+    "It declares that it is symmetric, which is seen at equal steps: offer settings with a `step`."
+)
+NO_START = "It does not support the problem from the time at which a run back starts, t = {:g}."
 NOT_SMALL = 1e-3  # error at the end of the run forwards that is large enough
 NEARBY = 1e-7  # relative change of a start by which the growth of errors is measured
 ROOM = 1000.0  # units of rounding of a step: for the sums in it, and an iteration that stops early
@@ -44,13 +49,15 @@ def reversed_runs(
 ) -> Iterator[dict[str, Any]]:
     """Row REVERSED, the distance from the start over the size of the states, the larger of that of
     q and of p, and row ROUNDING, how large rounding may make it: ROOM eps for each step, times the
-    growth of a small change of the start. None without equal steps.
+    growth of a small change of the start. Where no run back can be made, row NOT_REVERSED, the
+    reason in its status.
 
     settings  those that it offers
     end       the true configuration at the end
     """
     equal = [setting for setting in settings if "step" in setting]
     if not equal:
+        yield row(study=check.problem.name, quantity=NOT_REVERSED, status=NO_EQUAL_STEPS)
         return
     few, many = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
@@ -70,8 +77,10 @@ def reversed_runs(
         return
     system, t = problem.system, float(there.t[-1])
     v = velocity_at(system, there.q[-1], there.p[-1], t, problem.v0)
-    turned = replace(problem, q0=there.q[-1], v0=v, t0=t)
+    timed = any(getattr(system, name, False) for name in ("explicit_time", "timed_force"))
+    turned = replace(problem, q0=there.q[-1], v0=v, t0=t if timed else problem.t0)
     if not external.supports(turned):
+        yield row(quantity=NOT_REVERSED, status=NO_START.format(turned.t0), **where)
         return
     back, nearby = run(turned, -1.0), run(_moved(problem, duration))
     missed = _apart(back, problem.q0, problem.p0, there) if back.success else float("nan")

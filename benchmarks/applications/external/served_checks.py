@@ -3,12 +3,14 @@ plugin of pytest, which starts this program by `galvi.command.serve_checks`.
 
 It reads requests and writes answers, each a line of JSON:
 
-{"contenders": [path, ...], "problems": [path, ...], "limit": seconds}
-                 the first one, without an answer; problems of one's own replace those of the suite
+{"contenders": [path, ...], "problems": [path, ...], "limit": seconds, "folders": [path, ...]}
+                 the first one, without an answer; problems of one's own replace those of the suite.
+                 Modules are looked for in these folders last
 {"do": "list"}   "items": for each check its contender's path and name, the check's name, and the
                  problem's, "" for all problems together; or "usage": a sentence on what cannot be
                  loaded
-an item          "outcome": passed, failed or skipped, and "text": why
+an item          "outcome": passed, failed or skipped, and "text": why. Where nothing was asked as
+                 answers to earlier items were late, it is skipped
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ from benchmarks.store.frames import frame, pick
 
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 CONTENDER, PROBLEM, LIMIT = "--galvi", "--galvi-problem", "--galvi-timeout"  # options of pytest
+SHOWN = 5  # first lines of what an integrator printed in an item that failed
 NOTHING = "It gives nothing to measure here, as its run or its settings failed, or has no step."
 Item = Mapping[str, str]
 
@@ -79,7 +82,8 @@ class ServedChecks:
         else:
             problems = check.problems(external, supported)
         external.forget_faults()
-        runs = self._runs.setdefault(external.path, Runs(external)).anew()
+        runs = self._runs.get(external.path, Runs(external)).anew()
+        self._runs[external.path] = runs
         rows = [row for problem in problems for row in check.measure(runs, problem)]
         table = frame([*rows, *map(runs.failures, problems)])
         judge = Judge(item["check"], external, self._problems)
@@ -89,7 +93,18 @@ class ServedChecks:
             judged += check.judged(judge, problem, rows_of_it)
             failures = judge.failures(problem, rows_of_it) if check is not FAILURES else []
             judged += [row for row in failures if row.verdict != row.expected]
-        return outcome(judged)
+        end, text = outcome(judged)
+        if end != FAILED:
+            return end, text
+        unasked = external.only_unasked
+        if unasked and all(problem in supported for problem in problems):
+            return SKIPPED, unasked
+        if external.printed.lines:
+            shown = "\n".join(external.printed.first[:SHOWN])
+            text += (
+                f"\nIt printed (lines: {external.printed.lines:,}; the first are shown):\n{shown}"
+            )
+        return FAILED, text
 
     def close(self) -> None:
         """End the processes of the integrators."""
@@ -187,11 +202,18 @@ def _name(problem: CheckProblem) -> str:
 
 
 def serve() -> None:
-    """Answer requests until there are no more."""
+    """Answer requests until there are no more. Code of the user's reads nothing, and what it prints
+    is no answer."""
+    requests = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, sys.stdin.fileno())
+    os.close(nothing)
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what is printed is no answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # without a traceback; integrators end with it
-    served = ServedChecks(**json.loads(sys.stdin.readline()))
+    first = json.loads(requests.readline())
+    sys.path += [folder for folder in first.pop("folders") if folder not in sys.path]
+    served = ServedChecks(**first)
 
     def answer(request: Any) -> dict[str, Any]:
         try:
@@ -203,11 +225,7 @@ def serve() -> None:
             return {"usage": sentence if sentence.endswith((".", "?")) else f"{sentence}."}
 
     try:
-        for line in sys.stdin:
+        for line in requests:
             print(json.dumps(answer(json.loads(line))), file=answers, flush=True)
     finally:
         served.close()
-
-
-if __name__ == "__main__":
-    serve()

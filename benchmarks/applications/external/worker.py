@@ -11,9 +11,11 @@ import math
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from itertools import pairwise
 from multiprocessing.connection import Connection
@@ -73,6 +75,9 @@ def answer(path: str, question: str, *arguments: Any) -> Any:
         raise ContenderError(plain_text(error)) from None
     except BaseException as error:
         raise ContenderError(f"It raised {describe_error(error)}.") from None
+    finally:
+        with suppress(Exception):  # of a stream of the integrator's own
+            sys.stdout.flush()
 
 
 def supports(contender: Any, problem: Problem) -> bool:
