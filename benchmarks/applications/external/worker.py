@@ -37,6 +37,7 @@ from galvi import Problem, Trajectory
 RUNGS = (1, 4, 16, 64)  # multiples of the fewest steps
 ROUNDS = 3  # of repeated runs whose growth of memory is compared
 ROUND, MOST_RUNS = 0.4, 2000  # seconds of such a round, and most runs
+SLOW = 4.0  # seconds of a run, of which memory is not measured
 RETURNED: WeakSet[Trajectory] = WeakSet()
 contender_at = cache(load_class)
 
@@ -131,7 +132,7 @@ def memory_growth(
     """Bytes by which the memory of this process grows in ROUNDS equal rounds of runs after a warm
     one: ROUNDS times the least growth of a round, so that what is taken once is no growth.
 
-    NaN where a single run takes several times as long as a round should.
+    NaN where a single run takes longer than SLOW.
     """
 
     def seconds(runs: int) -> float:
@@ -147,7 +148,7 @@ def memory_growth(
     process = psutil.Process()
     seconds(1)  # it may compile
     one = seconds(1)
-    if one > 4.0 * ROUND:
+    if one > SLOW:
         return math.nan
     runs = max(1, min(MOST_RUNS, int(ROUND / max(one, 1e-9))))
     seconds(runs)
