@@ -168,7 +168,7 @@ def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monk
 
 
 def test_a_run_that_is_long_is_not_repeated_for_its_memory(monkeypatch):
-    monkeypatch.setattr("benchmarks.applications.external.worker.ROUND", 0.0)
+    monkeypatch.setattr("benchmarks.applications.external.worker.SLOW", 0.0)
     assert np.isnan(memory_growth(Gauss(), ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10}))
     external = Inside.of(Gauss())
     external.watched = True
