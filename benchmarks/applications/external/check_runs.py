@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.external.check_problems import CheckProblem
-from benchmarks.applications.external.integrator import UNASKED, CheckedRun, ExternalIntegrator
+from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
 from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.applications.external.reversed_runs import reversed_runs
@@ -64,11 +64,7 @@ class Runs:
 
     def anew(self) -> Runs:
         """For a measurement apart: only truths and long runs that were made are kept."""
-        made = {
-            check: long
-            for check, long in self._long.items()
-            if long and not long.done.run.status.startswith(UNASKED)
-        }
+        made = {check: long for check, long in self._long.items() if long and long.done.asked}
         return replace(self, _settings={}, _coarsest={}, _long=made)
 
     def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:

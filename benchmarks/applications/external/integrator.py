@@ -32,10 +32,14 @@ CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 
 @dataclass(frozen=True, eq=False)
 class CheckedRun:
-    """A run, and the seconds that it took in its process; NaN where it failed."""
+    """A run, and the seconds that it took in its process; NaN where it failed.
+
+    asked  False where no run was asked for, since answers before were late
+    """
 
     run: Trajectory
     seconds: float
+    asked: bool = True
 
 
 @dataclass(eq=False)
@@ -183,11 +187,12 @@ class ExternalIntegrator:
     ) -> CheckedRun:
         """A run that should succeed: a failure is a fault even where the contender reports it,
         unless the setting is one that was `tried`."""
+        asked = self._late[tried] < PATIENCE
         call = self.timed(problem, duration, setting, tried)
         run = call()
         if not (run.success or call.failure or tried):
             self.add_fault(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
-        return CheckedRun(run, call.took)
+        return CheckedRun(run, call.took, asked)
 
     @property
     def faults(self) -> list[str]:
