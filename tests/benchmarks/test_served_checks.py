@@ -26,7 +26,7 @@ from tests.benchmarks.contenders_at_hand import (
     checked,
 )
 from tests.benchmarks.test_contender_checks import Drifting, Unseeded, WithoutLongRuns, WithoutSteps
-from tests.benchmarks.test_reversed_runs import LEAK, Keeping, OneSided
+from tests.benchmarks.test_reversed_runs import OneSided
 from tests.benchmarks.wrong_contenders import Unseen
 
 SHORT = replace(ORBIT, long=20.3)
@@ -93,7 +93,6 @@ def serve(monkeypatch: pytest.MonkeyPatch) -> Any:
         contender: Any, *problems: Any, only: str = ""
     ) -> dict[tuple[str, str], tuple[str, str]]:
         external = Inside.of(contender)
-        external.watched = isinstance(contender, Keeping)
         contender.printed = external.printed
         monkeypatch.setattr(served_checks, "CHECK_PROBLEMS", problems or (SHORT,))
         monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: external)
@@ -155,18 +154,16 @@ class Wrong(Modest):
         (Unseeded(), "determinism", "bound: at most 0. Two runs that were asked for alike"),
         (Drifting(), "conservation", "without a drift"),
         (Modest(), "time reversal", "a run back returns to the start, but for rounding"),
-        (Keeping(LEAK), "memory", "bound: at most 4. Of each of three equal rounds of runs"),
     ],
     ids=lambda value: getattr(value, "name", None),
 )
 def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
     contender, check, said, serve, monkeypatch
 ):
-    monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS", 1)
     monkeypatch.setattr("benchmarks.applications.external.long_runs.MANY", 3000)
     contender.symmetric = check == "time reversal"
     problem = replace(SWING, long=40.3) if check == "conservation" else SHORT
-    failures = failed(serve(contender, problem, only=check if check == "memory" else ""))
+    failures = failed(serve(contender, problem))
     assert said in failures.pop(check)
     # What drifts does so in its longest run too.
     assert set(failures) <= ({"longest run"} if check == "conservation" else set())
