@@ -48,12 +48,12 @@ def kept_components(motion: Trajectory) -> dict[str, Array]:
 def largest_changes(run: Trajectory, kept: Mapping[str, Array]) -> tuple[float, float]:
     """Largest changes of the energy, and of a component of angular or linear momentum, of those
     that are kept, relative to the size of each invariant; NaN where none is."""
-    found = {"energy": [np.nan], "momentum": [np.nan]}
+    changes = {"energy": list[float](), "momentum": list[float]()}
     for name, values in invariants(run).items():
         if name in kept and np.any(kept[name]):
             change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(run, name, values)
-            found[name.split()[-1]].append(float(change))
-    energy, momentum = (float(np.nanmax(v)) if len(v) > 1 else np.nan for v in found.values())
+            changes[name.split()[-1]].append(float(change))
+    energy, momentum = (max(values, default=np.nan) for values in changes.values())
     return energy, momentum
 
 

@@ -66,10 +66,10 @@ def orders(
     fit = algebraic(steps.tolist(), e.tolist(), floor=floor, ceiling=COARSE * size)
     first, last = fit.window
     with np.errstate(invalid="ignore", divide="ignore"):
-        seen = e > floor
-        used = seen & (steps <= first * (1.0 + 1e-9)) & (steps >= last * (1.0 - 1e-9))
+        above = e > floor
+        used = above & (steps <= first * (1.0 + 1e-9)) & (steps >= last * (1.0 - 1e-9))
         slopes = np.log(e[:-1] / e[1:]) / np.log(steps[:-1] / steps[1:])
-    local = np.append(np.nan, np.where(seen[:-1] & seen[1:], slopes, np.nan))[: e.size]
+    local = np.append(np.nan, np.where(above[:-1] & above[1:], slopes, np.nan))[: e.size]
     notes = [
         "" if ok or np.isnan(error)
         else BOUND if error <= unresolved

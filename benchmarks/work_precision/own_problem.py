@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     Participant,
@@ -20,7 +18,7 @@ from benchmarks.work_precision.problem import (
     fixed,
     galvi_label,
 )
-from benchmarks.work_precision.truths import Report, can_run, measure_of, truth_of
+from benchmarks.work_precision.truths import Report, can_run, measure_of, size_of, truth_of
 from galvi import Problem
 from references import Contender, reference
 from references.newton import is_differenced
@@ -141,7 +139,7 @@ class _Ladder:
     def settings(self) -> list[Setting]:
         """From coarse to fine; the finest that was tried where all are too coarse."""
         _, distance = measure_of(self.problem)
-        size = max(float(np.max(np.abs(self.truth.end))), float(np.max(np.abs(self.problem.q0))))
+        size = size_of(self.problem, self.truth.end)
         floor = max(self.truth.error, FINE * size)
         begun, count, tried = math.inf, COARSEST, dict[str, Any]()
         elsewhere = hasattr(self.contender, "timed")  # in another process

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,25 +29,25 @@ from references.scipy import ivp
 
 Report = Callable[[str], None]
 # What may be the truth, the best first, with its most accurate setting.
-TRUTHS: tuple[tuple[str, Mapping[str, Any]], ...] = (
-    ("oscillator, closed form", {}),
-    ("Kepler, closed form", {}),
-    ("pendulum, closed form", {}),
-    ("free rigid body, closed form", {}),
-    ("thrown body, closed form", {}),
-    ("heyoka, quadruple precision", {}),
-    ("heyoka, chains, quadruple precision", {}),
-    ("heyoka, Lagrangians, quadruple precision", {}),
-    ("heyoka, rigid bodies, quadruple precision", {}),
-    ("REBOUND IAS15", ias15.DEFAULT),
-    ("DOP853 on quaternions, compiled", {"tolerance": 1e-15}),
-    ("SciPy DOP853 on MuJoCo's accelerations", {"tolerance": 1e-13}),
-    ("SciPy DOP853 on Pinocchio's accelerations", {"tolerance": 1e-13}),
-    ("SciPy DOP853", ivp.TIGHT),
-    ("SciPy DOP853, chains", {"tolerance": 1e-13}),
-    ("SciPy DOP853, Lagrangians", {"tolerance": 1e-13}),
-    ("SciPy DOP853, quaternions", ivp.TIGHT),
-)
+TRUTHS: Mapping[str, Mapping[str, Any]] = {
+    "oscillator, closed form": {},
+    "Kepler, closed form": {},
+    "pendulum, closed form": {},
+    "free rigid body, closed form": {},
+    "thrown body, closed form": {},
+    "heyoka, quadruple precision": {},
+    "heyoka, chains, quadruple precision": {},
+    "heyoka, Lagrangians, quadruple precision": {},
+    "heyoka, rigid bodies, quadruple precision": {},
+    "REBOUND IAS15": ias15.DEFAULT,
+    "DOP853 on quaternions, compiled": {"tolerance": 1e-15},
+    "SciPy DOP853 on MuJoCo's accelerations": {"tolerance": 1e-13},
+    "SciPy DOP853 on Pinocchio's accelerations": {"tolerance": 1e-13},
+    "SciPy DOP853": ivp.TIGHT,
+    "SciPy DOP853, chains": {"tolerance": 1e-13},
+    "SciPy DOP853, Lagrangians": {"tolerance": 1e-13},
+    "SciPy DOP853, quaternions": ivp.TIGHT,
+}
 ROUGH = {"tolerance": 1e-9}  # of a force that is differenced, and so no smoother than that
 ALIKE = 1e-8  # relative distance of ends from which on runs are of one motion
 LOOSER = 30.0  # by which a tolerance differs where a truth is compared with itself
@@ -67,18 +68,23 @@ def can_run(contender: Contender, problem: Problem) -> bool:
     return not contender.missing and contender.supports(problem)
 
 
+def truth_setting(contender: Contender, problem: Problem) -> Mapping[str, Any]:
+    """Its most accurate setting on the problem, of those in TRUTHS."""
+    differenced = contender.name == "SciPy DOP853" and is_differenced(problem)
+    return ROUGH if differenced else TRUTHS[contender.name]
+
+
 def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
     """The end by the first code that reaches it; its error by the second, or by itself at a
     looser tolerance."""
     _, distance = measure_of(problem)
     ends: list[tuple[str, Mapping[str, Any], Array, Array]] = []
     said = ""
-    for name, setting in TRUTHS:
+    for name in TRUTHS:
         if len(ends) == 2 or not can_run(reference(name), problem):
             continue
         report(f"truth: {name}")
-        if name == "SciPy DOP853" and is_differenced(problem):
-            setting = ROUGH
+        setting = truth_setting(reference(name), problem)
         try:
             run = reference(name).run(problem, duration, {"samples": 1, **setting})
         except ValueError as error:  # a truth that knows some starts or durations only
@@ -149,72 +155,36 @@ def size_of(problem: Problem, end: Array) -> float:
     return max(_largest(end), _largest(problem.q0)) or 1.0
 
 
-def exact_truth(problem: Problem, duration: float, report: Report) -> Truth | None:
-    """The end by a closed form or by an engine that is exact; None where none is here."""
-    for name, setting in TRUTHS:
-        contender = reference(name)
-        if not (contender.exact and can_run(contender, problem)):
-            continue
-        report(f"truth: {name}")
-        try:
-            run = contender.run(problem, duration, {"samples": 1, **setting})
-        except ValueError:  # a truth that knows some starts or durations only
-            continue
-        if run.success and CLOSED in name:
-            end, text = run.q[-1], f"{name}, to rounding"
-            return Truth(end, _rounding(end), text, (name, ""), run.p[-1])
-        if run.success:
-            return truth_of(problem, duration, report)
-    return None
-
-
-def confirmed_truth(
-    problem: Problem, duration: float, exact: Truth, method: galvi.Galerkin, report: Report
-) -> Truth:
-    """The truth of an exact engine, with its difference from a pair of galvi's runs as its error
-    where this, and the pair's own error, are smaller than the difference from another code."""
-    try:
-        run, error, text = _pair(problem, duration, method, report)
-    except ValueError:
-        return exact
-    away = state_distance(problem, (exact.end, exact.momenta), run)
-    apart = max(away((run.q[-1], run.p[-1])), error)
-    if apart >= exact.error or exact.source is None:
-        return exact
-    description = f"{exact.source[0]}; by its difference from {text}"
-    return Truth(exact.end, apart, description, exact.source, exact.momenta)
-
-
-def richardson_truth(
-    problem: Problem, duration: float, method: galvi.Galerkin, report: Report
-) -> Truth:
-    """The end by the finest pair of a method's runs, see `_pair`; the error is the larger of the
-    last two differences.
-
-    Where a code that is not galvi solves the problem too and differs by more than its own error,
-    that difference is; where no pair comes to its end, that code is the truth. Raises ValueError
-    where there is none either.
-    """
-    try:
-        run, error, text = _pair(problem, duration, method, report)
-    except ValueError as no_pair:
-        try:
-            return truth_of(problem, duration, report)
-        except ValueError:
-            raise no_pair from None
+def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report: Report) -> Truth:
+    """The end by a closed form; by an exact engine, compared with the finest pair of galvi's runs
+    (`_pair`) where that is nearer than its second source; else by that pair, compared with a code
+    that is not galvi; else by that code. Raises ValueError where there is none."""
     try:
         other = truth_of(problem, duration, report)
     except ValueError:
-        text += ", by their difference; no other code here solves the problem"
-        return Truth(run.q[-1], error, text, None, run.p[-1])
-    _, distance = measure_of(problem)
-    off = distance(other.end, run.q[-1])
-    if off > 3.0 * other.error:
-        text += f"; by its difference from {other.description}"
-        return Truth(run.q[-1], max(off, error), text, None, run.p[-1])
-    name = (other.source or (other.description,))[0]
-    text += f", by their difference; {name} agrees to {off:.1g}"
-    return Truth(run.q[-1], error, text, None, run.p[-1])
+        other = None
+    name = other.source[0] if other and other.source else ""
+    if other and CLOSED in name:
+        return replace(other, error=_rounding(other.end), description=f"{name}, to rounding")
+    try:
+        run, error, text = _pair(problem, duration, method, report)
+    except ValueError:
+        if other is None:
+            raise
+        return other
+    pair = Truth(run.q[-1], error, f"{text}, by their difference", None, run.p[-1])
+    if other is None:
+        return replace(pair, description=f"{pair.description}; no other code here solves it")
+    away = state_distance(problem, (other.end, other.momenta), run)
+    apart = away((run.q[-1], run.p[-1]))
+    if reference(name).exact:
+        near = max(apart, error)
+        description = f"{name}; by its difference from {text}"
+        return replace(other, error=near, description=description) if near < other.error else other
+    if apart > 3.0 * other.error:
+        description = f"{text}; by its difference from {other.description}"
+        return replace(pair, error=max(apart, error), description=description)
+    return replace(pair, description=f"{pair.description}; {name} agrees to {apart:.1g}")
 
 
 def _pair(
@@ -253,17 +223,17 @@ def _pair(
 def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajectory | None:
     """States along a motion that ends at the truth, to tell what the motion keeps; None where none
     comes so near."""
-    settings = dict(TRUTHS)
-    if truth.source is not None and truth.source[0] in settings:
-        name = truth.source[0]
-        run = reference(name).run(problem, duration, {"samples": SAMPLES, **settings[name]})
+    if truth.source is not None and truth.source[0] in TRUTHS:
+        contender = reference(truth.source[0])
+        setting = {"samples": SAMPLES, **truth_setting(contender, problem)}
+        run = contender.run(problem, duration, setting)
         return run if run.success else None
     _, distance = measure_of(problem)
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     for count in (2 * SAMPLES * 4**k for k in range(5)):
         run = galvi.integrate(problem, method, duration / count, count, save_every=count // SAMPLES)
-        near = run.success and distance(run.q[-1], truth.end)
-        if run.success and near <= ALIKE * size_of(problem, truth.end):
+        near = ALIKE * size_of(problem, truth.end)
+        if run.success and distance(run.q[-1], truth.end) <= near:
             return run
     return None
 

@@ -27,13 +27,14 @@ TRUTHS = "None, the name of a reference, a function of t, or the configuration a
 class ConvergenceRequest:
     """What is asked of a table, as of `convergence`.
 
+    methods   name and method, as of `convergence`; "" for the name of the code or the class itself
     counts    numbers of equal steps; () for those that are found by trying
     sizes     steps in the unit of time, or of a method's clock, in place of them
     with_all  whether galvi and every other code here that takes the problem take part, too
     """
 
     problem: Problem
-    methods: Mapping[str, Any]
+    methods: tuple[tuple[str, Any], ...]
     duration: float
     counts: tuple[int, ...] = ()
     sizes: tuple[float, ...] = ()
@@ -136,7 +137,7 @@ def _checked(
     if not (truth is None or isinstance(truth, str) or callable(truth)):
         truth = input_checks.array("truth", truth, problem.q0.shape, f"It is {TRUTHS}.")
     return ConvergenceRequest(
-        problem, dict(methods or {}), duration, counts, sizes, truth,
+        problem, tuple((methods or {}).items()), duration, counts, sizes, truth,
         input_checks.flag("quick", quick), with_all=methods is None,
     )  # fmt: skip
 

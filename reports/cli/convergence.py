@@ -22,6 +22,8 @@ from benchmarks.statistics.orders import RULE
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
 from benchmarks.store.provenance import provenance
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import galvi_label
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
 from reports.cli.handed_over import handed_over, show_progress
 from reports.figures.picture import WIDTHS, sized
@@ -54,11 +56,10 @@ def request_of(asked: Asked) -> ConvergenceRequest:
     """The request that options ask for. Raises ContenderError and ValueError for what is none."""
     problem, duration = load_problem(asked.problem, asked.duration)
     counts, sizes = counts_and_sizes(_steps(asked.steps))
-    methods = dict(_method(word) for word in asked.methods)
-    mine = {path: path for path in asked.contenders}
+    methods = [*map(_method, asked.methods), *(("", path) for path in asked.contenders)]
     return ConvergenceRequest(
-        problem, {**methods, **mine}, duration, counts, sizes, asked.truth or None, asked.quick,
-        with_all=not methods,
+        problem, tuple(methods), duration, counts, sizes, asked.truth or None, asked.quick,
+        with_all=not asked.methods,
     )  # fmt: skip
 
 
@@ -74,15 +75,14 @@ def _steps(text: str) -> list[Any] | None:
 
 
 def _method(word: str) -> tuple[str, Any]:
-    """The label and the method of a word of --method."""
+    """The name, "" for the code's own, and the method of a word of --method."""
     if word.startswith(GAUSS):
         degree = word.removeprefix(GAUSS)
         if not degree.isdigit():
             raise ValueError(f"--method gauss:DEGREE expects a whole number; received {word!r}.")
-        method = galvi.Galerkin(galvi.Polynomials(int(degree)), galvi.gauss(int(degree)))
-        return f"galvi degree {degree}, Gauss {degree}", method
+        return galvi_label(int(degree)), gauss_collocation(int(degree)).method
     if ":" not in word:
-        return word, word
+        return "", word
     method = object_at(word, "method", "name")
     if not isinstance(method, galvi.Galerkin):
         raise ValueError(
@@ -155,8 +155,7 @@ def _draw(table: OrderTable, folder: Path) -> list[Path]:
                 return files
             name = COMMAND if width == "page" else f"{COMMAND}-{width}"
             files.append(write(folder / f"{name}.{form}", picture))
-    said = f"{title}. {caption}"
-    write(
-        folder / f"{COMMAND}-caption.tex", f"\\caption{{{escape(said)}}}\\label{{fig:{COMMAND}}}\n"
-    )
+    said = f"{title} Filled points are in the fit of the order, or resolved by the truth."
+    label = f"\\label{{fig:{COMMAND}}}"
+    write(folder / f"{COMMAND}-caption.tex", f"\\caption{{{escape(said)}}}{label}\n")
     return files

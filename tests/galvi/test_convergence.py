@@ -171,6 +171,21 @@ def test_a_method_that_raises_is_failed_and_the_others_go_on():
     assert (good["outcome"] == "completed").all()
 
 
+def test_methods_have_the_names_that_they_are_given():
+    names = {"textbook.rk4": "textbook.rk4", "Kutta": "textbook.rk4"}
+    assert set(table(names, [20, 40])["method"]) == set(names)
+
+
+class OffersNothing(ForestRuth):
+    def settings(self, problem, duration):
+        return []
+
+
+def test_an_integrator_without_settings_is_not_left_out_in_silence():
+    with pytest.raises(ValueError, match="settings must be mappings, one at least"):
+        table({"mine": OffersNothing})
+
+
 def test_steps_are_numbers_or_sizes():
     by_number, by_size = table({"a": gauss(1)}, [20, 40]), table({"a": gauss(1)}, [0.25, 0.125])
     assert list(by_number["h"]) == list(by_size["h"]) == [0.25, 0.125]
@@ -245,15 +260,6 @@ def test_what_the_motion_keeps_does_not_depend_on_the_methods_of_the_table():
     for methods in ({"one": gauss(1)}, {"one": gauss(1), "four": gauss(4)}):
         frame = table(methods, [20, 40, 80], problem, 3.0)
         assert frame[["energy", "momentum"]].isna().all(axis=None)
-
-
-def test_two_methods_of_one_name_are_refused(tmp_path, monkeypatch):
-    text = "from tests.galvi.test_convergence import ForestRuth\nclass Twin(ForestRuth): pass\n"
-    (tmp_path / "twins.py").write_text(text)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    paths = ["tests.galvi.test_convergence:ForestRuth", "twins:Twin"]
-    with pytest.raises(ValueError, match="wo methods are called 'my Forest-Ruth'"):
-        table({path: path for path in paths})
 
 
 def raises(t):

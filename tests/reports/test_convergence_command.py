@@ -70,7 +70,9 @@ def test_tables_a_figure_and_sentences_of_the_pages_paper(folder, capsys):
     assert set(rows["method"]) == {*fits.index, "SciPy DOP853"}
     latex = Path("out/orders.tex").read_text()
     assert r"\label{tab:orders}" in latex and "S[table-format=" in latex
-    assert r"\label{fig:convergence}" in Path("out/convergence-caption.tex").read_text()
+    caption = Path("out/convergence-caption.tex").read_text()
+    assert caption.startswith(r"\caption{Errors of methods on galaxy, T = 20; errors of the state")
+    assert r"\label{fig:convergence}" in caption and "function" not in caption
     svg = Path("out/convergence.svg").read_text()
     assert svg.count("<svg") == 1 and 'width="496.8pt"' in svg
 
@@ -116,6 +118,14 @@ def test_what_cannot_be_asked_is_a_sentence_and_exit_2(folder, capsys, words, sa
     said = [line for line in capsys.readouterr().err.splitlines() if line[:12] != "convergence:"]
     assert len(said) == 1 and says in said[0] and said[0][-1] in ".?"
     assert not list(folder.glob("out/*.csv"))
+
+
+def test_two_methods_of_one_name_are_refused(folder, capsys):
+    text = "from mine import BlanesMoan\nclass Twin(BlanesMoan): pass\n"
+    Path("twins.py").write_text(text)
+    words = [*WORDS, "my_problem:galaxy", "--contender", "mine:BlanesMoan"]
+    assert run(None, [*words, "--contender", "twins:Twin", "--out", "out"]) == 2
+    assert "wo methods are called 'Blanes-Moan S6'" in capsys.readouterr().err
 
 
 def test_a_file_named_as_a_request_is_never_loaded(folder, capsys):

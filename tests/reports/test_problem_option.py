@@ -102,9 +102,8 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
 
 @pytest.mark.slow(beside="test_without_another_code_there_is_no_truth")
 def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
-    monkeypatch.setattr(
-        truths, "TRUTHS", [one for one in truths.TRUTHS if one[0] == "SciPy DOP853"]
-    )
+    only = {"SciPy DOP853": truths.TRUTHS["SciPy DOP853"]}
+    monkeypatch.setattr(truths, "TRUTHS", only)
     case = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True)
     truth = case.truth()
     assert "by its difference from itself at 30 times" in truth.description

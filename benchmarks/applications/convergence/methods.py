@@ -43,13 +43,11 @@ def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Meth
         methods = {galvi_label(degree): gauss_collocation(degree) for degree in DEGREES}
         methods |= {label(contender): contender for contender in peers(problem)}
     with ExitStack() as stack:
-        for given, method in request.methods.items():
-            name, contender = given, _contender(problem, given, method, timeout)
+        for name, method in request.methods:
+            contender = _contender(problem, name, method, timeout)
             if isinstance(contender, ExternalIntegrator):
                 stack.callback(contender.close)
-                name = contender.name if given == method else given
-            elif given == method:
-                name = label(contender)
+            name = name or label(contender)
             if name in methods:
                 raise ValueError(f"two methods are called {name!r}; give each a name of its own.")
             _check_usable(name, contender, problem)
@@ -90,8 +88,8 @@ def _contender(problem: Problem, name: str, method: Any, timeout: float) -> Any:
 def with_settings(methods: Methods, request: ConvergenceRequest, truth: Truth) -> list[Participant]:
     """Each method with its settings, from coarse to fine.
 
-    Raises ValueError for a step that does not go into the duration, and for an integrator that
-    chooses its steps where none are offered.
+    Raises ValueError for a step that does not go into the duration, and ContenderError for an
+    integrator that offers no settings.
     """
     return [
         Participant(name, contender, _settings(request, contender, truth))
@@ -106,7 +104,9 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
     options = FIXED.get(contender.name, {})
     if hasattr(contender, "settings"):
         offered = contender.settings(problem, duration, FEWEST)
-        if not offered or "step" not in offered[-1]:
+        if not offered:
+            raise ContenderError(f"{contender.name} offers no settings")
+        if "step" not in offered[-1]:
             return [{**setting, "samples": 1} for setting in offered]
         options = {k: v for k, v in offered[-1].items() if k not in ("step", "save_every")}
     elif not contender.fixed_step:

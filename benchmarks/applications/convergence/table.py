@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,11 +11,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.measures.defects import (
-    kept_components,
-    largest_changes,
-    map_symplecticity_defect,
-)
+from benchmarks.measures.defects import kept_components, largest_changes, map_symplecticity_defect
 from benchmarks.statistics.orders import BOUND, RESOLVED, orders
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
@@ -30,6 +26,7 @@ from benchmarks.work_precision.truths import (
     state_distance,
 )
 from galvi import Problem, Trajectory
+from galvi.arrays import Array
 
 COLUMNS = (
     "method", "h", "error", "order", "fitted", "fitted_se", "energy", "momentum", "symmetry",
@@ -97,11 +94,12 @@ def order_table(
     rows = []
     for each in measured:
         report(f"{each.participant.label}, {readable_setting(each.setting)}: structure")
-        itself = truth.source == (each.participant.contender.name, readable_setting(each.setting))
-        each.why = ITSELF if itself and not each.why else each.why
-        run = each.run
-        error = away((run.q[-1], run.p[-1])) if run.success and not itself else math.nan
-        rows.append(_row(problem, duration, each, error, kept))
+        row = _row(problem, duration, each, kept)
+        if truth.source == (each.participant.contender.name, row["setting"]):
+            row["note"] = ITSELF
+        elif each.run.success:
+            row["error"] = away((each.run.q[-1], each.run.p[-1]))
+        rows.append(row)
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
     return _with_orders(frame, size_of(problem, truth.end), truth.error)
 
@@ -170,14 +168,14 @@ def _time(measured: Sequence[_Measured], quick: bool) -> None:
 
 
 def _row(
-    problem: Problem, duration: float, one: _Measured, error: float, kept: Any
+    problem: Problem, duration: float, one: _Measured, kept: Mapping[str, Array]
 ) -> dict[str, Any]:
+    """All columns but the error and what follows from it."""
     run, contender, counts = one.run, one.participant.contender, one.run.counts
     equal_steps = "step" in one.setting
     row: dict[str, Any] = {
         "method": one.participant.label,
         "h": one.setting["step"] if equal_steps else math.nan,
-        "error": error,
         "outcome": COMPLETED if run.success else FAILED,
         "setting": readable_setting(one.setting),
         "theory": _theory(contender, one.setting) if equal_steps else math.nan,
@@ -260,11 +258,11 @@ def _with_orders(frame: pd.DataFrame, size: float, truth_error: float) -> pd.Dat
         fine = rows[rows["h"].notna()].sort_values("h", ascending=False)
         if fine.empty:
             continue
-        seen = orders(list(fine["h"]), list(fine["error"]), size, truth_error)
-        frame.loc[fine.index, "order"] = seen.local
-        frame.loc[fine.index, "fit"] = seen.used
-        frame.loc[fine.index, "fitted"] = seen.fit.rate
-        frame.loc[fine.index, "fitted_se"] = seen.fit.uncertainty
-        notes = frame.loc[fine.index, "note"].where(fine["note"] != "", list(seen.notes))
+        series = orders(list(fine["h"]), list(fine["error"]), size, truth_error)
+        frame.loc[fine.index, "order"] = series.local
+        frame.loc[fine.index, "fit"] = series.used
+        frame.loc[fine.index, "fitted"] = series.fit.rate
+        frame.loc[fine.index, "fitted_se"] = series.fit.uncertainty
+        notes = frame.loc[fine.index, "note"].where(fine["note"] != "", list(series.notes))
         frame.loc[fine.index, "note"] = notes
     return frame

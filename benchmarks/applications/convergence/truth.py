@@ -14,14 +14,12 @@ from benchmarks.work_precision.own_problem import tolerances
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import EPS, Truth
 from benchmarks.work_precision.truths import (
-    CLOSED,
     LOOSER,
     TRUTHS,
     Report,
-    confirmed_truth,
-    exact_truth,
+    best_truth,
     measure_of,
-    richardson_truth,
+    truth_setting,
 )
 from galvi import Problem, input_checks
 from galvi.arrays import Array
@@ -46,12 +44,7 @@ def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Repo
     ours = [one.method for one in methods.values() if isinstance(one, Variational)]
     usable = [one for one in (*ours, gauss_collocation(DEGREE).method) if not one.in_frame]
     method = max(usable, key=lambda one: one.order)
-    exact = exact_truth(problem, duration, report)
-    if exact is None:
-        return richardson_truth(problem, duration, method, report)
-    if CLOSED in exact.description:
-        return exact
-    return confirmed_truth(problem, duration, exact, method, report)
+    return best_truth(problem, duration, method, report)
 
 
 def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) -> Array:
@@ -66,7 +59,7 @@ def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) 
 
 
 def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Truth:
-    """The end by a code at its tightest setting; its error is the difference from the next."""
+    """The end by a code at its tightest setting; its error is the difference from a looser one."""
     _, distance = measure_of(problem)
     contender: Any = named(name, problem)
     if contender.missing:
@@ -77,7 +70,8 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
             "chooses its steps, or give the configuration at the end."
         )
     report(f"truth: {contender.name}")
-    tight = dict(TRUTHS).get(contender.name, tolerances(contender)[-1])
+    known = contender.name in TRUTHS
+    tight = truth_setting(contender, problem) if known else tolerances(contender)[-1]
     looser = {k: LOOSER * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")}
     runs = []
     for setting in ({**tight, **looser}, tight):

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 import galvi
 from benchmarks.applications.external.check_problems import CheckProblem
-from benchmarks.applications.external.loading import ContenderError
-from benchmarks.applications.external.long_runs import angular_momentum
+from benchmarks.applications.external.loading import CONSERVED, ContenderError
 from benchmarks.applications.external.own_problems import load_problem, require_sendable
-from benchmarks.work_precision.truths import TRUTHS, truth_of
-from galvi import Canonical, Problem, Trajectory
+from benchmarks.measures.defects import invariants, kept_components
+from benchmarks.work_precision.truths import truth_of, truth_setting
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import reference
 
 SAMPLES = 20  # states of the truth at which energy and angular momentum are compared
 ROUND_OFF = 1e-14  # relative error that no truth is better than
-SAME = 1000.0  # relative change of what is conserved, over the truth's own relative error
 FLOOR = 10.0  # errors that show an order, over the truth's own
 LINEAR = "oscillator, closed form"  # a truth of motions that show no order
 
@@ -40,12 +36,15 @@ def own_check_problem(path: str) -> CheckProblem:
         raise ContenderError(str(error).rstrip(".")) from None
     assert truth.source is not None
     name = truth.source[0]
-    contender, setting = reference(name), dict(TRUTHS)[name]
+    contender = reference(name)
+    setting = truth_setting(contender, problem)
     run = contender.run(problem, duration, {"samples": SAMPLES, **setting})
     size = float(np.max(np.abs(run.q))) or 1.0
     error = max(truth.error / size, ROUND_OFF)
-    formulas = {"energy": energy, "angular momentum": angular_momentum}
-    kept = [word for word, formula in formulas.items() if _keeps(run, formula, SAME * error)]
+    kept = [
+        word for word, values in invariants(run).items()
+        if word in CONSERVED and np.any(values[0]) and np.all(kept_components(run)[word])
+    ]  # fmt: skip
     return CheckProblem(
         problem, duration, contender, setting,
         size=size, floor=max(1e-11, FLOOR * error), ordered=np.inf if name == LINEAR else 0.0,
@@ -56,21 +55,3 @@ def own_check_problem(path: str) -> CheckProblem:
 def energy(problem: Problem, q: Array, p: Array) -> Array:
     """The energy (k,) of the problem's own functions at states (k, ...) of its start's time."""
     return galvi.energy(Trajectory(problem, np.full(len(q), problem.t0), q, p))
-
-
-def _keeps(run: Trajectory, formula: Callable[[Problem, Array, Array], Array], most: float) -> bool:
-    """Whether a quantity is defined, not 0, and changes by at most so much of its size."""
-    system: Any = run.problem.system
-    if getattr(system, "explicit_time", False) or not run.success:
-        return False
-    if formula is angular_momentum and isinstance(system, Canonical) and run.q.shape[1:] not in (
-        (2,), (3,)
-    ):  # fmt: skip
-        return False
-    try:
-        values = np.reshape(formula(run.problem, run.q, run.p), (len(run.q), -1))
-    except (AttributeError, IndexError, TypeError, ValueError):  # it has none
-        return False
-    start = float(np.linalg.norm(values[0]))
-    change = float(np.max(np.linalg.norm(values - values[0], axis=-1)))
-    return start > 0.0 and change <= most * start
