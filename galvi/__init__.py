@@ -1,14 +1,11 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
 from difflib import get_close_matches as _close
-from os import environ
 
 from galvi import events, problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.chart import Cayley, Exponential, ModifiedRodrigues
 from galvi.clocks.clock import Clock, DynamicalTime, Sundman
-from galvi.curves.clock_curves import RedoneClockCurves
-from galvi.curves.curves import RedoneCurves
 from galvi.diagnostics.invariants import (
     MomentumBalance,
     energy,
@@ -20,31 +17,29 @@ from galvi.diagnostics.invariants import (
 )
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
+from galvi.ensembles.integrate_ensemble import integrate_ensemble
+from galvi.ensembles.keep import Events, Extrema, FinalStates, Histogram, StatesAt
+from galvi.ensembles.result import Ensemble
+from galvi.environment import FAST as FAST
 from galvi.events.event import Event
-from galvi.events.run import with_events as _with_events
 from galvi.events.search import Found, find_events
+from galvi.frames.harmonic_frame import HarmonicFrame
+from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.group import SE2, SE3, SO2, SO3, Rn, nearest_rotation
 from galvi.groups.product import Product
 from galvi.interop.citations import Citation, cite
 from galvi.interop.convergence import convergence
-from galvi.interop.exports import plot as _plot
-from galvi.interop.exports import to_scipy, to_xarray
 from galvi.interop.from_mujoco import from_mujoco
 from galvi.interop.judge import Judged, judge
-from galvi.interop.rebound import from_rebound, to_rebound
+from galvi.interop.rebound import from_rebound
 from galvi.interop.release import galvi_version as _version
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
 from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, newton_cotes, radau
-from galvi.run.clocked.run import curves_from
-from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
-from galvi.run.integrate import WITH_EVENTS as _WITH_EVENTS
 from galvi.run.integrate import integrate, resume
-from galvi.run.loop import curves_of_steps
-from galvi.run.saving.files import FOUND as _FOUND
 from galvi.run.saving.files import load, save
 from galvi.run.states import states_at
 from galvi.spaces.fourier import Fourier, PolynomialFourier
@@ -78,34 +73,6 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.trajectory import Trajectory
 
-FAST = environ.get("GALVI_FAST", "1") != "0"
-if environ.get("GALVI_FAST", "1") not in ("0", "1"):
-    raise ValueError(f"GALVI_FAST must be 0 or 1; received {environ['GALVI_FAST']!r}.")
-IN_FAST = (
-    "Ensemble", "Events", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame",
-    "StatesAt", "integrate_ensemble",
-)  # fmt: skip
-if FAST:
-    from galvi.ensembles.integrate_ensemble import integrate_ensemble
-    from galvi.ensembles.keep import Events, Extrema, FinalStates, Histogram, StatesAt
-    from galvi.ensembles.result import Ensemble
-    from galvi.fast import register
-    from galvi.fast.frames.harmonic_frame import HarmonicFrame
-    from galvi.fast.frames.kepler_frame import KeplerFrame
-
-    register()
-
-watch_compilation()
-_WITH_EVENTS[:] = [_with_events]
-_FOUND[:] = [Found]
-RedoneCurves.redo_of = staticmethod(curves_of_steps)
-RedoneClockCurves.redo_of = staticmethod(curves_from)
-Trajectory.to_rebound_of = staticmethod(to_rebound)
-Trajectory.to_scipy_of = staticmethod(to_scipy)
-Trajectory.to_xarray_of = staticmethod(to_xarray)
-Trajectory.plot_of = staticmethod(_plot)
-Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
-
 __all__ = [
     "SE2", "SE3", "SO2", "SO3", "Canonical", "Cayley", "CentralForce", "Citation", "Clock",
     "ComponentPolynomials", "CosinePotential", "Drag", "DynamicalTime", "Ensemble", "Event",
@@ -124,16 +91,12 @@ __all__ = [
     "resume", "rotations", "round_trip_error", "save", "states_at", "step_derivative",
     "symplecticity_defect", "theory",
 ]  # fmt: skip
-if not FAST:
-    __all__ = [name for name in __all__ if name not in IN_FAST]
 
 
 def __getattr__(name: str) -> object:
     """AttributeError with the nearest public name; pieces and problems are found in any case."""
     if name == "__version__":
         return _version()
-    if name in IN_FAST:
-        raise AttributeError(f"galvi.{name} needs galvi.fast, which GALVI_FAST=0 leaves out.")
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
     near = _close(name.casefold(), public, n=1)

@@ -19,11 +19,11 @@ class Checkpoint:
     first         steps done so far; times are t0 + k h in every part of a continued run
     state         (4, d) q, its low part, v, its low part; on a group see
                   galvi.kernels.on_group.advance, in a moving frame (8, m), see
-                  galvi.fast.lanes.frames.collocation
+                  galvi.lanes.frames.collocation
     stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
                   the next step is predicted
     solver_state  integers of the solver, see galvi.kernels.nystrom.advance and
-                  .on_group.advance, galvi.fast.lanes.nbody
+                  .on_group.advance, galvi.lanes.nbody
     solver        "auto", "fixed_point" or "newton"
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last

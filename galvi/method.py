@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, cast
+from typing import Any, cast
 
 from galvi.charts.chart import Cayley, Chart, MovingChart
 from galvi.input_checks import shown
@@ -37,8 +36,6 @@ class Galerkin:
     rule: Rule
     chart: Chart | MovingChart = field(default_factory=Cayley)
     clock: Any = None
-
-    theory_of: ClassVar[Callable[..., Any]]  # galvi.theory, registered by galvi/__init__
 
     def __post_init__(self) -> None:
         for name, kind, example in (
@@ -130,4 +127,6 @@ class Galerkin:
         self, problem: Any = None, step: float | None = None, lipschitz: float | None = None
     ) -> Any:
         """Theoretical properties of this method and of a step on a problem: see `galvi.theory`."""
-        return self.theory_of(self, None, problem, step, lipschitz)
+        from galvi.analysis.theory import theory  # analysis stands on methods
+
+        return theory(self, None, problem, step, lipschitz)

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -125,12 +125,6 @@ class Trajectory:
     restarts: Restarts | None = None
     origin: Problem | None = None
 
-    # These stand above a run, which must not import them: registered by galvi/__init__.
-    to_rebound_of: ClassVar[Callable[..., Any]]
-    to_scipy_of: ClassVar[Callable[..., Any]]
-    to_xarray_of: ClassVar[Callable[..., Any]]
-    plot_of: ClassVar[Callable[..., Any]]
-
     def _judge_later(self, find: Callable[[], Mapping[str, Any]], began: Any = None) -> None:
         """Let ``find`` tell how the run ended, once one of these fields is read; it began from a
         state with the settings of its continuation."""
@@ -178,19 +172,27 @@ class Trajectory:
 
     def to_rebound(self, at: int = -1) -> Any:
         """A `rebound.Simulation` at a saved state: see galvi.interop.rebound."""
-        return self.to_rebound_of(self, at)
+        from galvi.interop.rebound import to_rebound
+
+        return to_rebound(self, at)
 
     def to_scipy(self) -> Any:
         """The run with the fields of SciPy's solve_ivp: see galvi.interop.exports."""
-        return self.to_scipy_of(self)
+        from galvi.interop.exports import to_scipy
+
+        return to_scipy(self)
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset with named dimensions: see galvi.interop.exports."""
-        return self.to_xarray_of(self)
+        from galvi.interop.exports import to_xarray
+
+        return to_xarray(self)
 
     def plot(self) -> Any:
         """A matplotlib figure of the motion and the energy: see galvi.interop.exports."""
-        return self.plot_of(self)
+        from galvi.interop.exports import plot
+
+        return plot(self)
 
     def to_frame(self) -> pandas.DataFrame:
         """A tidy pandas frame: t (and tau), then a column for each component of q and of p."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from galvi.run.saving.whole_files import write_whole
+from galvi.whole_files import write_whole
 
 
 def write(path: Path, content: str | bytes) -> Path:

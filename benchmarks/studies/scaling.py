@@ -19,8 +19,8 @@ from benchmarks.test_problems.planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import label_beside, offered_settings, readable_setting
 from galvi import Problem, Trajectory
-from galvi.fast.lanes.vectors import DOUBLE, LANES, VECTOR
 from galvi.kernels.compile.jit import jit
+from galvi.lanes.vectors import DOUBLE, LANES, VECTOR
 from references import Contender
 from references.rebound.ias15 import IAS15
 from references.rebound.whfast import BEST, WHFAST

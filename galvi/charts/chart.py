@@ -39,7 +39,7 @@ class Chart(Hashable, Protocol):
 
 
 class MovingChart(Hashable, Protocol):
-    """Coordinates that move with an integrable flow, see `galvi.fast.frames.frame.Frame`."""
+    """Coordinates that move with an integrable flow, see `galvi.frames.frame.Frame`."""
 
     @property
     def name(self) -> str:

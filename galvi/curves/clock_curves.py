@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -138,7 +138,6 @@ class RedoneClockCurves:
 
     # (problem, method, step, state, time, end) -> the curves from a state to a time: registered by
     # galvi/__init__, as it does a run, which stands above.
-    redo_of: ClassVar[Callable[..., ClockCurves]]
 
     def position(self, t: Any) -> Array:
         """q at t, as `ClockCurves.position`."""
@@ -162,7 +161,9 @@ class RedoneClockCurves:
             farthest = sign * float(wanted[rows].max())
             if farthest == grid[k]:  # a step is needed, however short the run
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
-            curves = self.redo_of(
+            from galvi.run.clocked.run import curves_from  # runs stand on curves
+
+            curves = curves_from(
                 self.problem, self.method, self.step, self.known[k], farthest, self.end
             )
             found[rows] = values(curves, sign * wanted[rows])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -192,7 +192,6 @@ class RedoneCurves:
 
     # (problem, method, step, checkpoint, k, n) -> the curves of n steps after k: registered by
     # galvi/__init__, as it does a run, which stands above.
-    redo_of: ClassVar[Callable[..., CurvesOfSteps]]
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
@@ -225,7 +224,11 @@ class RedoneCurves:
             rows = np.flatnonzero(pieces == k)
             own = index[rows] - starts[k]
             first, count = int(own.min()), int(own.max() - own.min()) + 1
-            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], first, count)
+            from galvi.run.loop import curves_of_steps  # runs stand on curves
+
+            curves = curves_of_steps(
+                self.problem, self.method, self.step, self.known[k], first, count
+            )
             found[rows] = values(curves, own - first, tau[rows])
         return found[0] if single else found
 

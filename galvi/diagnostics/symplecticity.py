@@ -15,6 +15,7 @@ from galvi.arrays import Array
 from galvi.charts.chart import Exponential, coordinates, place
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import FrameCurves
+from galvi.diagnostics.frame_derivative import frame_step_derivative
 from galvi.groups.group import Group
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
@@ -40,8 +41,6 @@ MASSLESS = (
     "symplecticity is a property of (q, p), and the p of massless bodies is always 0; received "
     "some. Give them a small mass."
 )
-# (problem, method, step) -> the derivative of a step in a moving frame; see galvi.fast.
-IN_FRAME: list[Callable[[Problem, Galerkin, float], Array]] = []
 
 
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
@@ -75,7 +74,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. In a moving frame see `galvi.fast.in_frame.engine`. Raises ValueError when the
+    da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
     step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
@@ -85,9 +84,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
             "galvi.symplecticity_defect, or leave the clock out."
         )
     if method.in_frame:
-        if not IN_FRAME:
-            raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")
-        return IN_FRAME[0](problem, method, step)
+        return frame_step_derivative(problem, method, step)
     if group_system(problem, method) is not None:
         if isinstance(problem.system, NBody):
             raise ValueError(OF_VELOCITY)

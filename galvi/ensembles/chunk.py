@@ -16,11 +16,11 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.ensembles.keep import Keep, TimeGrid
 from galvi.ensembles.laws import Law, LawNumbers, kernel_of
-from galvi.fast.lanes.members.steps import FIRST, TODO
-from galvi.fast.lanes.vectors import LANES
-from galvi.fast.nystrom_stepper import aligned
 from galvi.input_checks import shown
+from galvi.lanes.members.steps import FIRST, TODO
+from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
+from galvi.run.in_lanes.nystrom import aligned
 
 
 class Batch:

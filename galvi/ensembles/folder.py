@@ -24,7 +24,7 @@ from numba.core.dispatcher import Dispatcher
 
 from galvi.arrays import Array
 from galvi.input_checks import shown
-from galvi.run.saving.whole_files import write_whole
+from galvi.whole_files import write_whole
 
 ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
 IMPORTED = time.time()

@@ -19,13 +19,13 @@ from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.singles import Single, Singles, members_in_clock
-from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.fast.nystrom_stepper import FINER
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.ensemble import processors
 from galvi.run.group_system import coupled_layout
+from galvi.run.in_lanes.laws import FINEST_IN_LANES, FINEST_ON_RN
+from galvi.run.in_lanes.nystrom import FINER
 from galvi.run.integrate import check_end, checked
 from galvi.run.plan import number_of_steps
 

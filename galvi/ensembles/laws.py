@@ -12,35 +12,35 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.fast.lanes.group_rows import rows_of_group_work
-from galvi.fast.lanes.law_pass import filled, rows_of_work
-from galvi.fast.lanes.members.group import group_fields
-from galvi.fast.lanes.members.law import law_fields
-from galvi.fast.lanes.members.steps import Fields
-from galvi.fast.lanes.vectors import LANES
-from galvi.fast.law_stepper import (
+from galvi.groups.group import Rn
+from galvi.kernels.lie import product
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.lanes.group_rows import rows_of_group_work
+from galvi.lanes.law_pass import filled, rows_of_work
+from galvi.lanes.members.group import group_fields
+from galvi.lanes.members.law import law_fields
+from galvi.lanes.members.steps import Fields
+from galvi.lanes.vectors import LANES
+from galvi.method import Galerkin
+from galvi.run.in_lanes.laws import (
     component_degrees,
     group_law,
     lane_law,
     orthonormal_complement,
     outside,
 )
-from galvi.fast.laws import force_of, slopes_of
-from galvi.fast.nystrom_stepper import aligned, aligned_copies, integrals_of
-from galvi.fast.symbolic.lane_law import (
+from galvi.run.in_lanes.nystrom import aligned, aligned_copies, integrals_of
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
+from galvi.tableau import Tableau
+from galvi.tracing.lane_law import (
     built_in,
     compiled_group_members,
     compiled_members,
     function_of,
     unit_mass_law,
 )
-from galvi.groups.group import Rn
-from galvi.kernels.lie import product
-from galvi.kernels.lie.arithmetic import two_sum
-from galvi.method import Galerkin
-from galvi.systems.canonical import Canonical
-from galvi.systems.nbody import NBody
-from galvi.tableau import Tableau
+from galvi.tracing.laws import force_of, slopes_of
 
 WIDEST = 32  # coordinates up to which a law is written out for members
 
@@ -49,7 +49,7 @@ WIDEST = 32  # coordinates up to which a law is written out for members
 class Law:
     """A law that many members run by; equal for equal laws.
 
-    lines        that define ``law``, as in galvi.fast.symbolic.lane_law
+    lines        that define ``law``, as in galvi.tracing.lane_law
     dimension    d of the velocities
     entries      of a configuration
     in_velocity  whether the law's momenta are velocities, and the system's M v
@@ -189,7 +189,7 @@ NARROW, FEW = 6, 12
 class MemberKernel:
     """What runs members of a law with a method.
 
-    function  compiled, of the address of the words in galvi.fast.lanes.members.steps
+    function  compiled, of the address of the words in galvi.lanes.members.steps
     fields    of a record
     rows      of work
     tables    tables, complement and growth, as there
@@ -278,7 +278,7 @@ def tables_on_group(table: Tableau) -> tuple[Array, Array, Array]:
 def _in_lines(
     table: Tableau, A: Array, B: Array, means: Array, complement: Array
 ) -> tuple[Array, Array, Array]:
-    """The parts in the order of galvi.fast.lanes.members.steps.Tables."""
+    """The parts in the order of galvi.lanes.members.steps.Tables."""
     rows = (table.b, table.low_parts[1], means, table.c)
     given = np.concatenate([*A, *B, rows, table.analysis.T, table.extrapolation.T])
     tables, complement = aligned_copies(given, complement)

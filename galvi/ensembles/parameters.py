@@ -17,13 +17,13 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.laws import Law, LawNumbers, law_of
-from galvi.fast.symbolic.from_sympy import SymbolicForce
-from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
+from galvi.tracing.from_sympy import SymbolicForce
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters

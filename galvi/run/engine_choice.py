@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from galvi.environment import FAST
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.group_system import group_system
+from galvi.run.in_frame.engine import frame_engine
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.plan import Engine
-
-# (problem, method) -> the engine of a moving frame, which may refuse; see galvi.fast.
-FOR_FRAMES: list[Callable[[Problem, Galerkin], Engine]] = []
 
 
 def engine_for(problem: Problem, method: Galerkin) -> Engine:
@@ -24,7 +21,7 @@ def engine_for(problem: Problem, method: Galerkin) -> Engine:
             f"{method.clock}. Leave the clock out."
         )
     if method.in_frame:
-        if not FOR_FRAMES:
-            raise ValueError("moving frames need galvi.fast, which GALVI_FAST=0 leaves out.")
-        return FOR_FRAMES[0](problem, method)
+        if not FAST:
+            raise ValueError("moving frames need the lanes, which GALVI_FAST=0 leaves out.")
+        return frame_engine(problem, method)
     return NYSTROM if group_system(problem, method) is None else ON_GROUP

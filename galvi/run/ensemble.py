@@ -21,7 +21,7 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.integrate import WITH_EVENTS, checked, checked_in_clock, has_events
+from galvi.run.integrate import checked, checked_in_clock, has_events, with_events
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
 from galvi.run.plan import Run, check_memory
@@ -81,7 +81,7 @@ def integrate_many(
             if isinstance(method, Galerkin) and method.clock is not None:
                 made = checked_in_clock(problem, method, step, steps, **settings)
                 watched = has_events(events)
-                each.append(WITH_EVENTS[0](*made.args, events) if watched else made)
+                each.append(with_events(*made.args, events) if watched else made)
                 compiled = compiled and isinstance(problem.system, NBody)
                 continue
             engine, run = checked(problem, method, step, steps, **settings)
@@ -90,7 +90,7 @@ def integrate_many(
                 each.append(partial(run_steps, engine, run))
             else:
                 given_steps = problem, method, run.step, run.start, run.steps, None
-                each.append(WITH_EVENTS[0](*given_steps, events))
+                each.append(with_events(*given_steps, events))
             compiled = compiled and engine.is_compiled(problem, method)
     if runs:
         check_memory(runs)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, cast
 
@@ -13,6 +12,7 @@ from galvi.charts import CHARTS
 from galvi.charts.chart import Exponential, coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import GroupChart, IdentityChart, LocalChart
+from galvi.environment import FAST
 from galvi.groups.group import Group, Rn
 from galvi.kernels.compile.function_pointers import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
@@ -35,10 +35,6 @@ from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
-FAST: list[
-    Callable[[runs.Run, runs.RunArrays], runs.Call | None]
-] = []  # tried first; galvi.fast registers them
-ITERATES: list[Callable[[Problem, Galerkin], bool]] = []  # whether one of them does such runs
 
 
 def general_stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
@@ -85,10 +81,20 @@ def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether fixed-point iteration is available: the general kernel has none."""
-    return any(applies(problem, method) for applies in ITERATES)
+    from galvi.run.in_lanes.laws import iterates
+
+    return FAST and iterates(problem, method)
 
 
-stepper = runs.first_of(FAST, general_stepper)
+def stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
+    """A `Call` in lanes, or of the general kernel."""
+    if FAST and run.start.solver != "newton":
+        from galvi.run.in_lanes.laws import lane_stepper
+
+        call = lane_stepper(run, work)
+        if call is not None:
+            return call
+    return general_stepper(run, work)
 
 
 def stepper_after_failure(run: runs.Run, work: runs.RunArrays) -> runs.Call:

@@ -33,9 +33,6 @@ from galvi.trajectory import Trajectory
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
-# (problem, method, step, start, steps, time, events, first) -> a run with events, of `progress` and
-# `interrupted`: registered by galvi/__init__, as it searches runs and stands above.
-WITH_EVENTS: list[Callable[..., Callable[..., Trajectory]]] = []
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -85,7 +82,7 @@ def integrate(
             solver=solver, tolerance=tolerance,
         )  # fmt: skip
         if has_events(events):
-            return WITH_EVENTS[0](*run_it.args, events)(progress=progress)
+            return with_events(*run_it.args, events)(progress=progress)
         return run_it(progress=progress)
     engine, run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
@@ -94,8 +91,15 @@ def integrate(
     check_memory([run])
     if has_events(events):
         given = problem, method, run.step, run.start, run.steps, None, events
-        return WITH_EVENTS[0](*given)(progress=progress)
+        return with_events(*given)(progress=progress)
     return run_steps(engine, run, progress=progress)
+
+
+def with_events(*run: Any) -> Callable[..., Trajectory]:
+    """See `galvi.events.run.with_events`, which searches runs and stands above them."""
+    from galvi.events.run import with_events
+
+    return with_events(*run)
 
 
 def has_events(events: Any) -> bool:
@@ -270,9 +274,7 @@ def resume(
         _check_iteration(engine, problem, method)
     check_memory([more])
     if has_events(asked):
-        return WITH_EVENTS[0](problem, method, step, start, total, None, asked, run)(
-            progress=progress
-        )
+        return with_events(problem, method, step, start, total, None, asked, run)(progress=progress)
     return run_steps(engine, more, progress=progress)
 
 
@@ -349,9 +351,7 @@ def _resumed_in_clock(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
     if has_events(asked):
-        return WITH_EVENTS[0](problem, run.method, h, start, most, time, asked, run)(
-            progress=progress
-        )
+        return with_events(problem, run.method, h, start, most, time, asked, run)(progress=progress)
     return run_in_clock(problem, run.method, h, start, most, time, first=run, progress=progress)
 
 

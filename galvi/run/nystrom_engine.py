@@ -11,6 +11,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import IdentityChart
+from galvi.environment import FAST
 from galvi.kernels.compile.function_pointers import interpreted
 from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.advance import GUESS, NOTHING, compiled_reach, reach
@@ -33,11 +34,6 @@ NOISY = 1e-11  # of a force, relative: above it the iteration may not settle, se
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 
 
-FAST: list[
-    Callable[[runs.Run, runs.RunArrays], runs.Call | None]
-] = []  # tried first; galvi.fast registers them
-
-
 def general_stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
     system: Any = run.problem.system
@@ -52,7 +48,15 @@ def general_stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
     return call
 
 
-stepper = runs.first_of(FAST, general_stepper)
+def stepper(run: runs.Run, work: runs.RunArrays) -> runs.Call:
+    """A `Call` in lanes, or of the general kernel."""
+    if FAST and run.start.solver != "newton":
+        from galvi.run.in_lanes.nystrom import lane_stepper
+
+        call = lane_stepper(run, work)
+        if call is not None:
+            return call
+    return general_stepper(run, work)
 
 
 def reaching(run: runs.Run) -> Callable[..., None]:

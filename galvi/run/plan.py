@@ -63,22 +63,6 @@ def fixed(*start: Any) -> Start:
 Substeps = Callable[[Run], Trajectory]  # with smaller steps, which are not retried when they fail
 
 
-def first_of(
-    fast: list[Callable[[Run, RunArrays], Call | None]], general: Callable[[Run, RunArrays], Call]
-) -> Callable[[Run, RunArrays], Call]:
-    """A `Call` of the first kernel that does a run; the general one does all."""
-
-    def stepper(run: Run, work: RunArrays) -> Call:
-        if run.start.solver != "newton":
-            for one in fast:
-                call = one(run, work)
-                if call is not None:
-                    return call
-        return general(run, work)
-
-    return stepper
-
-
 @dataclass(frozen=True)
 class Engine:
     """The functions that differ between runs on vector spaces, on groups and in moving frames.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -62,8 +62,6 @@ class Lagrangian:
     timed_force: bool = field(default=False, kw_only=True)
     check: bool = field(default=True, kw_only=True, compare=False)
 
-    read_sympy: ClassVar[Callable[..., Any] | None] = None  # registered by galvi.fast
-
     def __post_init__(self) -> None:
         check_force(self)
         check_given(self, ("function", "slopes"), "(q, v)", needed="function")
@@ -92,9 +90,9 @@ class Lagrangian:
         Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
         Lagrangian that is not twice differentiable somewhere.
         """
-        if cls.read_sympy is None:
-            raise ImportError("Lagrangian.from_sympy needs galvi.fast, without GALVI_FAST=0.")
-        found, timed, given_force = cls.read_sympy(L, q, v, t, parameters, force)
+        from galvi.tracing.from_sympy import symbolic  # tracing stands on systems
+
+        found, timed, given_force = symbolic(L, q, v, t, parameters, force)
         forces: dict[str, Any] = (
             {} if given_force is None else {"force": given_force, "timed_force": True}
         )

@@ -1,14 +1,16 @@
-"""What tracing a system's functions found, kept with the system. The core alone traces nothing."""
+"""What tracing a system's functions found, kept with the system.
+
+With GALVI_FAST=0 nothing is traced.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from galvi.arrays import Array
-
-Finders = Mapping[str, Callable[[], "Trace"]]
+from galvi.environment import FAST
 
 
 class Untraceable(Exception):
@@ -42,8 +44,6 @@ class Traces:
 
 NONE = Traces({}, {})
 KEPT = "_traces"  # attribute of a system, so that both end together
-# (system, q, v, t) -> what finds each trace near a state; may raise `Untraceable`. See galvi.fast.
-TRACERS: list[Callable[[Any, Array, Array, float], Finders]] = []
 
 
 def traces(system: Any) -> Traces:
@@ -62,18 +62,18 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     anew  do it again if what was found does not hold any more
     """
     known = traces(system)
-    if known is not NONE and not (anew and not known.hold):
+    if not FAST or (known is not NONE and not (anew and not known.hold)):
         return
+    from galvi.tracing.laws import finders_of  # tracing stands on systems
+
     found: dict[str, Trace] = {}
     refused: dict[str, str] = {}
-    for finders_of in TRACERS:
-        for name, find in finders_of(system, q, v, t).items():
-            try:
-                found[name] = find()
-            except Untraceable as reason:
-                refused[name] = str(reason)
-    if TRACERS:
-        vars(system)[KEPT] = Traces(found, refused)
+    for name, find in finders_of(system, q, v, t).items():
+        try:
+            found[name] = find()
+        except Untraceable as reason:
+            refused[name] = str(reason)
+    vars(system)[KEPT] = Traces(found, refused)
 
 
 def share(system: Any, other: Any) -> None:

@@ -15,7 +15,7 @@ import typer
 
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv, read_csv
-from galvi.run.saving.whole_files import open_descriptor
+from galvi.whole_files import open_descriptor
 from references.setting import nearest
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.figures.drawing import drawable

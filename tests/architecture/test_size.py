@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("galvi", "references", "benchmarks", "reports", "tests")
-KERNELS = ("galvi/kernels/", "galvi/fast/lanes/")  # what is handed over there is not grouped
+KERNELS = ("galvi/kernels/", "galvi/lanes/")  # what is handed over there is not grouped
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 LIMIT = re.compile(r"^\| (.+?) \| ([\d,]+) \|$", re.MULTILINE)
 

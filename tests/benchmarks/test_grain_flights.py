@@ -314,7 +314,7 @@ def test_places_are_kept_from_the_start_to_the_end_and_on_the_ground() -> None:
 def test_grains_that_cannot_be_solved_fail_alone() -> None:
     """The wind is not a number beyond x = 4."""
     wind = (
-        "from galvi.fast.lanes.elementary import sqrt\n\n\n"
+        "from galvi.lanes.elementary import sqrt\n\n\n"
         "def wind(q, decay):\n    return 2.0 + 0.0 * sqrt(4.0 - q[0]), 0.0, 0.0\n"
     )
     q = np.stack([np.linspace(-4.0, 3.9, 20), np.zeros(20), np.full(20, 60.0)], axis=1)

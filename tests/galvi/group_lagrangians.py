@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import galvi
-from galvi.fast.laws import lines_of
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import product
+from galvi.tracing.laws import lines_of
 from tests.galvi.group_matrices import element
 
 GROUPS: dict[str, Any] = {
@@ -21,8 +21,8 @@ GROUPS: dict[str, Any] = {
     "SO3 x R1": galvi.Product((galvi.SO3(), galvi.Rn(1))),
     "SE3 x R1": galvi.Product((galvi.SE3(), galvi.Rn(1))),  # more columns than are written out
 }
-LAW = """from galvi.fast.lanes.elementary import cos
-from galvi.fast.lanes.group_rows import Chart
+LAW = """from galvi.lanes.elementary import cos
+from galvi.lanes.group_rows import Chart
 
 chart = Chart({layout}, 0)
 

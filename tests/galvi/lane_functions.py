@@ -10,8 +10,8 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import LANES, Lanes
+from galvi.lanes.values import Lane
+from galvi.lanes.vectors import LANES, Lanes
 
 
 @cache

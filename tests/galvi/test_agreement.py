@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.fast.lanes import vectors
+from galvi.lanes import vectors
 from tests.galvi.ensemble_cases import CASES, starts
 
 CHAIN = galvi.PlanarChain(np.full(5, 1.0), np.full(5, 0.4))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.fast.in_frame import engine
+from galvi.run.in_frame import engine
 
 MASSES = [1.0, 1e-2, 1e-2]
 CROSSING = galvi.Problem(

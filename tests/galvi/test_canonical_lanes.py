@@ -16,13 +16,13 @@ import galvi
 from benchmarks.statistics.drift import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
-from galvi.fast import nystrom_stepper
-from galvi.fast.lanes import laws as potentials
-from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_law import WIDEST, WIDEST_COUPLED
+from galvi.lanes import laws as potentials
 from galvi.run import engine_choice
+from galvi.run.in_lanes import nystrom as nystrom_stepper
 from galvi.run.nystrom_engine import NYSTROM, general_stepper
 from galvi.systems.canonical import Canonical
+from galvi.tracing.lane_law import WIDEST, WIDEST_COUPLED
+from galvi.tracing.laws import slopes_of
 from references.forces.force import gradient
 
 GENERAL = replace(NYSTROM, stepper=general_stepper)
@@ -34,7 +34,7 @@ def slopes(q, t, c):
 """
 RANDOM = "kepler", "pendulum", "henon-heiles"
 DRIVEN = """
-from galvi.fast.lanes.elementary import cos, exp
+from galvi.lanes.elementary import cos, exp
 
 def slopes(q, t, c):
     return [q[0] + cos(2.0 * t) * exp(0.1 * q[1]), 3.0 * q[1]]
@@ -144,7 +144,7 @@ def test_a_wrong_force_in_lanes_does_not_agree(fault: str, monkeypatch: Any) -> 
         "the mass left out": "return [c[0] * sin(q[0]) * 1.3, c[0] * sin(q[1]) * 0.7]",
     }[fault]
     given_slopes(
-        f"from galvi.fast.lanes.elementary import sin\n\ndef slopes(q, t, c):\n    {lines}\n",
+        f"from galvi.lanes.elementary import sin\n\ndef slopes(q, t, c):\n    {lines}\n",
         monkeypatch,
     )
     assert not agree(both(galvi.Problem(found, [0.7, 0.2], [0.1, 0.4]), EIGHT, 0.1, 10))

@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.fast.symbolic import traced_lagrangian
+from galvi.tracing import traced_lagrangian
 from tests.galvi.celestial_cases import MASSES, OF_VELOCITY, Q, V, bodies, drag_in_python
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))

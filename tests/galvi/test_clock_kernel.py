@@ -14,17 +14,17 @@ import galvi
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.extended_precision import decimals, extended_precision
-from galvi.fast import clock_stepper
-from galvi.fast.clock_stepper import (
+from galvi.kernels.forces.celestial import pulls
+from galvi.lanes.clocks.rows import COLUMNS, TURN
+from galvi.run.clocked import in_lanes as clock_stepper
+from galvi.run.clocked.general import motion_in_general
+from galvi.run.clocked.in_lanes import (
     as_moving,
     energy_of,
     masses_in_clock,
     mean_velocity,
     motion_in_lanes,
 )
-from galvi.fast.lanes.clocks.rows import COLUMNS, TURN
-from galvi.kernels.forces.celestial import pulls
-from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.plan import Taken
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.systems.nbody import NBody

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from galvi.kernels.compile.watching import LEAST, LOG, SECONDS, CompilationNotice
 from galvi.kernels.lie import product
-from galvi.run.compilation import LEAST, LOG, SECONDS, CompilationNotice
 
 
 def called(name):

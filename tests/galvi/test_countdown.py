@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from galvi.fast.lanes import group_law
-from galvi.fast.lanes.group_law import begin_countdown, judged
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, SOLVED
+from galvi.lanes import group_law
+from galvi.lanes.group_law import begin_countdown, judged
 
 ROUNDING, TOLERANCE = 2e-16, 2.0**-55
 

@@ -11,11 +11,11 @@ from numba import types
 from numba.extending import intrinsic
 
 import galvi
-from galvi.fast import law_stepper
-from galvi.fast.lanes import dense
-from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import LANES, Lanes
-from galvi.fast.symbolic import lane_law
+from galvi.lanes import dense
+from galvi.lanes.values import Lane
+from galvi.lanes.vectors import LANES, Lanes
+from galvi.run.in_lanes import laws as law_stepper
+from galvi.tracing import lane_law
 
 
 def balls() -> galvi.Problem:

@@ -17,8 +17,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast.frames import kepler_frame
-from galvi.fast.lanes.frames.kepler_motion import NEAREST
+from galvi.frames import kepler_frame
+from galvi.lanes.frames.kepler_motion import NEAREST
 
 FRAME = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
 DIGITS = 40

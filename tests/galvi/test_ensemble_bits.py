@@ -15,7 +15,7 @@ from galvi.ensembles import chunk as schedule
 from galvi.ensembles.chunk import Chunk, run_chunk
 from galvi.ensembles.keep import FinalStates, TimeGrid
 from galvi.ensembles.laws import law_of
-from galvi.fast.lanes.members import rows, steps
+from galvi.lanes.members import rows, steps
 from tests.galvi.ensemble_cases import CASES, starts
 
 SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))

@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from galvi.fast.lanes import nbody as packed
 from galvi.kernels.nystrom import advance
+from galvi.lanes import nbody as packed
 from galvi.run import ensemble, loop
 
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast import laws
 from galvi.systems.multibody import OF_JOINTS, VARIED
 from galvi.systems.trees.joint import JointDamping
+from galvi.tracing import laws
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 HINGES = [galvi.Joint("hinge", axis=(0, 1, 0)), galvi.Joint("hinge", axis=(1, 0, 0))]

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast.frames import kepler_frame
-from galvi.fast.in_frame import stepper
+from galvi.frames import kepler_frame
 from galvi.problem import Problem
+from galvi.run.in_frame import stepper
 from tests.galvi.celestial_cases import OF_VELOCITY, OTHERS, WITH_ENERGY, bodies
 from tests.galvi.test_kepler_hierarchy import MOON, TREE
 

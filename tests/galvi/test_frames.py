@@ -11,8 +11,8 @@ import pytest
 
 import galvi
 from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect
-from galvi.fast.frames import FRAMES, kepler_frame
-from galvi.fast.in_frame import stepper
+from galvi.frames import FRAMES, kepler_frame
+from galvi.run.in_frame import stepper
 
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3)
 MASSES = np.array([0.02, 1.0, 0.03])  # the star is not the first body

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.fast import law_stepper
-from galvi.fast.lanes.group_pass import SIZES
-from galvi.fast.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
-from galvi.fast.law_stepper import has_group_law
-from galvi.fast.nystrom_stepper import words_of
-from galvi.fast.symbolic.lane_law import compiled_group_law
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
+from galvi.lanes.group_pass import SIZES
+from galvi.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.run.group_system import coupled_layout
+from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes.laws import has_group_law
+from galvi.run.in_lanes.nystrom import words_of
+from galvi.tracing.lane_law import compiled_group_law
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
-from galvi.fast import law_stepper
+from galvi.run.in_lanes import laws as law_stepper
 from references.closed_forms.top_motion import FREE_TOP
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast.frames import harmonic_frame
+from galvi.frames import harmonic_frame
 
 SIX = np.random.default_rng(3).normal(size=(3, 3))
 MASS = SIX @ SIX.T + np.eye(3)

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast.frames import kepler_frame
-from galvi.fast.in_frame import stepper
-from galvi.fast.lanes.frames import universal
-from galvi.fast.lanes.frames.kepler_motion import HEAD
+from galvi.frames import kepler_frame
+from galvi.lanes.frames import universal
+from galvi.lanes.frames.kepler_motion import HEAD
+from galvi.run.in_frame import stepper
 from references.closed_forms.kepler import KEPLER
 from references.stored.planets import STORED_TRUTH
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast.frames.hierarchy import hierarchy_of, jacobi, nested_in
+from galvi.frames.hierarchy import hierarchy_of, jacobi, nested_in
 
 EARTH = 3
 PLANETS = galvi.problems.solar_system(pluto=False)

@@ -21,7 +21,6 @@ from numba.core.serialize import dumps
 import galvi
 from galvi.kernels.compile import cache
 from galvi.kernels.compile.jit import jit
-from galvi.run import compilation
 
 RUN = """
 import hashlib, galvi
@@ -90,12 +89,12 @@ KERNELS = {
     "kernels/lie/maps/__init__.py": "",
     "kernels/lie/maps/one.py": "from galvi.kernels.lie.arithmetic import (\n    dot,\n)\n",
     "kernels/lie/choice.py": "from galvi.kernels.lie import maps\n",
-    "fast/lanes/step.py": "from galvi.kernels.lie import arithmetic, choice\n",
-    "fast/lanes/law.py": "from galvi.fast.lanes.step import steps\n",
-    "fast/lanes/other.py": "import numpy\n",
+    "lanes/step.py": "from galvi.kernels.lie import arithmetic, choice\n",
+    "lanes/law.py": "from galvi.lanes.step import steps\n",
+    "lanes/other.py": "import numpy\n",
 }
 OF_STEP = {*KERNELS} - {
-    "fast/lanes/step.py", "fast/lanes/law.py", "fast/lanes/other.py", "kernels/lie/__init__.py",
+    "lanes/step.py", "lanes/law.py", "lanes/other.py", "kernels/lie/__init__.py",
 }  # fmt: skip
 CALLED = {  # file -> the kernels that it may call, but for itself
     "kernels/lie/arithmetic.py": {"kernels/compile/jit.py"},
@@ -103,9 +102,9 @@ CALLED = {  # file -> the kernels that it may call, but for itself
         "kernels/lie/maps/__init__.py", "kernels/lie/maps/one.py", "kernels/lie/arithmetic.py",
         "kernels/compile/jit.py",
     },
-    "fast/lanes/step.py": OF_STEP,
-    "fast/lanes/law.py": OF_STEP | {"fast/lanes/step.py"},
-    "fast/lanes/other.py": set(),
+    "lanes/step.py": OF_STEP,
+    "lanes/law.py": OF_STEP | {"lanes/step.py"},
+    "lanes/other.py": set(),
     "user.py": {*KERNELS},
     "kernels/lie/__pycache__/galvi-expressions/0/expression.source": {*KERNELS},
 }  # fmt: skip
@@ -148,7 +147,7 @@ import sys
 from pathlib import Path
 import galvi
 from galvi.kernels.compile import cache
-laws = Path(galvi.__file__).parent / "fast/lanes/laws.py"
+laws = Path(galvi.__file__).parent / "lanes/laws.py"
 laws.write_text(laws.read_text() + "# changed")
 print(cache.stamp(*cache.sources("generated")))
 """
@@ -306,7 +305,7 @@ def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
 HOLDER = """
 import sys
 from pathlib import Path
-from galvi.run.compilation import file_lock
+from galvi.kernels.compile.cache import file_lock
 lock = file_lock(Path(sys.argv[1]))
 lock.acquire()
 print("taken", flush=True)
@@ -322,7 +321,6 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
     (path,) = kept(folder)
     code = path.read_bytes()
     path.unlink()
-    monkeypatch.setattr(cache, "_locks", compilation.file_lock)
     words = [sys.executable, "-c", HOLDER, str(path.with_suffix(".lock"))]
     with subprocess.Popen(
         words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -342,13 +340,12 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
 
 
 def test_nobody_waits_longer_than_patience(folder, monkeypatch):
-    monkeypatch.setattr(cache, "_locks", compilation.file_lock)
-    monkeypatch.setattr(compilation, "PATIENCE", 0.1)
+    monkeypatch.setattr(cache, "PATIENCE", 0.1)
     first = jit(kernel)
     assert first(3.0) == 10.0
     (path,) = folder.rglob("*.nbc")
     path.unlink()
-    lock = compilation.file_lock(path.with_suffix(".lock"))
+    lock = cache.file_lock(path.with_suffix(".lock"))
     lock.acquire()
     assert compiled_anew(kernel) and path.exists()
     lock.release()

@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from galvi.fast.lanes import functions
+from galvi.lanes import functions
 from tests.galvi.lane_functions import compiled
 
 NAN, INFINITY = float("nan"), float("inf")

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.fast.lanes.dense import factored
-from galvi.fast.lanes.laws import planar_chain
-from galvi.fast.law_stepper import has_law
+from galvi.lanes.dense import factored
+from galvi.lanes.laws import planar_chain
+from galvi.run.in_lanes.laws import has_law
 
 x, y, vx, vy, t = sp.symbols("x y v_x v_y t", real=True)
 PLACE, PACE = (x, y), (vx, vy)

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.fast.lanes import laws
-from galvi.fast.law_stepper import has_law, lane_law
-from galvi.fast.laws import SLOPES
+from galvi.lanes import laws
+from galvi.run.in_lanes.laws import has_law, lane_law
+from galvi.tracing.laws import SLOPES
 from tests.galvi.test_laws import LAGRANGIANS, t
 from tests.galvi.test_laws_with_more_points import differences
 
@@ -83,7 +83,7 @@ def test_a_force_that_is_wrong_is_caught(monkeypatch: pytest.MonkeyPatch) -> Non
     lines, constants = law
     for wrong in (constants * np.append(np.ones(12), -1.0), constants * np.append(np.ones(12), 0)):
         monkeypatch.setattr(
-            "galvi.fast.law_stepper.lane_law",
+            "galvi.run.in_lanes.laws.lane_law",
             lambda system, d, wrong=wrong: (lines, wrong),
         )
         with pytest.raises(AssertionError):

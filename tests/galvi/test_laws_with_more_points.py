@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast import law_stepper
-from galvi.fast.law_stepper import has_law
+from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes.laws import has_law
 from galvi.tableau import Tableau
 from tests.galvi.test_laws import LAGRANGIANS, problem
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.fast import law_stepper, nystrom_stepper
-from galvi.fast.lanes import functions, vectors
+from galvi.lanes import functions, vectors
+from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import nystrom_stepper
 from tests.galvi.lane_functions import compiled
 
 

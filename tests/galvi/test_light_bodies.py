@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import galvi
-from galvi.fast import clock_stepper
-from galvi.fast.lanes.clocks.rows import COLUMNS, PACE, TURN
+from galvi.lanes.clocks.rows import COLUMNS, PACE, TURN
+from galvi.run.clocked import in_lanes as clock_stepper
 from references.rebound.ias15 import IAS15
 from references.stored.encounters import THIRD_BODIES, third_body
 from references.stored.planets import STORED_TRUTH

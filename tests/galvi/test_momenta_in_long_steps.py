@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.fast import nystrom_stepper
+from galvi.run.in_lanes import nystrom as nystrom_stepper
 
 EPSILON = 2.0**-52
 ORBIT = galvi.problems.kepler(0.6)

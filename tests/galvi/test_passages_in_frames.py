@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.fast.in_frame import stepper
+from galvi.run.in_frame import stepper
 
 pytestmark = pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
 G, MASSES = 0.01720209895**2, (1.0, 3.003e-6, 0.0)

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from galvi.fast.lanes.functions import Reciprocals
-from galvi.fast.lanes.vectors import AVX512
+from galvi.lanes.functions import Reciprocals
+from galvi.lanes.vectors import AVX512
 from tests.galvi.lane_functions import compiled
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from galvi.fast.symbolic.trace_check import _operation
+from galvi.tracing.trace_check import _operation
 
 ERRORS = np.array([3e-7, 1e-7])
 X = np.array([0.7, -0.4])

@@ -12,8 +12,8 @@ import pytest
 import sympy
 
 import galvi
-from galvi.fast.symbolic import code as symbolic_code
-from galvi.fast.symbolic import kinks, lane_law
+from galvi.tracing import code as symbolic_code
+from galvi.tracing import kinks, lane_law
 from tests.galvi.symbolic_letters import FOUR, FREE, c, k, m, made, t, u, w, x, y
 
 pytest.importorskip("sympy")

@@ -16,11 +16,11 @@ import sympy as sp
 from numba import njit
 
 import galvi
-from galvi.fast.lanes import group_rows
-from galvi.fast.law_stepper import has_group_law
-from galvi.fast.symbolic.graph import Graph
-from galvi.fast.symbolic.traced_lagrangian import traced_lagrangian
+from galvi.lanes import group_rows
+from galvi.run.in_lanes.laws import has_group_law
 from galvi.systems.traces import Untraceable
+from galvi.tracing.graph import Graph
+from galvi.tracing.traced_lagrangian import traced_lagrangian
 from tests.galvi.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
 from tests.galvi.group_matrices import element
 from tests.galvi.lagrangians import opaque

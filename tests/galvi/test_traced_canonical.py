@@ -12,8 +12,8 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.fast.laws import slopes_of
-from galvi.fast.symbolic.lane_law import WIDEST, fits
+from galvi.tracing.lane_law import WIDEST, fits
+from galvi.tracing.laws import slopes_of
 from tests.galvi.lagrangians import opaque
 from tests.galvi.test_canonical_lanes import EIGHT, agree, both
 

@@ -14,7 +14,7 @@ import sympy as sp
 from numba import njit
 
 import galvi
-from galvi.fast.law_stepper import has_law
+from galvi.run.in_lanes.laws import has_law
 from tests.galvi.lagrangians import opaque
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))

@@ -13,14 +13,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from galvi.fast.symbolic import graph_code, traced_lagrangian
-from galvi.fast.symbolic.graph import Graph
-from galvi.fast.symbolic.trace_check import evaluated
-from galvi.fast.symbolic.traced_lagrangian import traced_force, traced_gradient
-from galvi.fast.symbolic.traced_lagrangian import traced_lagrangian as trace_lagrangian
-from galvi.fast.symbolic.tracing import traced
 from galvi.groups.group import Rn
 from galvi.systems.traces import Untraceable
+from galvi.tracing import graph_code, traced_lagrangian
+from galvi.tracing.graph import Graph
+from galvi.tracing.trace_check import evaluated
+from galvi.tracing.traced_lagrangian import traced_force, traced_gradient
+from galvi.tracing.traced_lagrangian import traced_lagrangian as trace_lagrangian
+from galvi.tracing.tracing import traced
 
 Q, V, T = np.array([0.7, -0.4]), np.array([0.3, 0.9]), 0.6
 SCALES = np.ones(2), np.ones(2)

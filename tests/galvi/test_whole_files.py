@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.saving.whole_files import open_descriptor, write_whole
+from galvi.whole_files import open_descriptor, write_whole
 
 HALF = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
 
@@ -170,7 +170,7 @@ def test_a_write_that_fails_leaves_the_former_file_alone(tmp_path: Path) -> None
 
 PROGRAM = """
 import sys
-from galvi.run.saving.whole_files import write_whole
+from galvi.whole_files import write_whole
 print("before")
 try:
     write_whole(sys.argv[1], "written\\n")

@@ -18,8 +18,8 @@ import pytest
 import galvi
 from galvi.charts import CHARTS
 from galvi.command import called, main
-from galvi.fast.lanes import vectors
 from galvi.interop.release import galvi_version
+from galvi.lanes import vectors
 from reports.build.warm import run_all
 from reports.cli.commands import run
 from reports.cli.invocation import check_folder

@@ -45,7 +45,7 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
     """
     line = "    pull = elementary.over_cube(c[0], square)\n"
     more = f"    for _ in range({times}):\n        pull = elementary.sqrt(pull * pull)\n"
-    return (("fast/lanes/laws.py", line, line + more),)
+    return (("lanes/laws.py", line, line + more),)
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
@@ -57,12 +57,12 @@ FAULTS = (
         "one more solver iteration",
         (
             (
-                "fast/lanes/law.py",
+                "lanes/law.py",
                 "    for passes in range(solve.FIXED_POINT_PASSES):",
                 "    more = 1\n    for passes in range(solve.FIXED_POINT_PASSES):",
             ),
             (
-                "fast/lanes/law.py",
+                "lanes/law.py",
                 "        elif code != solve.GOING:\n            return code\n",
                 "        elif code != solve.GOING:\n            if more == 0:\n"
                 "                return code\n            more -= 1\n",
@@ -87,7 +87,7 @@ FAULTS = (
         "a lost compensated sum",
         (
             (
-                "fast/lanes/nbody.py",
+                "lanes/nbody.py",
                 "state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))",
                 "state[2, i], state[3, i] = v + out[i, 0], 0.0",
             ),
@@ -99,7 +99,7 @@ FAULTS = (
         "a wrong sign in a torque",
         (
             (
-                "fast/lanes/laws.py",
+                "lanes/laws.py",
                 "cross((c[12], c[13], c[14]), _in_body(g, 3, (c[9], c[10], c[11])))",
                 "cross(_in_body(g, 3, (c[9], c[10], c[11])), (c[12], c[13], c[14]))",
             ),

@@ -28,8 +28,8 @@ import numpy as np
 
 from benchmarks.applications.brownout.philox import uniforms
 from galvi.arrays import Array
-from galvi.fast.lanes.laws import rotor_wind
 from galvi.kernels.forces.rotor_wind import DESCENT
+from galvi.lanes.laws import rotor_wind
 from galvi.problems.brownout import AIR, GRAVITY, SAND
 
 KARMAN, ROUGHNESS, LEVEL = 0.4, 1e-3, 1.0  # the last two in m

@@ -59,9 +59,9 @@ from benchmarks.applications.brownout.grain_pass import (
     nodes_at,
     rate_at,
 )
-from galvi.fast.lanes.vectors import LANES
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit, jit_inline
+from galvi.lanes.vectors import LANES
 
 FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
 ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to

@@ -17,18 +17,18 @@ from benchmarks.applications.brownout import grain_pass
 from benchmarks.applications.brownout.grain_pass import PASS_OF_GRAINS, rows_of_grains
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.fast.lanes.vectors import LANES
-from galvi.fast.nystrom_stepper import aligned, collocation_tables
-from galvi.fast.symbolic import code
 from galvi.input_checks import shown
 from galvi.kernels.compile.cache import stamp
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.forces.rotor_wind import DESCENT
+from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.run.ensemble import processors
+from galvi.run.in_lanes.nystrom import aligned, collocation_tables
 from galvi.run.interruption import defer_interrupts
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.forces.drag import DragLaw
+from galvi.tracing import code
 
 Codes = npt.NDArray[np.int64]
 HEAD = "from benchmarks.applications.brownout.grain_pass import grain_pass\n"
@@ -40,7 +40,7 @@ pass_of_grains = grain_pass(wind, drag, {s})
 def grain_pass_DIGEST(work, numbers):
     pass_of_grains(work, numbers)
 """
-ROTOR = "from galvi.fast.lanes.laws import rotor_wind as wind\n"
+ROTOR = "from galvi.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
 FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
@@ -298,7 +298,7 @@ def _check_method(method: Galerkin) -> None:
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
     """The address of a pass, and the function, which must exist as long."""
-    lines = f"from galvi.fast.lanes.laws import {drag} as drag\n"
+    lines = f"from galvi.lanes.laws import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
 

@@ -15,7 +15,7 @@ In lanes whose STATE is not GOES_ON a pass first begins the next step; the calle
 something else comes first.
 
 wind        (q, decay) -> 3 values, and
-drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.fast.lanes.elementary
+drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.lanes.elementary
 work        (rows, 8), rows as below; one column for each grain
 numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration,
             -1 / DESCENT, then
@@ -33,12 +33,12 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from galvi.fast.lanes.elementary import exp, inverse
-from galvi.fast.lanes.functions import Reciprocals
-from galvi.fast.lanes.values import Lane
-from galvi.fast.lanes.vectors import LANES, Lanes
 from galvi.kernels.compile.jit import MATRIX, VECTOR, jit_inline
 from galvi.kernels.lie.arithmetic import where
+from galvi.lanes.elementary import exp, inverse
+from galvi.lanes.functions import Reciprocals
+from galvi.lanes.values import Lane
+from galvi.lanes.vectors import LANES, Lanes
 
 Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
 END = 13  # q and v at the step's end

@@ -26,7 +26,7 @@ from pathlib import Path
 
 from galvi.kernels.compile import cache
 
-KERNELS = ("galvi/kernels/", "galvi/fast/lanes/")
+KERNELS = ("galvi/kernels/", "galvi/lanes/")
 OF_SOURCES = "tests/architecture/test_values.py"  # reads all of them
 FIRST = 120.0  # seconds of tests at most, the quickest ones first
 

@@ -223,7 +223,7 @@ V35 = scalars(
             "the energy off by 1e-6",
             {f"{ORDER}, {name}, 3 stages" for name in ("DynamicalTime", "Sundman")},
             wrong={
-                "galvi.fast.clock_stepper.energy_of": scaled(1.0 + 1e-6),
+                "galvi.run.clocked.in_lanes.energy_of": scaled(1.0 + 1e-6),
                 "galvi.run.clocked.run.motion_in_general": given(
                     lambda problem, method, energy, *more: (
                         problem, method, energy * (1.0 + 1e-6), *more,

@@ -17,7 +17,6 @@ import os
 import pickle
 import re
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -31,23 +30,19 @@ from numba.core.serialize import dumps
 DIGEST = 32  # bytes of SHA-256
 FOLDER = "galvi-kernels"
 IMPORTS = re.compile(
-    r"^from galvi\.((?:kernels|fast\.lanes)(?:\.[\w.]+)?) import (\([^)]*\)|.*)", re.MULTILINE
+    r"^from galvi\.((?:kernels|lanes)(?:\.[\w.]+)?) import (\([^)]*\)|.*)", re.MULTILINE
 )
-FOLDERS = ("kernels", "fast/lanes")  # of galvi, that have kernels
+FOLDERS = ("kernels", "lanes")  # of galvi, that have kernels
 VERSIONS = (numba.__version__, llvmlite.__version__)
 
-Locks = Callable[[Path], Any]
-_locks: Locks | None = None
+PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy machine
 
 
-def use_locks(locks: Locks | None) -> None:
-    """Set the locks by which one process compiles a kernel while others wait; None: no waiting.
+def file_lock(path: Path) -> Any:
+    """A lock that is released when its process ends; ``acquire`` raises OSError after PATIENCE."""
+    import filelock  # takes 0.1 s, and only compilation needs it
 
-    locks  (path of a file) -> a lock such as filelock.FileLock, with ``release()`` and
-           ``acquire()``, which may raise OSError
-    """
-    global _locks
-    _locks = locks
+    return filelock.FileLock(path, timeout=PATIENCE)
 
 
 @cache
@@ -191,11 +186,11 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig, target_context):
         """The saved code, ready to call; None when this process has to compile it."""
         found = self._loaded(sig, target_context)
-        if found is None and _locks is not None:
+        if found is None:
             path = self._cache_file.path(self._index_key(sig, target_context.codegen()))
             with suppress(OSError):  # unwritable folder or lock time-out: continue without a lock
                 self._cache_file.place.mkdir(exist_ok=True)
-                self._lock = _locks(path.with_suffix(".lock"))
+                self._lock = file_lock(path.with_suffix(".lock"))
                 self._lock.acquire()
             found = self._loaded(sig, target_context)
         return found

@@ -22,6 +22,7 @@ from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 
 from galvi.kernels.compile.cache import KernelCache
+from galvi.kernels.compile.watching import watch_compilation
 
 
 class PartCode(JITCodeLibrary):
@@ -97,8 +98,18 @@ def call_as_part(dispatcher, options):
     dispatcher.get_overload = lambda signature: part().get_overload(signature)
 
 
-GENERATED = "galvi:generated"  # event of numba's kind: ``seconds`` to compile what is generated
 _ONE_AT_A_TIME = threading.RLock()
+
+
+def watch_before_compiling(dispatcher):
+    """Let a dispatcher's first compilation, or load from disk, begin with `watch_compilation`."""
+    compile_it = dispatcher.compile
+
+    def watched(signature):
+        watch_compilation()
+        return compile_it(signature)
+
+    dispatcher.compile = watched
 
 
 def jit(function, **options):
@@ -112,6 +123,7 @@ def jit(function, **options):
         # Without a writable folder or readable sources, every process compiles again.
         with suppress(RuntimeError, OSError):
             KernelCache(function).serve(dispatcher)
+        watch_before_compiling(dispatcher)
         call_as_part(dispatcher, given)
     return dispatcher
 

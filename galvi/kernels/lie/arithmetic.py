@@ -1,7 +1,7 @@
 """Arithmetic of triples and polynomials, for numbers in kernels and for lanes of eight.
 
 A function decorated with ``generic`` is compiled into the kernels that call it, and remains a
-Python function for calls with lanes (galvi.fast.lanes.values), numbers or arrays of these.
+Python function for calls with lanes (galvi.lanes.values), numbers or arrays of these.
 """
 
 from __future__ import annotations

@@ -5,9 +5,6 @@ For lanes, numbers, complex numbers and arrays; kernels compile the plain operat
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, in_kernels
@@ -43,16 +40,15 @@ def _atan2(y, x):
     return np.arctan2(y, x)
 
 
-# Functions of lanes by name, which galvi.fast registers; numbers and arrays need none.
-OF_LANES: dict[str, Callable[..., Any]] = {}
-
-
 def _either(name, plain):
     """A function of numbers and arrays, or of lanes; kernels compile the plain one."""
 
     def function(*arguments):
-        lanes = any(hasattr(one, "builder") for one in arguments)
-        return (OF_LANES[name] if lanes else plain)(*arguments)
+        if any(hasattr(one, "builder") for one in arguments):
+            from galvi.lanes import elementary  # lanes stand on kernels
+
+            return getattr(elementary, name)(*arguments)
+        return plain(*arguments)
 
     return in_kernels(plain)(function)
 

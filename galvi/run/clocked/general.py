@@ -12,6 +12,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import AnyClock, Rate
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
+from galvi.environment import FAST
 from galvi.groups.group import Rn
 from galvi.kernels.forces.celestial import NUMBERS, OTHER, SOURCE, WEIGHT, pole_pull, power_pull
 from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
@@ -25,7 +26,6 @@ from galvi.run.plan import COUNTED, Run
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
-from galvi.systems.traces import TRACERS
 
 
 @singledispatch
@@ -102,7 +102,7 @@ def in_clock(problem: Problem, clock: AnyClock, energy: float) -> Problem:
     shape = problem.q0.shape if len(base.group.shape) == 2 else (problem.q0.size,)
     q0, u0 = problem.q0.reshape(shape), rate(problem.q0.ravel()) * problem.v0.ravel()
     found = Problem(Lagrangian(function, base.group, check=False), q0, u0, problem.t0)
-    if not cast(Lagrangian, found.system).untraced and TRACERS:
+    if not cast(Lagrangian, found.system).untraced and FAST:
         return found
     known = base.euclidean_slopes(q0, problem.v0.ravel(), problem.t0)
     if known is None:

@@ -13,7 +13,6 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import Rate
 from galvi.curves.curves import LocalChart
-from galvi.method import Galerkin
 from galvi.problem import Problem
 
 NO_COUNTS = read_only(np.zeros(4))
@@ -91,10 +90,6 @@ class Motion:
     engine: str
     remark: str = ""
     each: Callable[[list[Checkpoint], Array], tuple[Array, Array, Array, Any]] | None = None
-
-
-# (problem, method, energy) -> the motion in lanes, or None; see galvi.fast.
-FAST: list[Callable[[Problem, Galerkin, float | None], Motion | None]] = []
 
 
 COSTLY = 10.0  # times as many steps because of one pair, from which on it is named

@@ -13,6 +13,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.environment import FAST
 from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
@@ -21,8 +22,9 @@ from galvi.problem import Problem
 from galvi.run import energies
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
+from galvi.run.clocked.in_lanes import motion_in_lanes
 from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.plan import FAST, NO_COUNTS, Motion, Taken, costly_pair, joined
+from galvi.run.clocked.plan import NO_COUNTS, Motion, Taken, costly_pair, joined
 from galvi.run.energy_check import Judgement, judgement
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.loop import step_in_batches
@@ -57,11 +59,10 @@ def motion_of(
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
         )
-    if solver != "newton" and tolerance == ROUND_OFF:
-        for find in FAST:
-            found = find(problem, method, energy)
-            if found is not None:
-                return found
+    if FAST and solver != "newton" and tolerance == ROUND_OFF:
+        found = motion_in_lanes(problem, method, energy)
+        if found is not None:
+            return found
     told = total if energy is None else energy
     if not energies.has_no_force(problem.system):
         return motion_of_driven(problem, method, told, solver, tolerance)

@@ -28,11 +28,10 @@ from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.clocked.run import motion_of
 from galvi.run.engine_choice import engine_for
-from galvi.run.saving.whole_files import write_whole
 from galvi.trajectory import Restarts, Trajectory
+from galvi.whole_files import write_whole
 
 VERSION = 5
-FOUND: list[Any] = []  # `galvi.Found`, which stands above: registered by galvi/__init__
 OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # of a checkpoint
@@ -223,6 +222,8 @@ def _restored(
     )  # fmt: skip
     about = facts.get("events")
     arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS} if about else {}
+    from galvi.events.search import Found  # events stand on runs
+
     origin = None
     if "origin" in facts:
         origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
@@ -232,7 +233,7 @@ def _restored(
         method, curves, end, facts["interrupted"],
         read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
         facts["engine"], read_only(arrays["tau"]) if "tau" in arrays else None,
-        FOUND[0](name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
+        Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
         if about
         else None,
         restarts=Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
@@ -323,10 +324,6 @@ def _read(written: Any, path: Any = "") -> Any:
     if known is not None:
         content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
         return known(**content)
-    if kind in vars(sys.modules[__name__.partition(".")[0]])["IN_FAST"]:
-        raise ValueError(
-            f"the run in {path} has a {kind}, which needs galvi.fast: GALVI_FAST=0 leaves it out."
-        )
     raise ValueError(
         f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
         f"be stored; use galvi.load(path, problem=...)."

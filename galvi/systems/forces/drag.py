@@ -25,7 +25,7 @@ class DragLaw(Protocol):
 
     @property
     def name(self) -> str:
-        """Its function in galvi.fast.lanes.laws."""
+        """Its function in galvi.lanes.laws."""
 
     @property
     def drag(self) -> Callable[..., Any]:

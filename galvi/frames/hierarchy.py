@@ -1,0 +1,274 @@
+"""Which body each planet moves about, and its Kepler orbit.
+
+Orbits are on arrays, real or complex: analytic, for derivatives by complex steps.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.lanes.frames import universal
+from galvi.problem import Problem
+
+CORRECTIONS = 60
+TERMS = 10
+
+
+class Orbits(NamedTuple):
+    """Places and velocities (k, D, n) after a time, and what a pull-back takes (k, n)."""
+
+    places: Array
+    speeds: Array
+    known: tuple[Array, Array, Array, Array, Array]
+
+
+@np.errstate(invalid="ignore", over="ignore")  # of steps that failed, which hold NaN
+def orbits(mu: Array, q: Array, v: Array, t: Array) -> Orbits:
+    """The orbits after times t (k, 1) from q and v (k, D, n)."""
+    r0 = np.sqrt(np.sum(q * q, axis=1))
+    eta, beta = np.sum(q * v, axis=1), 2.0 * mu / r0 - np.sum(v * v, axis=1)
+    zeta = mu - beta * r0
+    X, solved = t * beta / mu, False
+    reach = universal.AHEAD / np.sqrt(np.real(beta))
+    low, high = np.real(X) - reach, np.real(X) + reach
+    for _ in range(CORRECTIONS):
+        G = universal.universal(beta, X, TERMS)
+        step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
+        moved, low, high = universal.bracketed(np.real(X), np.real(step), low, high, np.where)
+        X = moved + 1j * np.imag(X + step) if np.iscomplexobj(X) else moved
+        if solved:
+            break
+        solved = bool(np.all(np.abs(step) <= 1e-15 * np.abs(X)))  # imaginary parts need one more
+    G1, G2, G3, _, _ = G = universal.universal(beta, X, TERMS)
+    r = r0 + eta * G1 + zeta * G2
+    Q = q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]
+    V = v * (1.0 - mu * G2 / r)[:, None] - q * (mu * G1 / (r * r0))[:, None]
+    return Orbits(Q, V, (G2, universal.lag(mu, X, G, t), mu * G3 - t, r / mu, 1.0 / r0))
+
+
+def pulled_back(mu: Array, q: Array, v: Array, after: Orbits, a: Array) -> tuple[Array, Array]:
+    """The changes (k, D, n) of q and v for changes a of the velocities after the orbits."""
+    vectors = (q, v, after.places, after.speeds, a)
+    q0, v0, Q, V, kick = (np.moveaxis(x, 1, 0) for x in vectors)
+    changes = universal.pull_back(mu, *after.known, q0, v0, Q, V, kick, _dot)
+    places, speeds = (np.stack(part, axis=1) for part in changes)
+    return places, speeds
+
+
+def attraction(strengths: Array, q: Any) -> Array:
+    """The accelerations of point masses at q (k, bodies, D), of the given masses times G."""
+    gap = q[:, None] - q[:, :, None]  # from the second to the third of the axes
+    square = np.sum(gap * gap, axis=-1)
+    bodies = np.arange(q.shape[1])
+    square[:, bodies, bodies] = 1.0
+    return np.einsum("j,kijx->kix", strengths, gap * (square**-1.5)[..., None])
+
+
+def _dot(a: Any, b: Any) -> Any:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+NOTHING = Decimal("1e-800")  # in place of a mass or a distance of 0, which has no orbit
+
+Nested = Any  # a body's number or name, or a tuple of such parts, inner ones first
+
+
+class Hierarchy(NamedTuple):
+    """Generalised Jacobi coordinates of a problem: n pairs of n + 1 bodies, inner pairs first.
+
+    Pair i joins bodies first <= a < middle and middle <= b < end in the order of ``bodies``; its
+    place is that of the latter's barycentre from the former's.
+
+    bodies          (n + 1,) among the problem's bodies
+    pairs           (n, 3) first, middle and end
+    places, speeds  (n + 1, D) of decimals: of the barycentre, then of pairs, at the start
+    axes            (n,) semi-major axes in the frame; not positive for an orbit that is not bound
+    eccentricities  (n,)
+    masses          of the first body, then of the others (n,), of pairs (n,), and the second side's
+                    share of these (n,): times G, the first of the numbers in
+                    galvi.lanes.frames.kepler_motion
+    """
+
+    bodies: list[int]
+    pairs: Array
+    places: Any
+    speeds: Any
+    axes: Array
+    eccentricities: Array
+    masses: Array
+
+    @property
+    def fastest(self) -> int:
+        """The pair of the shortest period."""
+        return int(np.argmin(self.axes**3 / self.whole))
+
+    @property
+    def whole(self) -> Array:
+        """G times the masses of pairs, (n,)."""
+        return self.masses[1 + len(self.pairs) :][: len(self.pairs)]
+
+    @property
+    def share(self) -> Array:
+        """The second side's share of them, (n,)."""
+        return self.masses[1 + 2 * len(self.pairs) :]
+
+
+def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
+    """The hierarchy in numbers of bodies, with massless ones that it leaves out; or what is wrong.
+
+    They move about the first part, ahead of parts that are farther from it.
+    """
+    names, system = problem.body_names(), problem.system
+    masses: Array = system.masses  # type: ignore[attr-defined]
+
+    def number(part: Nested) -> Nested:
+        if isinstance(part, tuple):
+            return tuple(number(one) for one in part)
+        if part in names and isinstance(part, str):
+            return names.index(part)
+        return part
+
+    def missing(part: Nested) -> bool:
+        return isinstance(part, str) or not 0 <= part < masses.size
+
+    given = number(hierarchy)
+    found = leaves(given)
+    unknown = [part for part in found if missing(part)]
+    if unknown:
+        return (), f"one with {unknown[0]!r}, which is none of {names}"
+    twice = [names[part] for part in found if found.count(part) > 1]
+    left = [i for i in range(masses.size) if i not in found]
+    heavy = [names[i] for i in left if masses[i] > 0.0]
+    if twice or heavy:
+        return (), f"one with {twice[0]} twice" if twice else f"one without {heavy[0]}"
+
+    def centre(part: Nested) -> Array:
+        inside = leaves(part)
+        whole = float(np.sum(masses[inside]))
+        weights = masses[inside] / whole if whole > 0.0 else np.full(len(inside), 1 / len(inside))
+        return weights @ problem.q0[inside]
+
+    parts = [*given]
+    for body in left:
+        far = [float(np.linalg.norm(centre(part) - centre(parts[0]))) for part in parts[1:]]
+        own = float(np.linalg.norm(problem.q0[body] - centre(parts[0])))
+        parts.insert(1 + sum(one < own for one in far), body)
+    bodies, pairs = _flat(tuple(parts))
+    for first, _middle, end in pairs:
+        if not np.any(masses[bodies[first:end]] > 0.0):
+            return (), f"one that joins {names[bodies[first]]} and others, all of them massless"
+    return tuple(parts), ""
+
+
+def leaves(part: Nested) -> list[Any]:
+    """The bodies of a part."""
+    return [one for inner in part for one in leaves(inner)] if isinstance(part, tuple) else [part]
+
+
+def held_pairs(nested: Nested) -> Array:
+    """1 for pairs of bodies of which one is in the first part of the smallest part that has both:
+    others move about that, and not about each other; (bodies, bodies)."""
+    count = len(leaves(nested))
+    held = np.zeros((count, count))
+
+    def visit(part: Nested) -> None:
+        if isinstance(part, tuple):
+            first, *others = (leaves(inner) for inner in part)
+            for bodies in others:
+                held[np.ix_(first, bodies)] = held[np.ix_(bodies, first)] = 1.0
+            for inner in part:
+                visit(inner)
+
+    visit(nested)
+    return held
+
+
+def about_the_heaviest(problem: Problem) -> Nested:
+    """Its heaviest body and the others in the order of their orbits about it."""
+    system: Any = problem.system
+    masses, q, v = system.G * system.masses, problem.q0, problem.v0
+    star = int(np.argmax(masses))
+    others = [i for i in range(masses.size) if i != star]
+    gap, speed = q[others] - q[star], v[others] - v[star]
+    distance = np.linalg.norm(gap, axis=1)
+    whole = masses[star] + masses[others]
+    with np.errstate(all="ignore"):  # places and speeds that are no orbits come last
+        inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
+    rank = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.inf)
+    return star, *(others[k] for k in np.lexsort((distance, rank)))
+
+
+def _flat(nested: Nested) -> tuple[list[int], Array]:
+    """The bodies in their order, and the limits of pairs (n, 3)."""
+    bodies: list[int] = []
+    pairs: list[tuple[int, int, int]] = []
+
+    def visit(part: Nested) -> None:
+        if not isinstance(part, tuple):
+            bodies.append(part)
+            return
+        first = len(bodies)
+        visit(part[0])
+        for other in part[1:]:
+            middle = len(bodies)
+            visit(other)
+            pairs.append((first, middle, len(bodies)))
+
+    visit(nested)
+    return bodies, np.array(pairs)
+
+
+@lru_cache(maxsize=32)
+def hierarchy_of(problem: Problem, nested: Nested) -> Hierarchy:
+    """The coordinates of a problem's start."""
+    bodies, pairs = _flat(nested)
+    system: Any = problem.system
+    with extended_precision():
+        m = (decimals(system.G) * decimals(system.masses))[bodies]
+        mass, whole, share = list(m), [], []
+        for first, middle, _ in pairs:
+            whole.append(mass[first] + mass[middle])
+            share.append(mass[middle] / whole[-1])
+            mass[first] = whole[-1]
+        masses = np.concatenate([rounded(m), rounded(np.array(whole)), rounded(np.array(share))])
+    places, speeds = (jacobi(problem, bodies, pairs, x) for x in (problem.q0, problem.v0))
+    with extended_precision():  # near a parabola, 2 / r - v.v / mu cancels
+        Q, V, mu = places[1:], speeds[1:], np.array([max(x, NOTHING) for x in whole])
+        r = np.array([max(x.sqrt(), NOTHING) for x in np.sum(Q * Q, axis=1)])
+        inverse = 2 / r - np.sum(V * V, axis=1) / mu
+        cosine, sine = 1 - r * inverse, np.sum(Q * V, axis=1)  # e cos u, and e sin u times a root
+        square = cosine * cosine + sine * sine * abs(inverse) / mu
+        inverse, e = (rounded(x) for x in (inverse, [x.sqrt() for x in square]))
+    with np.errstate(divide="ignore"):
+        axes = 1.0 / inverse
+    return Hierarchy(bodies, pairs, places, speeds, axes, e, masses)
+
+
+def jacobi(problem: Problem, bodies: list[int], pairs: Array, x: Array) -> Any:
+    """Places or velocities of the barycentre and of pairs, (n + 1, D) of decimals."""
+    system: Any = problem.system
+    with extended_precision():
+        mass = list((decimals(system.G) * decimals(system.masses))[bodies])
+        centres, rows = list(decimals(x)[bodies]), []
+        for first, middle, _ in pairs:
+            rows.append(centres[middle] - centres[first])
+            whole = mass[first] + mass[middle]
+            centres[first] = centres[first] + (mass[middle] / whole) * rows[-1]
+            mass[first] = whole
+    return np.array([centres[0], *rows])
+
+
+def mean_anomaly(found: Hierarchy, pair: int) -> float:
+    """That of a pair at the start, over 2 pi."""
+    Q, V = (np.array(exact[1 + pair], dtype=float) for exact in (found.places, found.speeds))
+    axis, mu = float(found.axes[pair]), float(found.whole[pair])
+    sine = float(Q @ V) / math.sqrt(mu * abs(axis))
+    u = math.atan2(sine, 1.0 - float(np.linalg.norm(Q)) / axis)
+    return (u - float(found.eccentricities[pair]) * math.sin(u)) / (2.0 * math.pi)

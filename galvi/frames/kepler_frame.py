@@ -1,0 +1,395 @@
+"""The frame that moves with Kepler's orbits in Jacobi coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.frames.frame import EVEN, Motion, matrix_of
+from galvi.frames.hierarchy import (
+    Hierarchy,
+    Nested,
+    about_the_heaviest,
+    attraction,
+    held_pairs,
+    hierarchy_of,
+    jacobi,
+    mean_anomaly,
+    nested_in,
+    orbits,
+    pulled_back,
+)
+from galvi.input_checks import shown
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces.celestial import OTHER, SOURCE, WEIGHT, pulls
+from galvi.lanes.frames import kepler_functions
+from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
+from galvi.lanes.frames.hierarchy import rows_of_hierarchy
+from galvi.lanes.frames.kepler import rows_of_planets
+from galvi.lanes.frames.kepler_drift import FARTHEST
+from galvi.lanes.frames.kepler_motion import HALVINGS, NEAREST
+from galvi.lanes.vectors import LANES
+from galvi.problem import Problem
+from galvi.systems.forces.celestial import Force
+from galvi.systems.nbody import NBody
+
+FLAT = 0.45  # half of what planets need, whose orbits may change
+# Eccentricity at the start, and its rounding: up to it a revolution errs by 4e-13 of the axis, and
+# up to that of `NEAREST` by 9e-13 (measured by tests/galvi/test_eccentric_orbits_in_frames.py).
+MOST_ECCENTRIC = 0.9 + 1e-9
+CLOCK = "clock=galvi.DynamicalTime()"
+TINY = 1e-100  # imaginary increments
+MOST = 4.0**HALVINGS  # |beta X^2| in half a step, for which the series of a pass are accurate
+
+
+@dataclass(frozen=True)
+class KeplerFrame:
+    """Kepler's orbits of `NBody` systems about their heaviest body, done exactly.
+
+    In Jacobi coordinates, planets in the order of their orbits at the start: the frame holds the
+    attraction of all that is inside each orbit, and collocation what is left.
+
+    passes  of a step's iteration; None: as many as the tolerance needs at the start. Two are
+            accurate where planets are light, but let the energy drift slowly
+    even    whether nodes are Gauss nodes in time; else in the eccentric anomaly of the innermost
+            orbit at the start, moved towards each other at the step's middle
+
+    hierarchy  nested tuples of bodies, by number or by the problem's names for them, for others
+            than one star with planets: ("Sun", ("Earth", "Moon"), "Mars") or ((0, 1), (2, 3)). Each
+            part moves about all parts before it. It has all bodies with a mass; massless ones that
+            it leaves out move about the first part. None: the heaviest body and its planets
+
+    Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit of
+    eccentricity up to 0.9, and a step at most 1.27 revolutions of the fastest one, or 0.75 where
+    that is so eccentric and anything else acts. Two bodies under gravity alone are done exactly.
+    """
+
+    passes: int | None = None
+    even: bool = False
+    hierarchy: Any = None
+
+    def __post_init__(self) -> None:
+        if self.passes is not None:
+            object.__setattr__(self, "passes", input_checks.whole("passes", self.passes))
+        object.__setattr__(self, "even", input_checks.flag("even", self.even))
+        if self.hierarchy is not None:
+            object.__setattr__(self, "hierarchy", _nested(self.hierarchy))
+
+    @property
+    def name(self) -> str:
+        """For titles and tables."""
+        return "Kepler frame"
+
+    @property
+    def reversible(self) -> bool:
+        """See `Frame`."""
+        return self.even
+
+    @property
+    def conserved(self) -> str:
+        """See `Frame`."""
+        return "it keeps the linear and the angular momentum"
+
+    def refusal(self, problem: Problem) -> str:
+        """See `Frame`."""
+        system: Any = problem.system
+        if not isinstance(system, NBody) or system.masses.size < 2:
+            kind = type(system).__name__
+            what = "one body" if isinstance(system, NBody) else f"a {kind} system"
+            return (
+                f"a KeplerFrame needs an NBody system of at least two bodies; received {what}. Use "
+                f"another chart."
+            )
+        if not system.acting.conserve:
+            others = {
+                type(force).__name__
+                for force in system.forces
+                if force.takes_velocity or isinstance(force, Force)
+            }
+            return (
+                f"a KeplerFrame takes gravity and the forces that have an energy (Oblateness, "
+                f"PowerLaw, Relativity of the form 'potential'); received an NBody system with "
+                f"{', '.join(sorted(others))}. Use another chart."
+            )
+        if self.hierarchy is not None:
+            wrong = nested_in(problem, self.hierarchy)[1]
+            if wrong:
+                return (
+                    f"the hierarchy of a KeplerFrame must name every body that has a mass once; "
+                    f"received {wrong}."
+                )
+        found = self._found(problem)
+        bound = _bound(found)
+        if not np.all(bound):
+            inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
+            bodies = _named(problem, found, int(np.argmin(bound)))
+            return (
+                f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
+                f"not, at the start. Use another chart."
+            )
+        eccentric = _above(problem, found, MOST_ECCENTRIC)
+        if eccentric:
+            return (
+                f"a KeplerFrame needs orbits of eccentricity up to {MOST_ECCENTRIC:.3g}, beyond "
+                f"which it loses digits; received {eccentric}, at the start. Use {CLOCK}."
+            )
+        return ""
+
+    def leaves(self, problem: Problem, step: float) -> str:
+        """See `Frame`."""
+        found = self._found(problem)
+        bound = _bound(found)
+        if not np.all(bound):
+            bodies = _named(problem, found, int(np.argmin(bound)))
+            return (
+                f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
+                f"cover. Use another chart from there on."
+            )
+        eccentric = _above(problem, found, 1.0 - NEAREST)
+        if eccentric:
+            return (
+                f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "
+                f"{CLOCK} from there on."
+            )
+        turns = abs(step) * np.sqrt(found.whole / found.axes**3) / (2.0 * math.pi)
+        k, far = found.fastest, _farthest(found, step)
+        if turns[k] < FARTHEST / (2.0 * math.pi):
+            k = int(np.argmax(far))
+            if _alone(problem) or far[k] < MOST:
+                return ""
+        return (
+            f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
+            f"Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller step."
+        )
+
+    def _nested_in(self, problem: Problem) -> Nested:
+        if self.hierarchy is None:
+            return about_the_heaviest(problem)
+        return nested_in(problem, self.hierarchy)[0]
+
+    def _found(self, problem: Problem) -> Hierarchy:
+        return hierarchy_of(problem, self._nested_in(problem))
+
+    def held_pairs(self, problem: Problem) -> Array:
+        """1 for pairs of bodies that the frame moves about each other, (bodies, bodies)."""
+        return held_pairs(self._nested_in(problem))
+
+    def rows(self, problem: Problem) -> int:
+        """See `Frame`."""
+        return problem.q0.size - problem.q0.shape[1]
+
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
+        """See `Frame`."""
+        found, size = self._found(problem), q.size
+        state = np.zeros((8, size + LANES))
+        state[0, :size], state[2, :size] = q.ravel(), v.ravel()
+        for row, x in ((4, q), (6, v)):
+            exact = jacobi(problem, found.bodies, found.pairs, x)
+            entries = np.concatenate([exact[1:].T.ravel(), exact[0]])
+            state[row, :size] = rounded(entries)
+            with extended_precision():
+                state[row + 1, :size] = rounded(entries - decimals(rounded(entries)))
+        return state
+
+    def motion(self, problem: Problem, step: float, c: Array) -> Motion:
+        """See `Frame`."""
+        found, D = self._found(problem), problem.q0.shape[1]
+        kind = PLANETS if self.hierarchy is None else NESTED
+        last = max(
+            np.flatnonzero(_farthest(found, step) > FLAT), default=-1
+        )  # of those that turn far
+        numbers = np.concatenate([
+            [step, (int(last) + 2) // 2, len(found.pairs)], found.masses, *kind.blocks(found),
+            1.0 / found.whole, np.array(found.bodies, dtype=float), *_terms(problem, found),
+        ])  # fmt: skip
+        functions, n = kind.functions[D], len(found.pairs)
+        if _alone(problem):
+            functions = (kepler_functions.rates_of_two, *functions[1:])
+        pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
+        clock = EVEN if self.even else _clock(found, step)
+        places, speeds = (
+            np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
+            for exact in (found.places, found.speeds)
+        )
+        sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
+        stretch = 0.0 if self.even else _stretch(clock[0], c)
+        return Motion(pointers, functions, numbers, kind.rows(D) * n, n, sizes, clock, stretch)
+
+    def flow(self, problem: Problem, w: Array, t: Array) -> Array:
+        """See `Frame`."""
+        found, D = self._found(problem), problem.q0.shape[1]
+        q, v, centre = _parts(w[:, :2], found, D)
+        Q = orbits(found.whole, q, v, t[:, None]).places
+        return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
+
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """See `Frame`; by complex steps."""
+        found, D = self._found(problem), problem.q0.shape[1]
+        d, n, system = problem.q0.size, len(found.pairs), cast(NBody, problem.system)
+        nudged = w[None, :, :d] + 1j * TINY * np.eye(2 * d).reshape(2 * d, 2, d)
+        q, v, centre = _parts(nudged, found, D)
+        after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
+        bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
+        pull = attraction(system.G * system.masses, bodies)
+        pull += pulls(system.acting.terms, system.acting.poles, bodies)[0]
+        into = matrix_of(self, problem)[: D * n]
+        whole = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
+        cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
+        rest = whole + found.whole * after.places / cube
+        slopes = pulled_back(found.whole, q, v, after, rest)
+        free = centre[:, 0] + t * centre[:, 1], centre[:, 1]
+        ends = [
+            np.concatenate([x.reshape(2 * d, D * n), y], axis=1)
+            for x, y in zip((after.places, after.speeds), free, strict=True)
+        ]
+        rates = [
+            np.concatenate([x.reshape(2 * d, D * n), 0.0 * y], axis=1)
+            for x, y in zip(slopes, free, strict=True)
+        ]
+        motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
+        return motion, slope
+
+
+def _alone(problem: Problem) -> bool:
+    """Whether the frame holds all that acts."""
+    system: Any = problem.system
+    return bool(system.masses.size == 2 and not system.forces)
+
+
+def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
+    """Where the terms of each pair begin (n + 1,), and these in the frame's order."""
+    system, n = cast(NBody, problem.system), len(found.pairs)
+    rows = system.acting.terms.copy()
+    rows[:, [SOURCE, OTHER]] = np.argsort(found.bodies)[rows[:, [SOURCE, OTHER]].astype(int)]
+    rows[:, WEIGHT] = np.arange(len(rows)) >= system.acting.poles
+    first, middle, end = found.pairs.T
+    inner, outer = np.sort(rows[:, [SOURCE, OTHER]], axis=1).T[..., None]
+    between = (first <= inner) & (inner < middle) & (middle <= outer) & (outer < end)
+    pair = np.argmax(between, axis=1)
+    starts = np.searchsorted(np.sort(pair), np.arange(n + 1)).astype(float)
+    return starts, rows[np.argsort(pair, kind="stable")].ravel()
+
+
+def _bound(found: Hierarchy) -> Array:
+    """Which orbits are ellipses, (n,)."""
+    return np.asarray(np.isfinite(found.axes) & (found.axes > 0.0))
+
+
+def _above(problem: Problem, found: Hierarchy, most: float) -> str:
+    """The largest eccentricity, and of what, if it is above ``most``; else ""."""
+    k = int(np.argmax(found.eccentricities))
+    e = found.eccentricities[k]
+    return f"{e:.12g} of {_named(problem, found, k)}" if e > most else ""
+
+
+def _named(problem: Problem, found: Hierarchy, pair: int) -> str:
+    """The second side of a pair, in words."""
+    _first, middle, end = found.pairs[pair]
+    names = [str(problem.body_names()[found.bodies[k]]) for k in range(middle, end)]
+    return f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
+
+
+def _parts(w: Array, found: Hierarchy, D: int) -> tuple[Array, Array, Array]:
+    """Places and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
+    n = len(found.pairs)
+    q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
+    return q, v, w[:, :, D * n : D * n + D]
+
+
+def _bodies(found: Hierarchy, Q: Array, centre: Array) -> Array:
+    """The bodies' places (k, bodies, D) from those of pairs (k, D, n) and the barycentre's."""
+    out = np.empty((len(Q), len(found.bodies), Q.shape[1]), dtype=Q.dtype)
+    out[:, found.bodies[0]] = centre
+    for i in range(len(found.pairs) - 1, -1, -1):
+        one, other = (found.bodies[k] for k in found.pairs[i, :2])
+        out[:, one] -= found.share[i] * Q[:, :, i]
+        out[:, other] = out[:, one] + Q[:, :, i]
+    return out
+
+
+class Kind(NamedTuple):
+    """What differs between planets about a star and other hierarchies.
+
+    functions  by dimension, see galvi.lanes.frames.kepler_functions
+    rows       of work for each pair, from the dimension
+    blocks     the numbers of a hierarchy that are the frame's own
+    """
+
+    functions: Any
+    rows: Any
+    blocks: Any
+
+
+def _of_planets(found: Hierarchy) -> list[Array]:
+    with extended_precision():
+        m = decimals(found.masses[: 1 + len(found.pairs)])
+        inner = np.cumsum(m)
+        M, before = inner[1:], inner[:-1]
+        rows = m[0] / before, (before - m[0]) / before, M / before, 1 / before
+        return [rounded(row) for row in rows]
+
+
+def _of_pairs(found: Hierarchy) -> list[Array]:
+    with extended_precision():
+        other = rounded(1 - decimals(found.share))
+    return [other, *found.pairs.T.astype(float)]
+
+
+PLANETS = Kind(kepler_functions.PLANETS, rows_of_planets, _of_planets)
+NESTED = Kind(kepler_functions.NESTED, rows_of_hierarchy, _of_pairs)
+
+
+def _nested(given: Any) -> Any:
+    """A hierarchy of tuples, whole numbers and names; ValueError for others."""
+
+    def part(one: Any, top: bool = False) -> Any:
+        if isinstance(one, (tuple, list)) and len(one) > 1:
+            return tuple(part(inner) for inner in one)
+        if isinstance(one, str) and not top:
+            return one
+        if isinstance(one, (int, np.integer)) and not isinstance(one, bool) and not top:
+            return int(one)
+        raise ValueError(
+            f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
+        )
+
+    return part(given, top=True)
+
+
+def _farthest(found: Hierarchy, step: float) -> Array:
+    """Largest |beta X^2| in half a step, (n,).
+
+    An orbit whose mean anomaly changes by M turns most about its pericentre, by E in the eccentric
+    one with E - 2 e sin(E / 2) = M.
+    """
+    turned = 0.5 * abs(step) * np.sqrt(found.whole / found.axes**3)
+    low, high = turned, turned + 2.0
+    for _ in range(60):
+        E = 0.5 * (low + high)
+        short = E - 2.0 * found.eccentricities * np.sin(0.5 * E) < turned
+        low, high = np.where(short, E, low), np.where(short, high, E)
+    return high**2
+
+
+def _stretch(turns: float, c: Array) -> float:
+    """How far nodes are moved: in proportion to short steps, so that the order is that of Gauss.
+
+    Long steps are limited by the ends of the step, where polynomials know most; the limits were
+    found best of several for 8 and 16 nodes on the planets.
+    """
+    most = 0.78 if c.size <= LANES else 0.86
+    return most * abs(turns) / math.hypot(turns, 0.2)
+
+
+def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
+    """The clock of the fastest orbit."""
+    k = found.fastest
+    turns = step * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
+    return turns, float(found.eccentricities[k]), mean_anomaly(found, k)

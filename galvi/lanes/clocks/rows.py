@@ -1,0 +1,102 @@
+"""Vector instructions of `galvi.lanes.clocks.advance` on its rows of stages, as those of
+galvi.lanes.stages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+from numba.core import cgutils
+
+from galvi.lanes.stages import in_lanes, square
+from galvi.lanes.values import Lane
+
+POTENTIAL, RATES, KINETIC, EXCESS, RATE, LENGTH = range(6)  # rows of totals
+ONTO_FIRST, ONTO_SECOND, PRODUCT, PRODUCT_LOW, PACE, TURN, COLUMNS = range(7)  # of pairs
+
+
+sum_of = in_lanes(lambda at, rows, row: rows[row, 0], types.float64)  # of a row
+
+
+@in_lanes
+def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, totals):
+    """What the pairs ``begin`` to ``end`` of one body with the ``seconds`` add to their rows, the
+    potential and the rate of the clock."""
+    builder, n = at.builder, len(at.axes)
+    here = [shifts[first, x] for x in at.axes]
+    owned: list[Any] = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
+    owned += [(totals, POTENTIAL), (totals, RATES)]
+    sums = [at.variable(rows[place].value) for rows, place in owned]
+
+    def add(place, amount):
+        builder.store((Lane(builder, builder.load(place)) + amount).value, place)
+
+    with cgutils.for_range(builder, end, start=begin, intp=end.type) as loop:
+        row, start = (builder.mul(loop.index, loop.index.type(size)) for size in (COLUMNS, n))
+        second = at.number(seconds.data, loop.index)
+        gap = [here[x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
+        inverse = at.inverse.root(square(gap))
+        third = inverse * inverse * inverse
+        pace = pairs.number(row, PACE) * third
+        for column in (PRODUCT_LOW, PRODUCT):
+            add(sums[2 * n], pairs.number(row, column) * inverse)
+        add(sums[2 * n + 1], pace)
+        turn = pairs.number(row, TURN) * third * inverse * inverse
+        # Rounded one by one: pulls from both sides cancel, and Sitnikov's body stays on its axis.
+        onto_first, onto_second = (
+            (pairs.number(row, n) * third).exact for n in (ONTO_FIRST, ONTO_SECOND)
+        )
+        for x, one in enumerate(gap):
+            add(sums[x], -onto_first * one)
+            add(sums[n + x], turn * one)
+            pulls[second, x] = pulls[second, x] + onto_second * one
+            turns[second, x] = turns[second, x] - turn * one
+    for (rows, place), total in zip(owned, sums, strict=True):
+        rows[place] = Lane(builder, builder.load(total))
+
+
+@in_lanes
+def set_clock(at, parts, energy, energy_low, totals, changes):
+    """g, h b g and 3 (H - E0) / (2 S) at each stage; what they come from, and changes, <- 0."""
+    rate = at.inverse.root(totals[RATES])
+    inverse = rate * rate
+    excess = ((totals[KINETIC] - totals[POTENTIAL]) - energy) - energy_low
+    totals[RATE], totals[LENGTH] = rate, rate * parts[0]
+    totals[EXCESS] = 1.5 * (excess * inverse)
+    totals[KINETIC] = totals[POTENTIAL] = totals[RATES] = at.none
+    for row in range(4):
+        changes[row] = at.none
+
+
+@in_lanes
+def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
+    """New slopes of a body's velocity; pulls and turns <- 0.
+
+    light  1 / M, or 0 of a light body
+    """
+    length, turned = totals[LENGTH], totals[EXCESS] * light
+    new = [length * (pulls[row, x] - turned * turns[row, x]) for x in at.axes]
+    at.renew(slopes, row, new, share, changes, 0)
+    for x in at.axes:
+        pulls[row, x] = turns[row, x] = at.none
+
+
+@in_lanes
+def drift(at, matrix, state, low, mean, row, half, totals, kicks, slopes, share, changes):
+    """New slopes of a body's place, from its velocity, whose energy is added to the totals.
+
+    mean  (dimension,) the velocity of the centre of mass, to which energies refer
+    half  M / 2
+    """
+    kicked = enumerate(at.sums_of(matrix, kicks, row))
+    v = [state.number(row, x) + (low.number(row, x) + one) for x, one in kicked]
+    own = [one - mean.number(row.type(0), x) for x, one in enumerate(v)]
+    totals[KINETIC] = totals[KINETIC] + half * square(own)
+    at.renew(slopes, row, [totals[LENGTH] * one for one in v], share, changes, 2)
+
+
+@in_lanes
+def combine(at, matrix, values, row, out):
+    """out <- sum_j values_j matrix_j, for all axes of a body."""
+    for x, total in enumerate(at.sums_of(matrix, values, row)):
+        out[row, x] = total

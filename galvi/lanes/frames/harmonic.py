@@ -1,0 +1,148 @@
+"""The frame of a harmonic oscillator in its normal modes: a rotation for each mode.
+
+q = F x with F^T M F = 1 and K F = M F diag(omega^2), K the frame's stiffness; x'' = -omega^2 x is
+done exactly, and F^T (K q - dV/dq) is what is left. In a time t the rotation is
+x = cos(omega t) x_0 + sin(omega t) / omega v_0, and slopes (0, f) are pulled back to
+(-sin(omega t) / omega f, cos(omega t) f).
+
+numbers  F by rows (d, d); omega^2 (d,); for a whole step, then for half of it, (6, d) each:
+         cos(omega t) - 1, sin(omega t) / omega and -omega sin(omega t), then the low part of each;
+         cos(omega t_j) (d, P), sin(omega t_j) / omega (d, P); the potential's constants
+state    rows 4 to 7: x, its low part, x' and its low part, (d,)
+work     (2 d, LANES)  modes and places at eight stages
+"""
+
+from __future__ import annotations
+
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.kernels.compile.jit import jit_noalloc
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.lanes.frames.rows import WEIGHT
+from galvi.lanes.gravity import fused
+from galvi.lanes.law_pass import Constants
+from galvi.lanes.laws import From
+from galvi.lanes.values import Lane
+from galvi.lanes.vectors import LANES, NOTHING, Lanes
+
+ROTATION = 6  # rows of a rotation
+
+
+def first_of(d, padded):
+    """The first of the numbers of stages, and of the potential's constants."""
+    stages = d * d + d + 2 * ROTATION * d
+    return stages, stages + 2 * d * padded
+
+
+def harmonic_rates(slopes, d):
+    """An intrinsic (numbers, nodes, W, work, k) that fills k, for a potential's slopes on R^d."""
+
+    @intrinsic
+    def whole_pass(typingctx, numbers, nodes, W, work, k):
+        signature = types.void(numbers, nodes, W, work, k)
+
+        def generate(context, builder, signature, values):
+            arrays = [
+                context.make_array(signature.args[i])(context, builder, values[i]) for i in range(5)
+            ]
+            known, times, given, scratch, out = (array.data for array in arrays)
+            padded = builder.extract_value(arrays[2].shape, 1)
+            row = padded.type
+            tables = builder.gep(known, [row(first_of(d, 0)[0])])
+            constants = builder.gep(tables, [builder.mul(padded, row(2 * d))])
+
+            def product(lanes, transposed, source, target):
+                """d rows from ``target`` <- F or its transpose times d rows from ``source``."""
+                stride, across = (1, d) if transposed else (d, 1)
+                for first in range(0, d, 4):
+                    rows = range(first, min(first + 4, d))
+                    totals = [lanes.variable(NOTHING) for _ in rows]
+                    with cgutils.for_range(builder, row(d), intp=row) as loop:
+                        value = lanes.load(scratch, builder.add(row(source), loop.index))
+                        column = builder.mul(loop.index, row(across))
+                        for i, total in zip(rows, totals, strict=True):
+                            place = builder.add(column, row(i * stride))
+                            factor = lanes.spread(builder.load(builder.gep(known, [place])))
+                            more = lanes.mul(factor, value)
+                            builder.store(lanes.add(builder.load(total), more), total)
+                    for i, total in zip(rows, totals, strict=True):
+                        lanes.store(builder.load(total), scratch, row(target + i))
+
+            chunks = builder.udiv(padded, row(LANES))
+            with cgutils.for_range(builder, chunks, intp=row) as loop:
+                lanes = Lanes(context, builder, padded, loop.index)
+                here = Lanes(context, builder, row(LANES), row(0))
+
+                def load(data, i, lanes=lanes, here=here):
+                    return Lane(builder, (here if data is scratch else lanes).load(data, row(i)))
+
+                squares = Constants(builder, lanes, known, row)
+                for i in range(d):
+                    x = load(tables, i) * load(given, i) + load(tables, d + i) * load(given, d + i)
+                    here.store(x.value, scratch, row(i))
+                product(here, False, 0, d)
+                places = [load(scratch, d + i) for i in range(d)]
+                given_constants = From(Constants(builder, lanes, constants, row), 0)
+                found = slopes(places, load(times, 0), given_constants)
+                for i, slope in enumerate(found):
+                    here.store((-places[0].same(slope)).value, scratch, row(d + i))
+                modes = [load(scratch, i) for i in range(d)]
+                product(here, True, d, 0)
+                weight = load(times, WEIGHT)
+                for i in range(d):
+                    spring = modes[i].exact * squares[d * d + i]  # rounded as a built-in slope is
+                    force = weight * (load(scratch, i).exact + spring)
+                    turned = -(load(tables, d + i) * force)
+                    lanes.store(turned.value, out, row(i))
+                    lanes.store((load(tables, i) * force).value, out, row(d + i))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return whole_pass
+
+
+@jit_noalloc
+def drift(numbers, share, state):
+    """The rotation of all modes by a share of a step, in rows 4 to 7 of the state.
+
+    Its numbers have twice the digits: their error would make the modes' energies drift.
+    """
+    d = state.shape[1]
+    first = d * d + d + (0 if share == 1.0 else ROTATION * d)
+    for i in range(d):
+        c, s, r = numbers[first + i], numbers[first + d + i], numbers[first + 2 * d + i]
+        c_low, s_low = numbers[first + 3 * d + i], numbers[first + 4 * d + i]
+        r_low = numbers[first + 5 * d + i]
+        x, x_low, v, v_low = state[4, i], state[5, i], state[6, i], state[7, i]
+        state[4, i], state[5, i] = turned(x, x_low, c, c_low, v, v_low, s, s_low)
+        state[6, i], state[7, i] = turned(v, v_low, c, c_low, x, x_low, r, r_low)
+
+
+@jit_noalloc
+def turned(x, x_low, c, c_low, v, v_low, s, s_low):
+    """x + c x + s v of numbers in two parts."""
+    one, other = c * x, s * v
+    low = fused(c, x, -one) + fused(s, v, -other) + (c * x_low + s * v_low)
+    low += c_low * x + s_low * v
+    total, rest = two_sum(x, one)
+    total, more = two_sum(total, other)
+    return two_sum(total, (rest + more) + (low + x_low))
+
+
+@jit_noalloc
+def leave(numbers, state):
+    """q = F x and v = F x', in rows 0 and 2 of the state, from rows 4 to 7."""
+    d = state.shape[1]
+    for i in range(d):
+        q, v, q_low, v_low = 0.0, 0.0, 0.0, 0.0
+        for j in range(d):
+            factor = numbers[d * i + j]
+            q, rest = two_sum(q, factor * state[4, j])
+            q_low += rest + factor * state[5, j]
+            v, rest = two_sum(v, factor * state[6, j])
+            v_low += rest + factor * state[7, j]
+        state[0, i], state[1, i] = two_sum(q, q_low)
+        state[2, i], state[3, i] = two_sum(v, v_low)

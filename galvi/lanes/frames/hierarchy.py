@@ -1,0 +1,159 @@
+"""The frame of Kepler's motions in a hierarchy of bodies: its slopes at the stages of a step.
+
+Bodies 0 to n are the leaves of a binary tree, n pairs of subsystems its nodes, inner ones first:
+pair i joins the bodies first <= a < middle, of mass A, and middle <= b < end, of mass B, all masses
+times G. Q_i is the place of the barycentre of the latter from that of the former (generalised
+Jacobi coordinates) and Q_i'' = -M_i Q_i / |Q_i|^3 its motion in the frame, M_i = A + B. Each two
+bodies a, b are on either side of one pair, at x_b - x_a = Q_i + d; what is left of their attraction
+accelerates b by m_a g and a by -m_b g, where
+
+    g = Q / |Q|^3 - (Q + d) / |Q + d|^3 = [f (Q + d) - d] / |Q|^3,  f as in `encke`,
+
+and Q_i by the difference of the mean accelerations of its two sides: what is the same for all of a
+side has no effect on the pairs inside it. Forces beside gravity add theirs to the same means.
+
+Arrays as in `galvi.lanes.frames.kepler_motion`; the blocks of numbers are m, M, B / M,
+A / M, first, middle, end and 1 / M, and the frame's own of work have n + 1 rows: the bodies' places
+from the barycentre of the pairs so far (D), and their accelerations (D).
+"""
+
+from __future__ import annotations
+
+from numba.core import cgutils
+
+from galvi.lanes.celestial import add_in_frame
+from galvi.lanes.frames.kepler_motion import (
+    HEAD,
+    KEPT,
+    SHARE,
+    dot,
+    encke,
+    rates_of_orbits,
+)
+from galvi.lanes.values import Lane, Several
+from galvi.lanes.vectors import DOUBLE, NOTHING
+
+OTHER, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
+
+
+def rows_of_hierarchy(dimension):
+    """Rows of work for one pair, enough for one body more than there are pairs."""
+    return 6 * dimension + KEPT
+
+
+class Bodies:
+    """Places and accelerations of the bodies at eight stages."""
+
+    def __init__(self, orbits, lanes):
+        self.orbits, self.lanes, self.row = orbits, lanes, orbits.row
+        self.count = orbits.builder.add(orbits.n, self.row(1))
+
+    def at(self, block, body):
+        """The row of a body in a block: 0 places, D accelerations."""
+        builder, orbits = self.orbits.builder, self.orbits
+        first = builder.mul(orbits.n, self.row(2 * orbits.D + KEPT))
+        return builder.add(first, builder.add(builder.mul(self.count, self.row(block)), body))
+
+    def load(self, half, body):
+        """The place (0) or acceleration (1) of a body."""
+        orbits = self.orbits
+        blocks = range(half * orbits.D, (half + 1) * orbits.D)
+        return [
+            Several([Lane(orbits.builder, orbits.here.load(orbits.work, self.at(block, body)))])
+            for block in blocks
+        ]
+
+    def store(self, half, body, vector):
+        orbits = self.orbits
+        for x, several in enumerate(vector):
+            row = self.at(half * orbits.D + x, body)
+            orbits.here.store(several.lanes[0].value, orbits.work, row)
+
+    def mass(self, body):
+        """m of a body, in all lanes: that of the first is before those of the others."""
+        orbits = self.orbits
+        place = orbits.builder.add(body, self.row(HEAD - 1))
+        return Several([Lane(orbits.builder, self.lanes.spread(
+            self.lanes.number(orbits.numbers, place)))])  # fmt: skip
+
+    def bound(self, pair, k):
+        """One of a pair's limits among the bodies."""
+        orbits = self.orbits
+        return orbits.whole(self.lanes, orbits.builder.add(orbits.at(k, pair), self.row(HEAD)))
+
+    def each(self, begin, end):
+        """A loop over bodies."""
+        builder = self.orbits.builder
+        return cgutils.for_range(builder, end, begin, intp=self.row)
+
+
+def attract(orbits, bodies, pair):
+    """What a pair leaves of the attraction of its two sides, and the bodies' places after it."""
+    lanes = bodies.lanes
+    first, middle, end = (bodies.bound(pair, k) for k in (FIRST, MIDDLE, END))
+    Q = orbits.load_vector(orbits.here, orbits.work, 0, (pair,))
+    inverse = orbits.load(orbits.here, orbits.work, 2 * orbits.D, (pair,))
+    square = inverse * inverse
+    cube = square * inverse
+    with bodies.each(first, middle) as one:
+        a = one.index
+        near, heavy = bodies.load(0, a), bodies.mass(a)
+        changed = orbits.variables(lanes, bodies.load(1, a))
+        with bodies.each(middle, end) as other:
+            b = other.index
+            d = [x - y for x, y in zip(bodies.load(0, b), near, strict=True)]
+            gap = [x + y for x, y in zip(Q, d, strict=True)]
+            e = dot(d, [2.0 * x + y for x, y in zip(Q, d, strict=True)]) * square
+            f, _third = encke(orbits, e, dot(gap, gap) * square)
+            g = [(f * x - y) * cube for x, y in zip(gap, d, strict=True)]
+            bodies.store(1, b, [x + heavy * y for x, y in zip(bodies.load(1, b), g, strict=True)])
+            light = bodies.mass(b)
+            for place, y in zip(changed, g, strict=True):
+                orbits.keep(orbits.kept(place) - light * y, place)
+        bodies.store(1, a, [orbits.kept(place) for place in changed])
+    act(orbits, bodies, pair, middle, Q)
+    for begin, limit, share, sign in ((first, middle, SHARE, -1.0), (middle, end, OTHER, 1.0)):
+        moved = orbits.number(lanes, share, (pair,)) * sign
+        with bodies.each(begin, limit) as one:
+            there = bodies.load(0, one.index)
+            bodies.store(0, one.index, [x + moved * y for x, y in zip(there, Q, strict=True)])
+
+
+def act(orbits, bodies, pair, middle, Q):
+    """What forces beside gravity accelerate the bodies on either side of a pair by."""
+    builder, lanes = orbits.builder, bodies.lanes
+
+    def gap(source, other):
+        outwards = builder.icmp_signed("<", source, middle)
+        sign = Lane(builder, lanes.spread(builder.select(outwards, DOUBLE(1.0), DOUBLE(-1.0))))
+        parts = zip(Q, bodies.load(0, other), bodies.load(0, source), strict=True)
+        return [(x * sign + (y - z)).lanes[0] for x, y, z in parts]
+
+    def add(body, pull):
+        bodies.store(1, body, [x + y for x, y in zip(bodies.load(1, body), pull, strict=True)])
+
+    add_in_frame(orbits, lanes, pair, builder.add(pair, orbits.row(1)), gap, add)
+
+
+def nested_bodies(orbits, lanes):
+    """A pass at eight stages."""
+    builder, D = orbits.builder, orbits.D
+    bodies, weight = Bodies(orbits, lanes), Several([orbits.weight(lanes)])
+    nothing = [Several([Lane(builder, NOTHING)])] * D
+    orbits.move(lanes, lambda pairs, Q: None)
+    with bodies.each(orbits.row(0), bodies.count) as loop:
+        for half in range(2):
+            bodies.store(half, loop.index, nothing)
+    with bodies.each(orbits.row(0), orbits.n) as loop:
+        attract(orbits, bodies, loop.index)
+    with bodies.each(orbits.row(0), orbits.n) as loop:
+        pair = loop.index
+        first, middle = (bodies.bound(pair, k) for k in (FIRST, MIDDLE))
+        near, far = bodies.load(1, first), bodies.load(1, middle)
+        a = [x - y for x, y in zip(far, near, strict=True)]
+        share = orbits.number(lanes, SHARE, (pair,))
+        bodies.store(1, first, [x + share * y for x, y in zip(near, a, strict=True)])
+        orbits.pull_back(lanes, (pair,), [weight * x for x in a])
+
+
+nested_rates = rates_of_orbits(nested_bodies)

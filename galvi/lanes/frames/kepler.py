@@ -1,0 +1,169 @@
+"""The frame of Kepler's motions in Jacobi coordinates: its slopes at the stages of a step.
+
+Planets 1 to n in the order of their orbits about the star 0, all masses times G; M_i = m_0 + .. +
+m_i. Q_i is the place of planet i relative to the barycentre of all before it, and
+Q_i'' = -M_i Q_i / |Q_i|^3 its motion in the frame. From the star, planets are at x_i = Q_i + d_i,
+with d_(i+1) = d_i + (m_i / M_i) Q_i; what is left accelerates Q_i by
+
+    M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
+    + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
+
+with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, p_k the sum of m_j (x_j - x_k) / |x_j - x_k|^3
+over planets j, with what forces beside gravity accelerate planet k by: they keep the momentum, so
+that the star's share is known. The bracket is small, and computed without cancellation (Encke):
+with e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
+
+Arrays as in `galvi.lanes.frames.kepler_motion`; the blocks of numbers are m, M, m / M, c,
+1 - c, M_i / M_(i-1), 1 / M_(i-1) and 1 / M, and the frame's own of work d (D), x (D) and p (D).
+"""
+
+from __future__ import annotations
+
+from numba.core import cgutils
+
+from galvi.lanes.celestial import add_in_frame
+from galvi.lanes.frames.kepler_motion import (
+    FIRST_MASS,
+    KEPT,
+    MASS,
+    OWN,
+    SHARE,
+    dot,
+    encke,
+    rates_of_orbits,
+)
+from galvi.lanes.values import Lane, Several
+from galvi.lanes.vectors import NOTHING
+
+STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
+
+
+def rows_of_planets(dimension):
+    """Rows of work for one planet."""
+    return 5 * dimension + KEPT
+
+
+def own_block(orbits, k):
+    """The first block of d, x or p in the work."""
+    return 2 * orbits.D + KEPT + k * orbits.D
+
+
+def place(orbits, lanes):
+    """Places from the star: a function of planets and their Q."""
+    builder, D = orbits.builder, orbits.D
+    before = [lanes.variable(NOTHING) for _ in range(D)]
+
+    def follow(planets, Q):
+        share, d = orbits.number(lanes, SHARE, planets), []
+        for known, y in zip(before, Q, strict=True):
+            inner = [Lane(builder, builder.load(known))]
+            for one, weight in zip(y.lanes, share.lanes, strict=True):
+                inner.append(inner[-1] + weight * one)
+            builder.store(inner[-1].value, known)
+            d.append(Several(inner[:-1]))
+        nothing = Several(Lane(builder, NOTHING) for _ in planets)
+        places = [x + y for x, y in zip(Q, d, strict=True)]
+        for k, vector in enumerate((d, places, [nothing] * D)):
+            orbits.store_vector(orbits.here, vector, orbits.work, own_block(orbits, k), planets)
+
+    return follow
+
+
+def pull(orbits, lanes):
+    """p from all pairs of planets."""
+    builder, row, D = orbits.builder, orbits.row, orbits.D
+    place_of, pull_of = own_block(orbits, 1), own_block(orbits, 2)
+    with cgutils.for_range(builder, orbits.n, intp=row) as outer:
+        i = (outer.index,)
+        here, mass = (
+            orbits.load_vector(orbits.here, orbits.work, place_of, i),
+            orbits.number(lanes, OWN, i),
+        )
+        pulled = orbits.variables(lanes, orbits.load_vector(orbits.here, orbits.work, pull_of, i))
+        with cgutils.for_range(builder, outer.index, intp=row) as inner:
+            j = (inner.index,)
+            there = orbits.load_vector(orbits.here, orbits.work, place_of, j)
+            gap = [x - y for x, y in zip(there, here, strict=True)]
+            near = orbits.root(dot(gap, gap))
+            cube = near * near * near
+            onto_i, onto_j = orbits.number(lanes, OWN, j) * cube, mass * cube
+            for x in range(D):
+                other = orbits.load(orbits.here, orbits.work, pull_of + x, j)
+                changed = other - onto_j * gap[x]
+                orbits.store(orbits.here, changed, orbits.work, pull_of + x, j)
+                orbits.keep(orbits.kept(pulled[x]) + onto_i * gap[x], pulled[x])
+        own = [orbits.kept(x) for x in pulled]
+        orbits.store_vector(orbits.here, own, orbits.work, pull_of, i)
+
+
+def act(orbits, lanes):
+    """Adds to p what forces beside gravity accelerate the planets by."""
+    builder, row = orbits.builder, orbits.row
+
+    def load(k, body):
+        planet = (builder.sub(body, row(1)),)
+        return orbits.load_vector(orbits.here, orbits.work, own_block(orbits, k), planet)
+
+    def moves(body):
+        return builder.icmp_signed(">", body, row(0))
+
+    def place_of(body):
+        places = (x.lanes[0].value for x in load(1, body))
+        return [Lane(builder, builder.select(moves(body), x, NOTHING)) for x in places]
+
+    def gap(source, other):
+        return [x - y for x, y in zip(place_of(other), place_of(source), strict=True)]
+
+    def add(body, pull):
+        with builder.if_then(moves(body)):
+            p = [x + y for x, y in zip(load(2, body), pull, strict=True)]
+            planet = (builder.sub(body, row(1)),)
+            orbits.store_vector(orbits.here, p, orbits.work, own_block(orbits, 2), planet)
+
+    add_in_frame(orbits, lanes, row(0), orbits.n, gap, add)
+
+
+def finish(orbits, lanes):
+    """Perturbing accelerations, pulled back to the centre of the step."""
+    builder, D = orbits.builder, orbits.D
+    shared = orbits.scalar(lanes, FIRST_MASS), orbits.weight(lanes)
+    beyond = [lanes.variable(NOTHING) for _ in range(D)]
+
+    def part(planets):
+        star, weight = (Several([lane] * len(planets)) for lane in shared)
+        Q, d, x, p = (
+            orbits.load_vector(orbits.here, orbits.work, block, planets)
+            for block in (0, *(own_block(orbits, k) for k in range(3)))
+        )
+        inverse = orbits.load(orbits.here, orbits.work, 2 * D, planets)
+        mu, own, c, rest, ratio, inside = (
+            orbits.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
+        )
+        square = inverse * inverse
+        cube = square * inverse
+        e = dot(d, [2.0 * a + b for a, b in zip(Q, d, strict=True)]) * square
+        f, third = encke(orbits, e, 1.0 + e)
+        pull, fall = mu * cube, star * third * cube
+        a = []
+        for k, place in enumerate(beyond):
+            outside = [Lane(builder, builder.load(place))]
+            pulled = own * (p[k] - fall * x[k])
+            for one in pulled.lanes:
+                outside.append(outside[-1] + one)
+            builder.store(outside[-1].value, place)
+            near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
+            a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
+        orbits.pull_back(lanes, planets, a)
+
+    orbits.inwards(part)
+
+
+def planets_alone(orbits, lanes):
+    """A pass at eight stages."""
+    orbits.move(lanes, place(orbits, lanes))
+    pull(orbits, lanes)
+    act(orbits, lanes)
+    finish(orbits, lanes)
+
+
+kepler_rates = rates_of_orbits(planets_alone)

@@ -1,0 +1,156 @@
+"""The functions of Kepler's frame that the kernel of collocation calls, in the plane and in space.
+
+Numbers and state as in `galvi.lanes.frames.kepler_drift`.
+"""
+
+from __future__ import annotations
+
+from galvi.kernels.compile.jit import jit_inline, jit_noalloc
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.lanes.frames.hierarchy import FIRST, MIDDLE, nested_rates
+from galvi.lanes.frames.kepler import kepler_rates
+from galvi.lanes.frames.kepler_drift import kepler_drift, planets_of
+from galvi.lanes.frames.kepler_motion import BLOCKS, HEAD, SHARE
+from galvi.lanes.gravity import fused
+
+PLANE, SPACE = (0, 0), (0, 0, 0)
+
+
+@jit_inline
+def move_barycentre(numbers, share, state, first, D):
+    """The barycentre moves in a straight line."""
+    t = share * numbers[0]
+    for i in range(first, first + D):
+        far = t * state[6, i]
+        low = fused(t, state[6, i], -far) + (t * state[7, i] + state[5, i])
+        place, rest = two_sum(state[4, i], far)
+        state[4, i], state[5, i] = two_sum(place, rest + low)
+
+
+@jit_inline
+def leave(numbers, state, D):
+    """Places and velocities of the bodies, in rows 0 and 2 of the state, from rows 4 to 7."""
+    n = planets_of(numbers)
+    share, bodies = HEAD + SHARE * n, HEAD + BLOCKS * n
+    for half in range(2):
+        out, source = 2 * half, 4 + 2 * half
+        for x in range(D):
+            inner = 0.0  # of the barycentre of the star and the planets so far, from the star
+            for i in range(n):
+                inner += numbers[share + i] * state[source, x * n + i]
+            centre = D * n + x
+            star = state[source, centre] + (state[source + 1, centre] - inner)
+            state[out, D * int(numbers[bodies]) + x] = star
+            inner = 0.0
+            for i in range(n):
+                place = state[source, x * n + i]
+                body = D * int(numbers[bodies + 1 + i]) + x
+                state[out, body] = star + (inner + (place + state[source + 1, x * n + i]))
+                inner += numbers[share + i] * place
+    for i in range(D * (n + 1)):
+        state[1, i], state[3, i] = 0.0, 0.0
+
+
+@jit_inline
+def leave_pairs(numbers, state, D):
+    """As `leave`, of bodies in a hierarchy: outer pairs first, each divides a centre in two."""
+    n = planets_of(numbers)
+    share, first = HEAD + SHARE * n, HEAD + FIRST * n
+    middle, bodies = HEAD + MIDDLE * n, HEAD + BLOCKS * n
+    for half in range(2):
+        out, source = 2 * half, 4 + 2 * half
+        low = out + 1  # what rounding lost
+        for x in range(D):
+            top, centre = D * int(numbers[bodies]) + x, D * n + x
+            state[out, top], state[low, top] = state[source, centre], state[source + 1, centre]
+            for i in range(n - 1, -1, -1):
+                one = D * int(numbers[bodies + int(numbers[first + i])]) + x
+                other = D * int(numbers[bodies + int(numbers[middle + i])]) + x
+                place, rest = state[source, x * n + i], state[source + 1, x * n + i]
+                back = numbers[share + i]
+                state[out, one], lost = two_sum(state[out, one], -(back * place))
+                state[low, one] += lost - back * rest
+                state[out, other], lost = two_sum(state[out, one], place)
+                state[low, other] = state[low, one] + (lost + rest)
+        for i in range(D * (n + 1)):
+            state[out, i], state[low, i] = state[out, i] + state[low, i], 0.0
+
+
+@jit_noalloc
+def rates_in_space(numbers, nodes, W, work, guess, k, number):
+    """RATES of galvi.lanes.frames.collocation."""
+    kepler_rates(SPACE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def rates_in_plane(numbers, nodes, W, work, guess, k, number):
+    """RATES."""
+    kepler_rates(PLANE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def nested_rates_in_space(numbers, nodes, W, work, guess, k, number):
+    """RATES of bodies in a hierarchy."""
+    nested_rates(SPACE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def nested_rates_in_plane(numbers, nodes, W, work, guess, k, number):
+    """RATES of bodies in a hierarchy."""
+    nested_rates(PLANE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def rates_of_two(numbers, nodes, W, work, guess, k, number):
+    """RATES of two bodies, of whose attraction the frame leaves nothing."""
+    for i in range(k.shape[0]):
+        for j in range(k.shape[1]):
+            k[i, j] = 0.0 * W[i, j]  # NaN of a state that is NaN
+
+
+@jit_noalloc
+def drift_in_space(numbers, share, state):
+    """DRIFT."""
+    kepler_drift(SPACE, numbers, share, state)
+    move_barycentre(numbers, share, state, 3 * planets_of(numbers), 3)
+
+
+@jit_noalloc
+def drift_in_plane(numbers, share, state):
+    """DRIFT."""
+    kepler_drift(PLANE, numbers, share, state)
+    move_barycentre(numbers, share, state, 2 * planets_of(numbers), 2)
+
+
+@jit_noalloc
+def leave_space(numbers, state):
+    """LEAVE."""
+    leave(numbers, state, 3)
+
+
+@jit_noalloc
+def leave_plane(numbers, state):
+    """LEAVE."""
+    leave(numbers, state, 2)
+
+
+@jit_noalloc
+def leave_pairs_in_space(numbers, state):
+    """LEAVE of bodies in a hierarchy."""
+    leave_pairs(numbers, state, 3)
+
+
+@jit_noalloc
+def leave_pairs_in_plane(numbers, state):
+    """LEAVE of bodies in a hierarchy."""
+    leave_pairs(numbers, state, 2)
+
+
+PLANETS = {
+    2: (rates_in_plane, drift_in_plane, leave_plane),
+    3: (rates_in_space, drift_in_space, leave_space),
+}
+NESTED = {
+    2: (nested_rates_in_plane, drift_in_plane, leave_pairs_in_plane),
+    3: (nested_rates_in_space, drift_in_space, leave_pairs_in_space),
+}

@@ -1,0 +1,305 @@
+"""Kepler's motions to the stages of a step, and what is left of accelerations pulled back.
+
+Orbits 1 to n, in the order in which the frame keeps them; those of two are done at a time.
+
+numbers  h, pairs of orbits for which |beta X^2| may exceed 0.9, one more for an odd one, n, and
+         the first body's mass times G; then n each: those of the other bodies, M, numbers of the
+         frame's own, and last 1 / M; then n + 1 each: the bodies in the frame's order among the
+         problem's, and where the terms of each pair begin; then these, see `galvi.lanes.
+         celestial.add_in_frame`
+W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
+guess    (n, P)      X
+work     (.., LANES), in blocks of n rows: Q and Q' at the stages (2 D), 1 / r, r / M, 1 / r0, and
+         G2, c and M G3 - t of `universal.pull_back`; then the frame's own
+"""
+
+from __future__ import annotations
+
+import math
+from functools import reduce
+from operator import and_
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.lanes.frames import universal
+from galvi.lanes.frames.rows import OFFSET, WEIGHT
+from galvi.lanes.functions import Reciprocals, square_root
+from galvi.lanes.values import Lane, Several
+from galvi.lanes.vectors import LANES, Lanes
+
+STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are before those of orbits
+HALVINGS = 2  # of the argument of a series, for near planets
+OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
+BLOCKS = INVERSE + 1
+NEAREST = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
+KEPT = 6  # blocks of one row, after those of Q and Q'
+TERMS = 6  # of a series
+# Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
+FIRST, SECOND, LATER = 2e-2, 5e-4, 3e-5
+MOST = 12  # corrections
+NAN = math.nan
+
+
+def dot(a, b):
+    """a . b, in the plane or in space."""
+    total = a[0] * b[0]
+    for x, y in zip(a[1:], b[1:], strict=True):
+        total = total + x * y
+    return total
+
+
+class Orbits:
+    """The parts of a pass; orbits are done two at a time, see `Several`."""
+
+    def __init__(self, context, builder, signature, values, dimension):
+        self.context, self.builder, self.D = context, builder, dimension
+        arrays = [
+            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(6)
+        ]
+        self.numbers, self.nodes, self.W, self.work, self.guess, self.k = (
+            array.data for array in arrays
+        )
+        self.padded = builder.extract_value(arrays[2].shape, 1)
+        self.row = self.padded.type
+        rows = builder.extract_value(arrays[2].shape, 0)
+        self.n = builder.udiv(rows, self.row(2 * dimension))
+        real = values[6].type
+        self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
+        second_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 1.0))
+        self.tolerance = ir.Constant(real, LATER)
+        for one, share in ((second_pass, SECOND), (self.first_pass, FIRST)):
+            self.tolerance = builder.select(one, ir.Constant(real, share), self.tolerance)
+        inverse = Reciprocals(context, builder)
+        self.reciprocal = lambda x: x.each(inverse.reciprocal)
+        self.root = lambda x: x.each(inverse.root)
+        self.here = Lanes(context, builder, self.row(LANES), self.row(0))  # in the work
+
+    def at(self, block, i):
+        """Row i of a block of n."""
+        return self.builder.add(self.builder.mul(self.n, self.row(block)), i)
+
+    def number(self, lanes, k, planets):
+        """The k-th number of planets, in all lanes."""
+
+        def one(i):
+            place = self.builder.add(self.at(k, i), self.row(HEAD))
+            return Lane(self.builder, lanes.spread(lanes.number(self.numbers, place)))
+
+        return Several(one(i) for i in planets)
+
+    def after(self, k, i):
+        """The place of entry i of the k-th list that follows the blocks of numbers."""
+        return self.builder.add(self.at(BLOCKS + k, i), self.row(HEAD + k))
+
+    def whole(self, lanes, place):
+        """A number that is whole."""
+        return self.builder.fptosi(lanes.number(self.numbers, place), self.row)
+
+    def load(self, lanes, data, block, planets):
+        return Several(Lane(self.builder, lanes.load(data, self.at(block, i))) for i in planets)
+
+    def load_vector(self, lanes, data, block, planets):
+        return [self.load(lanes, data, block + x, planets) for x in range(self.D)]
+
+    def store(self, lanes, several, data, block, planets):
+        for lane, i in zip(several.lanes, planets, strict=True):
+            lanes.store(lane.value, data, self.at(block, i))
+
+    def store_vector(self, lanes, vector, data, block, planets):
+        for x, several in enumerate(vector):
+            self.store(lanes, several, data, block + x, planets)
+
+    def scalar(self, lanes, k):
+        """One of the first numbers, in all lanes."""
+        return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))))
+
+    def variables(self, lanes, values):
+        """Places for lanes, of each planet."""
+        return [[lanes.variable(lane.value) for lane in value.lanes] for value in values]
+
+    def kept(self, places):
+        """What is in such a place."""
+        return Several(Lane(self.builder, self.builder.load(place)) for place in places)
+
+    def keep(self, value, places):
+        for lane, place in zip(value.lanes, places, strict=True):
+            self.builder.store(lane.value, place)
+
+    def outwards(self, lanes, part):
+        """Do a part (planets, halvings) for all orbits, in their order.
+
+        The last ones turn so little in a step that their series need no halving.
+        """
+        builder, row = self.builder, self.row
+        pairs = builder.lshr(self.n, row(1))
+        wanted = self.whole(lanes, row(NEAR))
+        all_near = builder.icmp_signed(">", wanted, pairs)
+        near = builder.select(all_near, pairs, wanted)
+
+        def some(begin, end, halvings):
+            with cgutils.for_range(builder, builder.sub(end, begin), intp=row) as loop:
+                first = builder.shl(builder.add(begin, loop.index), row(1))
+                part((first, builder.add(first, row(1))), halvings)
+
+        some(row(0), near, HALVINGS)
+        some(near, pairs, 0)
+        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
+            last = (builder.sub(self.n, row(1)),)
+            with builder.if_else(all_near) as (halved, whole):
+                with halved:
+                    part(last, HALVINGS)
+                with whole:
+                    part(last, 0)
+
+    def inwards(self, part):
+        """Do a part for all planets, in the opposite order."""
+        builder, row = self.builder, self.row
+        pairs = builder.lshr(self.n, row(1))
+        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
+            part((builder.sub(self.n, row(1)),))
+        with cgutils.for_range(builder, pairs, intp=row) as loop:
+            left = builder.sub(builder.sub(pairs, row(1)), loop.index)
+            first = builder.shl(left, row(1))
+            part((builder.add(first, row(1)), first))
+
+    def move(self, lanes, follow):
+        """Kepler's motions to the stages; ``follow`` (planets, Q) is called with the places."""
+        here, D = Lane(self.builder, lanes.load(self.nodes, self.row(OFFSET))), self.D
+        h = abs(self.scalar(lanes, STEP))
+
+        def part(planets, halvings):
+            t = Several([here] * len(planets))
+            mu = self.number(lanes, MASS, planets)
+            q, v = (self.load_vector(lanes, self.W, block, planets) for block in (0, D))
+            square = dot(q, q)
+            inverse_0 = self.root(square)
+            r0, eta = square * inverse_0, dot(q, v)
+            beta = 2.0 * mu * inverse_0 - dot(v, v)
+            zeta = mu - beta * r0
+            X, G = self.solved(lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h)
+            r = r0 + (eta * G[0] + zeta * G[1])
+            X = X.each(_not_too_near, mu, beta, r0, r)
+            inverse = self.reciprocal(r)
+            f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
+            rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
+            Q = [x + (f * x + g * y) for x, y in zip(q, v, strict=True)]
+            V = [y + (rate_f * x + rate_g * y) for x, y in zip(q, v, strict=True)]
+            for block, vector in enumerate((Q, V)):
+                self.store_vector(self.here, vector, self.work, block * D, planets)
+            self.store(lanes, X, self.guess, 0, planets)
+            pace = r * self.number(lanes, INVERSE, planets)
+            lag = universal.lag(mu, X, G, t)
+            for k, lane in enumerate((inverse, pace, inverse_0, G[1], lag, -g)):
+                self.store(self.here, lane, self.work, 2 * D + k, planets)
+            follow(planets, Q)
+
+        self.outwards(lanes, part)
+
+    def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
+        """X and G1 to G5 at the times t, from the last pass's X, at first from the mean motion.
+
+        NaN where Kepler's equation was not solved, or X is too large for the series.
+        """
+        builder = self.builder
+        mean = t * beta * self.number(lanes, INVERSE, planets)
+        known = self.load(lanes, self.guess, 0, planets)
+        begin = mean.each(
+            lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
+        )
+        reach = universal.AHEAD * self.root(beta)
+        place, low, high, changed, *found = self.variables(
+            lanes, [begin, mean - reach, mean + reach] + [begin * 0.0] * 6
+        )
+        limit = h * Lane(builder, lanes.spread(self.tolerance))
+        since = abs(t)
+
+        def small(step, x, time):
+            return abs(step) * time <= limit * abs(x)
+
+        with cgutils.for_range(builder, self.row(MOST)) as loop:
+            X = self.kept(place)
+            G = universal.universal(beta, X, TERMS, halvings)
+            step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
+            for variable, value in zip(found, G, strict=True):
+                self.keep(value, variable)
+            self.keep(step, changed)
+            solved = reduce(and_, step.each(small, X, since).lanes)
+            with builder.if_then(solved.every):
+                loop.do_break()
+            far = universal.far_correction(
+                beta, r0, eta, zeta, X, G, t,
+                lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
+            )  # fmt: skip
+            limits = X.lanes, far.lanes, self.kept(low).lanes, self.kept(high).lanes
+            brackets = (
+                universal.bracketed(*one, lambda c, x, y: x.where(c, y))
+                for one in zip(*limits, strict=True)
+            )
+            ends = zip((place, low, high), zip(*brackets, strict=True), strict=True)
+            for variable, value in ends:
+                self.keep(Several(value), variable)
+        before, step = self.kept(place), self.kept(changed)
+        X = before + step
+        G = universal.moved(beta, [self.kept(one) for one in found], step)
+
+        def checked(x, step, known, time, b):
+            inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
+            return x.where(small(step, known, time) & inside, NAN)
+
+        return X.each(checked, step, before, since, beta), G
+
+    def pull_back(self, lanes, planets, a):
+        """Store the slopes of orbits whose velocities at the stages change by a."""
+        D = self.D
+        Q, V = (self.load_vector(self.here, self.work, block, planets) for block in (0, D))
+        _, pace, inverse_0, G2, lag, back = (
+            self.load(self.here, self.work, 2 * D + k, planets) for k in range(KEPT)
+        )
+        mu = self.number(lanes, MASS, planets)
+        start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
+        changes = universal.pull_back(mu, G2, lag, back, pace, inverse_0, *start, Q, V, a, dot)
+        for half, vector in enumerate(changes):
+            self.store_vector(lanes, vector, self.k, half * D, planets)
+
+    def weight(self, lanes):
+        """The stages' weights."""
+        return Lane(self.builder, lanes.load(self.nodes, self.row(WEIGHT)))
+
+
+def _not_too_near(X, mu, beta, r0, r):
+    """X, or NaN where an orbit starts or ends too near the star for its size."""
+    return X.where(abs(beta) * r0.call("minnum", r) >= NEAREST * mu, NAN)
+
+
+def encke(orbits, e, ratio):
+    """f = 1 - (1 + e)^(-3/2) without cancellation, and 1 - f; ``ratio`` is 1 + e."""
+    root = orbits.root(ratio)
+    third = root * root * root
+    return e * (3.0 + e * (3.0 + e)) * (third * third) * orbits.reciprocal(1.0 + third), third
+
+
+def rates_of_orbits(parts):
+    """An intrinsic (axes, numbers, nodes, W, work, guess, k, pass) for RATES.
+
+    parts  (orbits, lanes) does a pass at eight stages
+    axes   has as many entries as there are dimensions
+    """
+
+    @intrinsic
+    def whole_pass(typingctx, axes, numbers, nodes, W, work, guess, k, number):
+        dimension = axes.count
+
+        def generate(context, builder, signature, values):
+            inner = types.void(*signature.args[1:])
+            orbits = Orbits(context, builder, inner, values[1:], dimension)
+            chunks = builder.udiv(orbits.padded, orbits.row(LANES))
+            with cgutils.for_range(builder, chunks, intp=orbits.row) as loop:
+                parts(orbits, Lanes(context, builder, orbits.padded, loop.index))
+            return context.get_dummy_value()
+
+        return types.void(axes, numbers, nodes, W, work, guess, k, number), generate
+
+    return whole_pass

@@ -1,0 +1,346 @@
+"""Vector instructions of `galvi.lanes.frames.collocation` on its rows of stages."""
+
+from __future__ import annotations
+
+import math
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.lanes.functions import sine_cosine, two_sum
+from galvi.lanes.values import Lane
+from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+
+UNROLLED = 8  # terms of a sum that are written out
+BLOCKS = 12, 4, 1  # rows that are done together: chains of sums that run in parallel
+TIME, OFFSET, WEIGHT, PLACE, PACE = range(5)  # rows of nodes
+TURNS, ECCENTRICITY, PHASE = range(3)  # of a clock
+TWO_PI = 2.0 * math.pi
+
+
+def _arrays(context, builder, signature, values, which):
+    return [context.make_array(signature.args[k])(context, builder, values[k]) for k in which]
+
+
+@intrinsic
+def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
+    """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
+
+    matrix   (s, P)         A^T of the collocation
+    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities; k
+                            may have another P
+    q, v     (n or more,)   the state
+    sizes    (2 n,)         1 / sizes of the rows; the change is relative to them, NaN the largest
+    measure  whether it is wanted; else 0
+    """
+    signature = types.float64(matrix, k, q, v, W, sizes, types.boolean)
+
+    def generate(context, builder, signature, values):
+        table, slopes, places, speeds, out, scales = _arrays(
+            context, builder, signature, values, range(6)
+        )
+        padded = builder.extract_value(out.shape, 1)
+        row = padded.type
+        stages = builder.extract_value(table.shape, 0)
+        rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
+        eights = builder.udiv(stages, row(UNROLLED))
+        written = builder.mul(eights, row(UNROLLED))
+        largest = cgutils.alloca_once(builder, BITS)
+        builder.store(ir.Constant(BITS, [0] * LANES), largest)
+
+        of_k = Lanes(context, builder, builder.extract_value(slopes.shape, 1), row(0))
+
+        def do_rows(lanes, first, origin, offset, count, measured):
+            r = builder.add(first, offset)
+            sums = [
+                lanes.variable(lanes.spread(lanes.number(origin, lanes.plus(first, i))))
+                for i in range(count)
+            ]
+
+            def add(stage, many):
+                totals = [builder.load(place) for place in sums]
+                for j in range(many):
+                    column = builder.add(stage, row(j))
+                    factor = lanes.load(table.data, column)
+                    for i in range(count):
+                        value = lanes.spread(of_k.number(slopes.data, lanes.plus(r, i), column))
+                        totals[i] = lanes.add(totals[i], lanes.mul(value, factor))
+                for total, place in zip(totals, sums, strict=True):
+                    builder.store(total, place)
+
+            with cgutils.for_range(builder, eights, intp=row) as loop:
+                add(builder.mul(loop.index, row(UNROLLED)), UNROLLED)
+            with cgutils.for_range(builder, builder.sub(stages, written), intp=row) as loop:
+                add(builder.add(written, loop.index), 1)
+            totals = [builder.load(place) for place in sums]
+            for i, moved in enumerate(totals):
+                this = lanes.plus(r, i)
+                if measured:
+                    scale = lanes.spread(lanes.number(scales.data, this))
+                    far = Lane(builder, builder.fsub(moved, lanes.load(out.data, this)))
+                    bits = abs(far * Lane(builder, scale)).bits
+                    before = builder.load(largest)
+                    # Bit patterns of nonnegative numbers are ordered like these, with NaN last.
+                    more = builder.icmp_signed(">", bits, before)
+                    builder.store(builder.select(more, bits, before), largest)
+                lanes.store(moved, out.data, this)
+
+        def all_rows(measured):
+            chunks = builder.udiv(padded, row(LANES))
+            with cgutils.for_range(builder, chunks, intp=row) as outer:
+                lanes = Lanes(context, builder, padded, outer.index)
+                for half, origin in enumerate((places.data, speeds.data)):
+                    offset = builder.mul(rows, row(half))
+                    done = row(0)
+                    for size in BLOCKS:
+                        blocks = builder.udiv(builder.sub(rows, done), row(size))
+                        with cgutils.for_range(builder, blocks, intp=row) as loop:
+                            first = builder.add(done, builder.mul(loop.index, row(size)))
+                            do_rows(lanes, first, origin, offset, size, measured)
+                        done = builder.add(done, builder.mul(blocks, row(size)))
+
+        with builder.if_else(values[6]) as (yes, no):
+            with yes:
+                all_rows(True)
+            with no:
+                all_rows(False)
+        lanes = Lanes(context, builder, padded, row(0))
+        return builder.bitcast(lanes.largest(builder.load(largest)), DOUBLE)
+
+    return signature, generate
+
+
+@intrinsic
+def interpolate_rows(typingctx, matrix, source, target):
+    """The target's rows <- those of the source times the matrix.
+
+    matrix          (s, P)   values of the polynomials of the source's nodes
+    source, target  (rows, P) each
+    """
+    signature = types.void(matrix, source, target)
+
+    def generate(context, builder, signature, values):
+        table, given, out = _arrays(context, builder, signature, values, range(3))
+        count = builder.extract_value(out.shape, 0)
+        padded = builder.extract_value(out.shape, 1)
+        row = padded.type
+        stages = builder.extract_value(table.shape, 0)
+        of_source = Lanes(context, builder, builder.extract_value(given.shape, 1), row(0))
+        with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
+            lanes = Lanes(context, builder, padded, outer.index)
+            with cgutils.for_range(builder, count, intp=row) as loop:
+                this = loop.index
+                total = lanes.variable(NOTHING)
+                with cgutils.for_range(builder, stages, intp=row) as inner:
+                    value = lanes.spread(of_source.number(given.data, this, inner.index))
+                    term = lanes.mul(value, lanes.load(table.data, inner.index))
+                    builder.store(lanes.add(builder.load(total), term), total)
+                lanes.store(builder.load(total), out.data, this)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def spread_rows(typingctx, q, v, W):
+    """W <- the state in all lanes; arrays as for `place_rows`."""
+    signature = types.void(q, v, W)
+
+    def generate(context, builder, signature, values):
+        places, speeds, out = _arrays(context, builder, signature, values, range(3))
+        padded = builder.extract_value(out.shape, 1)
+        row = padded.type
+        rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
+        with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
+            lanes = Lanes(context, builder, padded, outer.index)
+            for half, origin in enumerate((places.data, speeds.data)):
+                offset = builder.mul(rows, row(half))
+                with cgutils.for_range(builder, rows, intp=row) as loop:
+                    value = lanes.spread(lanes.number(origin, loop.index))
+                    lanes.store(value, out.data, builder.add(offset, loop.index))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def add_rows(typingctx, b, k, high, low, first, rows):
+    """high + low <- high + low + sum_j b_j k_j, compensated, for ``rows`` rows of k from ``first``.
+
+    b    (P,)            weights, 0 in the lanes after the last stage
+    k    (2 n, P)        slopes at the stages
+    high, low  (n or more,)
+    """
+    whole = types.intp
+    signature = types.void(b, k, high, low, whole, whole)
+
+    def generate(context, builder, signature, values):
+        weights, slopes, highs, lows = _arrays(context, builder, signature, values, range(4))
+        padded = builder.extract_value(slopes.shape, 1)
+        row = padded.type
+        first, rows = values[4:]
+        chunks = builder.udiv(padded, row(LANES))
+
+        def products(r):
+            """Lanes whose sum is sum_j b_j k_j of a row."""
+            total = cgutils.alloca_once(builder, NOTHING.type)
+            builder.store(NOTHING, total)
+            with cgutils.for_range(builder, chunks, intp=row) as inner:
+                lanes = Lanes(context, builder, padded, inner.index)
+                weight = Lane(builder, lanes.load(weights.data, row(0)))
+                product = weight * Lane(builder, lanes.load(slopes.data, r))
+                builder.store((product + Lane(builder, builder.load(total))).value, total)
+            return builder.load(total)
+
+        def compensated(high, low, more):
+            high, rest = two_sum(high, more)
+            return two_sum(high, rest + low)
+
+        eights = builder.udiv(rows, row(LANES))
+        with cgutils.for_range(builder, eights, intp=row) as loop:
+            begin = builder.mul(loop.index, row(LANES))
+            r = builder.add(begin, first)
+            found = [products(builder.add(r, row(i))) for i in range(LANES)]
+            places = [
+                builder.bitcast(builder.gep(array.data, [begin]), NOTHING.type.as_pointer())
+                for array in (highs, lows)
+            ]
+            state = [builder.load(place) for place in places]
+            for value in state:
+                value.align = 8
+            moved = compensated(
+                *(Lane(builder, value, ()) for value in state),
+                Lane(builder, sums_of_eight(builder, found), ()),
+            )
+            for value, place in zip(moved, places, strict=True):
+                builder.store(value.value, place).align = 8
+        done = builder.mul(eights, row(LANES))
+        with cgutils.for_range(builder, builder.sub(rows, done), intp=row) as loop:
+            this = builder.add(done, loop.index)
+            total = added_up(builder, products(builder.add(this, first)))
+            places = [builder.gep(array.data, [this]) for array in (highs, lows)]
+            high, low = (builder.load(place) for place in places)
+            high, rest = _two_sum(builder, high, total)
+            high, rest = _two_sum(builder, high, builder.fadd(rest, low))
+            builder.store(high, places[0])
+            builder.store(rest, places[1])
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+PAIRS = (
+    ([0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]),
+    ([0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]),
+    ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]),
+)
+
+
+def sums_of_eight(builder, vectors):
+    """The sums of eight vectors' lanes, as the lanes of one."""
+    kind = ir.VectorType(ir.IntType(32), LANES)
+    for pairs in PAIRS:
+        vectors = [
+            builder.fadd(
+                *(builder.shuffle_vector(a, b, ir.Constant(kind, places)) for places in pairs)
+            )
+            for a, b in zip(vectors[::2], vectors[1::2], strict=True)
+        ]
+    return vectors[0]
+
+
+def added_up(builder, vector):
+    """The sum of eight lanes, by halves."""
+    width = LANES
+    while width > 1:
+        width //= 2
+        kind = ir.VectorType(ir.IntType(32), width)
+        undefined = ir.Constant(vector.type, ir.Undefined)
+        low, high = (
+            builder.shuffle_vector(
+                vector, undefined, ir.Constant(kind, list(range(k * width, (k + 1) * width)))
+            )
+            for k in range(2)
+        )
+        vector = builder.fadd(low, high)
+    return builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
+
+
+def _two_sum(builder, x, y):
+    total = builder.fadd(x, y)
+    part = builder.fsub(total, x)
+    one = builder.fsub(x, builder.fsub(total, part))
+    return total, builder.fadd(one, builder.fsub(y, part))
+
+
+@intrinsic
+def place_nodes(typingctx, clock, number, h, b, nodes):
+    """The offsets from the step's centre and the weights of the nodes, on a reference orbit.
+
+    clock   (3,)     revolutions a step, eccentricity e, and the mean anomaly at the start over 2 pi
+    number  of the step since the problem's start, as a float
+    b       (P,)     weights of the rule
+    nodes   (5, P)   see galvi.lanes.frames.collocation
+
+    With u the eccentric anomaly, n t = u - e sin u from one end of the step to the other; these
+    ends are taken at u = M + e sin M (1 + e cos M), which differs from Kepler's by e^3, since any
+    smooth map will do. Times are scaled so that the step's length is h, and weights so that they
+    integrate a constant exactly.
+    """
+    real = types.float64
+    signature = types.void(clock, real, real, b, nodes)
+
+    def generate(context, builder, signature, values):
+        numbers, rule, rows = _arrays(context, builder, signature, values, (0, 3, 4))
+        padded = builder.extract_value(rows.shape, 1)
+        row = padded.type
+        lanes = Lanes(context, builder, padded, row(0))
+
+        def known(k):
+            return Lane(builder, lanes.spread(lanes.number(numbers.data, row(k))))
+
+        turns, e, phase = known(TURNS), known(ECCENTRICITY), known(PHASE)
+        h = Lane(builder, lanes.spread(values[2]))
+        ends = ir.Constant(NOTHING.type, [0.0] + [1.0] * (LANES - 1))
+        count = Lane(builder, lanes.spread(values[1])).exact
+        whole = (turns * count + phase).exact
+        fraction = (whole - whole.call("floor")).fused + turns * Lane(builder, ends)
+        mean = fraction * TWO_PI
+        sine, cosine = sine_cosine(mean)
+        u = mean + e * sine * (1.0 + e * cosine)
+        time = u - e * sine_cosine(u)[0]
+        half = ir.IntType(32)
+
+        def at(lane, k):
+            return Lane(builder, lanes.spread(builder.extract_element(lane.value, half(k))))
+
+        u_0, t_0 = at(u, 0), at(time, 0)
+        length, span = at(u, 1) - u_0, at(time, 1) - t_0
+        middle, scale = u_0 + length * 0.5, h / span
+        total = cgutils.alloca_once_value(builder, NOTHING)
+        chunks = builder.udiv(padded, row(LANES))
+        with cgutils.for_range(builder, chunks, intp=row) as loop:
+            part = Lanes(context, builder, padded, loop.index)
+
+            def load(k, part=part):
+                return Lane(builder, part.load(rows.data, row(k)))
+
+            here = middle + length * 0.5 * load(PLACE)
+            sine, cosine = sine_cosine(here)
+            offset = (here - e * sine - t_0) * scale - h * 0.5
+            weight = scale * length * load(PACE) * (1.0 - e * cosine)
+            part.store(offset.value, rows.data, row(OFFSET))
+            part.store(weight.value, rows.data, row(WEIGHT))
+            share = Lane(builder, part.load(rule.data, row(0))) * weight
+            builder.store((Lane(builder, builder.load(total)) + share).value, total)
+        summed = Lane(builder, lanes.spread(added_up(builder, builder.load(total))))
+        right = h / summed
+        with cgutils.for_range(builder, chunks, intp=row) as loop:
+            part = Lanes(context, builder, padded, loop.index)
+            weight = Lane(builder, part.load(rows.data, row(WEIGHT)))
+            part.store((weight * right).value, rows.data, row(WEIGHT))
+        return context.get_dummy_value()
+
+    return signature, generate

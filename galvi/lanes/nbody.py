@@ -1,0 +1,344 @@
+"""Many steps of point masses under gravity: `galvi.kernels.nystrom.advance` in vector instructions.
+
+Method, prediction, stopping rule and compensated updates are the same, with fewer passes over all
+bodies; a step that fixed-point iteration cannot solve is left to the general kernel. One
+compilation serves every number of stages s, padded to P, a multiple of LANES.
+
+The first pass over all bodies is followed by some over two bodies alone, the star and the planet
+that moves fastest relative to its distance, which extrapolation predicts by far the worst: for the
+Sun and planets, the innermost to 1e-4, the next to 1e-10 (docs/why.md, "Point masses").
+These passes only improve the guess. Iterations and force evaluations count the passes over all
+bodies; the PAIR_PASSES + 1 evaluations of the single pair are counted as PAIRS. In them moves
+begins with h^2 A^T, and Q, a, base, low and background are (d, P).
+
+d = bodies * dimension rows, one for each coordinate
+masses        (bodies,)               G m
+heavy, light  whole numbers           the bodies with a mass, and the massless ones
+pulls, poles                          terms of galvi.kernels.forces.celestial
+ahead         ((l + 2) s, P)          h^2 A^T; then for r = 1 .. l the same after extrapolation to
+                                      the next step with r Legendre terms; then its low part
+series        (s, P)                  Legendre coefficients from stages, transposed
+growth        (l,)                    Legendre polynomials at the next step's end
+sums          (s, P)                  columns h b, h^2 beta and the low part of each
+c             (2, P)                  nodes and their low parts
+work          (6, d, P)               stages, last accelerations, h c v, its low part, scratch, new
+                                      accelerations
+spare         (8, at least d and P)   state before the step, sizes, the iteration's history,
+                                      scratch, least squared distances of two bodies at the stages
+solver_state  (3 + bodies,)           as in the general kernel, then the number of Legendre terms
+                                      kept for each body
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, compiled_for, jit_inline
+from galvi.kernels.forces.passages import near_limit, note_passages
+from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.nystrom import solve
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
+from galvi.kernels.nystrom.step import (
+    FIXED_MATRIX,
+    FIXED_VECTOR,
+    TABLEAU,
+    NystromTableau,
+    copy_into,
+    curve_coefficients,
+    terms_to_extrapolate,
+)
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
+from galvi.lanes import gravity
+from galvi.lanes.celestial import add_terms
+from galvi.lanes.gravity import LANES, combine, drift, fused
+
+PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
+
+
+@jit_inline
+def pull_all(axes, masses, heavy, light, Q, a):
+    """a <- accelerations at stages Q, adding the attractions of the last pairs first."""
+    for k in range(heavy.size - 1, -1, -1):
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.attract(axes, Q, a, masses, heavy, k, Q.shape[1], chunk)
+    for k in range(light.size):
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.follow(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk)
+
+
+@jit_inline
+def pull_and_measure(axes, masses, heavy, light, Q, a, nearest):
+    """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
+    for k in range(Q.shape[1]):
+        nearest[k] = math.inf
+    for k in range(heavy.size - 1, -1, -1):
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.attract_and_measure(axes, Q, a, masses, heavy, k, Q.shape[1], chunk, nearest)
+    for k in range(light.size):
+        for chunk in range(Q.shape[1] // gravity.LANES):
+            gravity.follow_and_measure(
+                axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk, nearest
+            )
+
+
+@jit_inline
+def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
+    """a <- given + sign times the attraction between two bodies, in their rows."""
+    star_mass, planet_mass = sign * masses[star], sign * masses[fastest_planet]
+    for chunk in range(Q.shape[1] // gravity.LANES):
+        gravity.attract_pair(
+            axes, Q, given, a, star, fastest_planet, star_mass, planet_mass, Q.shape[1], chunk
+        )
+
+
+@jit_inline
+def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
+    """Q <- q + (base + (low + h^2 A a)) of one body; returns the largest change so far."""
+    for chunk in range(Q.shape[1] // gravity.LANES):
+        change = gravity.move(
+            axes, moves, start, a, base, low, state, Q, change, size, body, s, Q.shape[1], chunk
+        )
+    return change
+
+
+@jit_inline
+def add_low_parts(axes, moves, s, a, low):
+    """low += what the low part of h^2 A^T makes of the accelerations at the stages."""
+    for body in range(a.shape[0] // len(axes)):
+        for chunk in range(a.shape[1] // gravity.LANES):
+            gravity.add_combined(
+                axes, moves, moves.shape[0] - s, a, low, body, s, a.shape[1], chunk
+            )
+
+
+@jit_inline
+def iterate_pair(
+    axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a, background, history
+):
+    """Some passes over the star and one planet, the attraction of all others in ``background``.
+
+    Extrapolation predicts the fastest planet by far the worst, and these passes are cheap. They
+    contract like the passes over all bodies, which continue from their result.
+    """
+    last, change = history[0], history[0]
+    for _passes in range(PAIR_PASSES):
+        last = change
+        pull_pair(axes, masses, star, fastest_planet, 1.0, Q, background, a)
+        change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
+        change = move_one(
+            axes, moves, 0, s, a, base, low, state, Q, change, sizes[fastest_planet], fastest_planet
+        )
+    solve.reset_history(history)
+    if change > 0.0:
+        history[0], history[1] = change, change / last
+
+
+@jit_inline
+def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, moves, s, state, base,
+            low, sizes, tolerance, counts, Q, a, background, history, nearest):  # fmt: skip
+    """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
+
+    ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
+    the second pass, which is accurate enough for that; 0 if there is none.
+    """
+    nearest[0], settled = 0.0, False
+    solve.reset_history(history)
+    for passes in range(solve.FIXED_POINT_PASSES):
+        if passes == 1:
+            pull_and_measure(axes, masses, heavy, light, Q, a, nearest)
+        else:
+            pull_all(axes, masses, heavy, light, Q, a)
+        add_terms(axes, pulls, poles, s, Q, a)
+        with_pair = passes == 0 and masses.size > 2
+        if with_pair:
+            pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)
+            counts[solve.PAIRS] += (PAIR_PASSES + 1) * s
+        change = 0.0
+        for body in range(masses.size):
+            change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[body], body)
+        counts[solve.ITERATIONS] += 1
+        counts[solve.FORCES] += s
+        code = solve.verdict(change, tolerance, history)
+        if not settled and solve.close_enough(change, tolerance):
+            settled = True
+            add_low_parts(axes, moves, s, a, low)
+        elif code != solve.GOING:
+            return code
+        if with_pair:
+            iterate_pair(
+                axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a,
+                background, history,
+            )  # fmt: skip
+    return solve.DIVERGED
+
+
+GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
+FIXED_NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
+RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
+
+
+@jit_inline
+def choose_terms(axes, series, growth, a, out, terms, sizes):
+    """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
+
+    ``out`` (d, P) and ``sizes`` (s,) are scratch.
+    """
+    s, padded, dimension = series.shape[0], series.shape[1], len(axes)
+    for body in range(terms.size):
+        for chunk in range(padded // LANES):
+            combine(axes, series, 0, a, out, body, s, padded, chunk)
+        for l in range(s):
+            sizes[l] = 0.0
+            for x in range(dimension):
+                sizes[l] = max(sizes[l], abs(out[body * dimension + x, l]))
+        terms[body] = terms_to_extrapolate(sizes, growth)
+
+
+@jit_inline
+def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
+    """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
+
+    a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
+    body, other than the star, with the largest displacement in a step relative to its distance.
+    """
+    dimension, padded, bodies = len(axes), c.shape[1], masses.size
+    largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
+    for body in range(bodies):
+        size, way = 0.0, 0.0
+        for x in range(dimension):
+            i = body * dimension + x
+            far = h * state[2, i]
+            far_low = fused(h, state[2, i], -far) + h * state[3, i]
+            for chunk in range(padded // LANES):
+                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+            way = max(way, abs(far))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+        sizes[body] = size
+        largest = max(largest, size)
+        if body != star and way > most * size:
+            fastest_planet, most = body, way / size
+    for body in range(bodies):
+        size = sizes[body] if sizes[body] > 0.0 else largest
+        sizes[body] = 1.0 / size if size > 0.0 else 1.0
+        move_one(axes, ahead, terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body)
+    return fastest_planet
+
+
+@jit_inline
+def any_near(nearest, fast, slow):
+    """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
+    least = math.inf
+    for k in range(nearest.size):
+        least = min(least, nearest[k])
+    if least < fast or least * least * least < slow * slow:
+        return max(fast, 1.01 * least)
+    return 0.0
+
+
+@jit_inline
+def finish(axes, sums, h, a, state, out):
+    """The end of the step, as galvi.kernels.nystrom.step.complete_step; ``out`` is scratch, (d, P).
+
+    Returns whether the state is finite.
+    """
+    for body in range(a.shape[0] // len(axes)):
+        combine(axes, sums, 0, a, out, body, sums.shape[0], a.shape[1], 0)
+    return end_of_step(h, out, state)
+
+
+@jit_inline
+def end_of_step(h, out, state):
+    """The end of the step from the products of ``sums`` with the accelerations, in ``out``."""
+    total = 0.0
+    for i in range(state.shape[1]):
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        far = h * v
+        rest = fused(h, v, -far) + (h * v_low + out[i, 3])
+        state[0, i], state[1, i] = moved(q, q_low, far, out[i, 1], rest)
+        kicked, kick_low = two_sum(v, out[i, 0])
+        state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
+        total += abs(state[0, i]) + abs(state[2, i])
+    return total < np.inf
+
+
+@generic
+def moved(x, low, far, more, rest):
+    """x + far + more as a sum and its rounding error, from that of x and a small rest."""
+    end, lost = two_sum(x, far)
+    end, less = two_sum(end, more)
+    return two_sum(end, lost + (less + (low + rest)))
+
+
+@jit_inline
+def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
+            spare, kept):  # fmt: skip
+    """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
+    tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
+    ahead, series, growth, sums, c = tables
+    state, stages, solver_state, counts, passage = progress
+    h, tolerance = plan.step, plan.tolerance
+    bodies, s, d = masses.size, series.shape[0], state.shape[1]
+    Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
+    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], solver_state[3:]
+    nearest, n = spare[7, : Q.shape[1]], tableau.velocity_coefficients.size
+    star = 0
+    for body in range(bodies):
+        if masses[body] > masses[star]:
+            star = body
+    copy_rows(a, stages)
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
+        copy_into(before, state)
+        if solver_state[HOLDS] != LAST_STEP:
+            terms[:] = 0
+        elif (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
+            choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
+        fastest_planet = place(
+            axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
+        )
+        code = iterate(
+            axes, masses, heavy, light, pulls, poles, star, fastest_planet, ahead, s, state, base,
+            low, sizes, tolerance, counts, Q, new, scratch, history, nearest,
+        )  # fmt: skip
+        if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
+            code = NOT_FINITE
+        if code != SOLVED:
+            copy_into(state, before)
+            copy_rows(stages, a)
+            return code
+        a, new = new, a
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, before[0], state[0], state[2])
+        limit = any_near(nearest, *near_limit(passage, before[2], h, n))
+        if limit > 0.0:
+            note_passages(
+                passage, Q, tableau.c, before[0], state[0], h, n, limit, plan.first + step + 1
+            )
+        if kept.bases.shape[0] > 0:
+            copy_rows(stages, a)
+            curve_coefficients(tableau, h, before, stages, kept.curves[step])
+    copy_rows(stages, a)
+    return SOLVED
+
+
+@jit_inline
+def copy_rows(target, source):
+    """Copy the leading columns that both arrays have from source to target."""
+    for i in range(target.shape[0]):
+        for k in range(min(target.shape[1], source.shape[1])):
+            target[i, k] = source[i, k]
+
+
+@cache
+def compiled_advance(dimension):
+    """``advance`` compiled or cached for bodies in the plane or in space."""
+    whole = types.int64
+    signature = whole(
+        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,
+        whole, TABLEAU, GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
+    )  # fmt: skip
+    return compiled_for(advance, signature, jit_inline)

@@ -1,0 +1,194 @@
+"""Operations on eight doubles at a time, or on four, in LLVM's vector types.
+
+Each row of an array (rows, P), P a multiple of the lanes of a vector, holds a number for every
+stage. Sums of products may be fused.
+"""
+
+from __future__ import annotations
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils, event
+from numba.core.registry import cpu_target
+from numba.extending import intrinsic
+
+from galvi.kernels.compile.watching import GENERATED
+
+LANES, NARROW = 8, 4  # of a vector
+DOUBLE = ir.DoubleType()
+VECTOR = ir.VectorType(DOUBLE, LANES)
+BITS = ir.VectorType(ir.IntType(64), LANES)
+FUSED = ("contract",)
+# Processor time in seconds to compile an instruction of a generated law, twice that where vectors
+# of eight fill two registers (12 ball joints in a chain: 57,000 instructions, 6 s).
+PER_INSTRUCTION = 1e-4
+NOTHING = ir.Constant(VECTOR, [0.0] * LANES)
+
+
+def has_avx512(context):
+    """Whether numba's context compiles for a processor with AVX-512."""
+    return "+avx512f" in context.codegen().magic_tuple()[2].split(",")
+
+
+AVX512 = has_avx512(cpu_target.target_context)
+
+
+def lanes_for(stages):
+    """The lanes of a vector for steps of so many stages.
+
+    Where a register has four at most, eight lanes are two registers, the second of which would be
+    idle for 1 to 4, 9 to 12, ... stages.
+    """
+    return NARROW if 1 <= stages % LANES <= NARROW and not AVX512 else LANES
+
+
+def announce(builder):
+    """Tell who listens for GENERATED how long a function will take, before it is optimised."""
+    count = sum(len(block.instructions) for block in builder.function.blocks)
+    seconds = PER_INSTRUCTION * count * (1 if AVX512 else 2)
+    event.broadcast(event.Event(GENERATED, event.EventStatus.START, {"seconds": seconds}))
+
+
+def of_words(do):
+    """An intrinsic of the address of some words, which does what ``do`` (context, builder, words)
+    generates."""
+
+    @intrinsic
+    def generated(typingctx, given):
+        signature = types.void(types.int64)
+
+        def generate(context, builder, signature, values):
+            do(context, builder, builder.inttoptr(values[0], values[0].type.as_pointer()))
+            announce(builder)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return generated
+
+
+def everywhere(kind, number):
+    """A constant vector of a type, with the same number in all lanes."""
+    return ir.Constant(kind, [number] * kind.count)
+
+
+def spread(builder, scalar, lanes):
+    """A vector with a number in all of its lanes."""
+    undefined = ir.Constant(ir.VectorType(scalar.type, lanes), ir.Undefined)
+    half = ir.IntType(32)
+    first = builder.insert_element(undefined, scalar, half(0))
+    return builder.shuffle_vector(first, undefined, everywhere(ir.VectorType(half, lanes), 0))
+
+
+class Lanes:
+    """Loads, stores and arithmetic on the stages of a row that start at ``width`` chunk.
+
+    builder  LLVM builder of the function being compiled, in its context
+    padded   P, the length of a row, a multiple of the width
+    width    lanes of a vector
+    """
+
+    def __init__(self, context, builder, padded, chunk, width=LANES):
+        self.context, self.builder = context, builder
+        self.padded, self.width = padded, width
+        self.kind = ir.VectorType(DOUBLE, width)
+        self.nothing = everywhere(self.kind, 0.0)
+        self.offset = builder.mul(chunk, ir.Constant(chunk.type, width))
+
+    def data(self, array_type, array):
+        return self.context.make_array(array_type)(self.context, self.builder, array).data
+
+    def address(self, data, row):
+        place = self.builder.add(self.builder.mul(row, self.padded), self.offset)
+        return self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
+
+    def load(self, data, row):
+        value = self.builder.load(self.address(data, row))
+        value.align = 8
+        return value
+
+    def store(self, value, data, row):
+        self.builder.store(value, self.address(data, row)).align = 8
+
+    def factor(self, matrix, row):
+        """Numbers of a matrix, one for each stage."""
+        return self.load(matrix, row)
+
+    def number(self, data, row, column=None):
+        place = row if column is None else self.builder.add(
+            self.builder.mul(row, self.padded), column
+        )  # fmt: skip
+        return self.builder.load(self.builder.gep(data, [place]))
+
+    def spread(self, scalar):
+        return spread(self.builder, scalar, self.width)
+
+    def plus(self, row, offset):
+        return self.builder.add(row, ir.Constant(row.type, offset)) if offset else row
+
+    def mul(self, x, y):
+        return self.builder.fmul(x, y, flags=FUSED)
+
+    def add(self, x, y):
+        return self.builder.fadd(x, y, flags=FUSED)
+
+    def sub(self, x, y):
+        return self.builder.fsub(x, y, flags=FUSED)
+
+    def call(self, name, *values):
+        function = cgutils.get_or_insert_function(
+            self.builder.module,
+            ir.FunctionType(self.kind, [self.kind] * len(values)),
+            f"llvm.{name}.v{self.width}f64",
+        )
+        return self.builder.call(function, values)
+
+    def variable(self, value):
+        place = cgutils.alloca_once(self.builder, self.kind)
+        self.builder.store(value, place)
+        return place
+
+    def largest(self, bits):
+        """The largest lane of a vector of integers."""
+        name = f"llvm.vector.reduce.smax.v{self.width}i64"
+        kind = ir.FunctionType(bits.type.element, [bits.type])
+        return self.builder.call(
+            cgutils.get_or_insert_function(self.builder.module, kind, name), [bits]
+        )
+
+    def sums(self, first, factors, start, values, row, stages):
+        """first[x] + sum_j values[row + x, j] factors[start + j], one vector for each axis x.
+
+        Even and odd j are summed separately, which halves the chain of dependent additions.
+        """
+        builder = self.builder
+        even = [self.variable(vector) for vector in first]
+        odd = [self.variable(self.nothing) for _ in first]
+        one, two = ir.Constant(stages.type, 1), ir.Constant(stages.type, 2)
+
+        def add(j, totals):
+            factor = self.factor(factors, builder.add(start, j))
+            for x, total in enumerate(totals):
+                value = self.spread(self.number(values, self.plus(row, x), j))
+                builder.store(self.add(builder.load(total), self.mul(value, factor)), total)
+
+        with cgutils.for_range(builder, builder.udiv(stages, two)) as loop:
+            add(builder.mul(loop.index, two), even)
+            add(builder.add(builder.mul(loop.index, two), one), odd)
+        last = builder.trunc(stages, ir.IntType(1))
+        with builder.if_then(last):
+            add(builder.sub(stages, one), even)
+        return [
+            self.add(builder.load(one), builder.load(other))
+            for one, other in zip(even, odd, strict=True)
+        ]
+
+    def pull(self, places, here, row):
+        """The vector from ``here`` to the body whose rows start at ``row``, distance^2 and
+        1 / distance^3."""
+        gaps = [self.sub(self.load(places, self.plus(row, x)), q) for x, q in enumerate(here)]
+        square = self.mul(gaps[0], gaps[0])
+        for gap in gaps[1:]:
+            square = self.add(square, self.mul(gap, gap))
+        cube = self.mul(square, self.call("sqrt", square))
+        return gaps, square, self.builder.fdiv(everywhere(self.kind, 1.0), cube)

@@ -1,0 +1,205 @@
+"""The motion of point masses in a clock, by `galvi.lanes.clocks.advance`."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import DynamicalTime
+from galvi.curves.curves import IdentityChart
+from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.kernels.forces.celestial import WEIGHT
+from galvi.kernels.forces.celestial import pulls as pulls_of
+from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE
+from galvi.lanes.clocks.advance import compiled_advance_clock
+from galvi.lanes.clocks.rows import COLUMNS, PRODUCT, PRODUCT_LOW
+from galvi.lanes.vectors import lanes_for
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss
+from galvi.run.clocked.plan import Advanced, Motion, Taken
+from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes, with_low_part
+from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.spaces.polynomials import Polynomials
+from galvi.systems.nbody import NBody
+from galvi.tableau import Tableau
+
+MOST_STAGES = 32
+# The iteration stops where a further pass would change slopes by less than this, relative to their
+# sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
+TOLERANCE = 2.0**-56
+# Below it changes that do not shrink are rounding: for a quarter of all steps passes end in a cycle
+# of two. Which comes last depends on the sign of the guess's error, and K drifts by 2e-17 of g |E0|
+# a step, or as much the other way with one pass more. With the mean of both it does not, to 3e-18
+# (docs/why.md, "In a clock").
+NOISE = 1e-14
+FAILURES = {
+    DIVERGED: "the iteration did not converge. Use a smaller step",
+    NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
+}
+# Share of the second largest mass below which a body is light: its pairs set the pace as a given
+# function of tau, since its mass would divide the rounding of H - E0 (at 1e-4 up to 3,000 times the
+# error, at 1e-9 no step is solved). See galvi.lanes.clocks.advance.
+LIGHT = 0.02
+SLOW = 2.0**-20  # velocity of the centre of mass over the largest one
+
+
+def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | None:
+    """The motion of point masses in `galvi.DynamicalTime`; None where the kernel has none.
+
+    energy  that the clock is told; None: that of the start, in double-double
+    """
+    system, s = problem.system, method.stages
+    if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
+        return None
+    if (
+        not system.acting.conserve
+        or s > MOST_STAGES
+        or method.space != Polynomials(s)
+        or method.rule != gauss(s)
+    ):
+        return None
+    return _motion(problem, method, energy)
+
+
+@lru_cache(maxsize=32)
+def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
+    """As `motion_in_lanes`, which has checked that there is one."""
+    system, s = cast(NBody, problem.system), method.stages
+    shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
+    dimension = shape[1]
+    masses = masses_in_clock(system, dimension)
+    mean = mean_velocity(system, problem.v0)
+    width, m = stages_in_lanes(s, lanes).size, method.space.dimension - 1
+    form = (*((0,) * n for n in (dimension, lanes)), s, width)
+    kernel = compiled_advance_clock(dimension, lanes)
+    gaps = dimension * (len(masses[1]) + len(masses[4]))
+    scratch = (8, d, width), (6, width), (4, width), (gaps,), (4,)
+
+    def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
+        q, stages, clock = state.state.copy(), state.stages.copy(), state.clock.copy()
+        solver_state, done = state.solver_state.copy(), np.zeros(2, dtype=np.int64)
+        shapes = (n, d), (n, d), (n, 2), (n if keep else 0, d, m), (n, s)
+        kept: list[Any] = [np.empty(shape) for shape in shapes]
+        code = int(kernel(
+            form, (*masses, mean), clock_tables(method.table, h, lanes), n,
+            np.nan if time is None else time, TOLERANCE, NOISE, q, stages, solver_state, clock,
+            tuple(aligned(*scratch)), done, tuple(kept),
+        ))  # fmt: skip
+        places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
+        p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
+        taken = Taken(places, p, v, t, coefficients, rates, done[1] * np.array([1.0, s, 0.0, 0.0]))
+        after = Checkpoint(state.first + int(done[0]), q, stages, solver_state, state.solver,
+                           state.tolerance, clock=clock)  # fmt: skip
+        return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
+
+    def each(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:
+        found, t, codes = np.empty((2, len(states), d)), np.empty((len(states), 2)), []
+        none, used, rates = np.zeros((0, d, m)), tuple(aligned(*scratch)), np.empty((1, s))
+        for k, (begin, h) in enumerate(zip(states, lengths.tolist(), strict=True)):
+            begun = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
+            kept = found[0, k : k + 1], found[1, k : k + 1], t[k : k + 1], none, rates
+            codes.append(kernel(
+                form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan, TOLERANCE,
+                NOISE, *begun, begin.clock.copy(), used, np.zeros(2, dtype=np.int64), kept,
+            ))  # fmt: skip
+        return found[0], found[1], t.sum(axis=1), np.array(codes)
+
+    def at(q: Array, v: Array, t: float) -> Checkpoint:
+        state = np.zeros((4, d))
+        state[0], state[2] = q.ravel(), v.ravel()
+        total = start if energy is None else np.array([energy * system.G, 0.0])
+        told = as_moving(total, system.G * system.masses, v.reshape(shape), mean)
+        clock = np.concatenate([[t, 0.0], told])
+        none = np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64)
+        return Checkpoint(0, state, *none, "auto", ROUND_OFF, clock=clock)
+
+    begin = np.zeros((4, *shape))
+    begin[0], begin[2] = problem.q0, problem.v0
+    start = energy_of(masses, begin)
+    rate = method.clock.rate(problem)
+    return Motion(advance, at, rate, IdentityChart(shape), "clock", each=each)
+
+
+def mean_velocity(system: NBody, v: Array) -> Array:
+    """The velocity of the centre of mass, (dimension,), or 0 where it is below SLOW of the largest
+    velocity: subtracting a number near the last bit of v rounds the same way in every step."""
+    mean = system.masses @ v / system.masses.sum()
+    return read_only(np.where(np.abs(mean) > SLOW * np.max(np.abs(v)), mean, 0.0))
+
+
+@lru_cache(maxsize=32)
+def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Array, Array, int]:
+    """The masses of a system, and the terms of its forces, as the kernel takes them."""
+    M = system.G * system.masses
+    first, second = np.triu_indices(M.size, 1)
+    enters = M[first] + M[second] > 0.0
+    first, second = first[enters], second[enters]
+    with extended_precision():
+        product, low = with_low_part(decimals(M[first]) * decimals(M[second]))
+    sums, heavy = M[first] + M[second], (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
+    turns = np.where(heavy[first] & heavy[second], sums, 0.0)
+    pairs = np.stack([M[second], M[first], product, low, sums, turns], axis=1)
+    turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
+    starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
+    for whole in (seconds, starts):
+        whole.setflags(write=False)
+    terms, poles = system.acting.terms.copy(), system.acting.poles
+    terms[:, WEIGHT] *= system.G
+    bodies = read_only(np.stack([0.5 * M, turned]))
+    return read_only(pairs.ravel()), seconds, starts, bodies, read_only(terms), poles
+
+
+def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -> Array:
+    """G times the energy and its low part, from the state (4, bodies, dimension)."""
+    pairs, seconds, starts, bodies, terms, poles = masses
+    first = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    second = seconds // state.shape[2]
+    with extended_precision():
+        q, v = (decimals(state[k]) + decimals(state[k + 1]) for k in (0, 2))
+        product, low = pairs.reshape(-1, COLUMNS)[:, PRODUCT : PRODUCT_LOW + 1].T
+        squares = np.sum((q[first] - q[second]) ** 2, axis=1)
+        pulls = (decimals(product) + decimals(low)) / [square.sqrt() for square in squares]
+        rest = decimals(pulls_of(terms, poles, state[0] + state[1])[1])
+        return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + rest)
+
+
+def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
+    """An energy and its low part in a frame that moves with the velocity ``mean``."""
+    if not np.any(mean):
+        return energy
+    with extended_precision():
+        masses, frame = decimals(M), decimals(mean)
+        momentum = masses @ decimals(v)
+        kinetic = np.sum(masses) * np.sum(frame * frame) / 2
+        return with_low_part(np.sum(decimals(energy)) - frame @ momentum + kinetic)
+
+
+def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
+    """mu^T, extrapolation, h b and coefficients from slopes, as the kernel takes them."""
+    mu, ahead, fit = _tables(table, lanes)
+    parts, s = np.zeros((1, mu.shape[1])), table.c.size
+    parts[0, :s] = step * table.b
+    parts[0, s // 2] += step - math.fsum(parts[0])
+    return mu, ahead, read_only(parts), fit
+
+
+@lru_cache(maxsize=32)
+def _tables(table: Tableau, lanes: int) -> tuple[Array, ...]:
+    """Those of `clock_tables` that do not depend on the step."""
+    s = table.c.size
+    mu, ahead = (np.zeros((s, stages_in_lanes(s, lanes).size)) for _ in range(2))
+    with extended_precision():
+        b = decimals(table.b) + decimals(table.low_parts[1])
+        exact = rounded((decimals(table.integral) + decimals(table.low_parts[4])) / b)
+    larger = np.abs(exact) > np.abs(exact.T)
+    mu[:, :s] = np.where(larger, exact, 1.0 - exact.T).T
+    mu[np.arange(s), np.arange(s)] = 0.5
+    guess = table.extrapolation @ table.analysis[: table.growth.size]
+    ahead[:, :s] = (table.b[:, None] * guess / table.b).T
+    return read_only(mu), read_only(ahead), read_only(table.projection / table.b)

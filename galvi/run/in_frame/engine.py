@@ -1,0 +1,185 @@
+"""Runs in a moving frame: the third engine, for methods whose chart is a frame.
+
+What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
+some steps, and doubles lose an orbit at its pericentre where it has become very eccentric. Such a
+step is done in the inertial frame, by Gauss collocation of the whole force, in the fewest parts
+that end at the same place as a quarter as many. It depends on the state at the step's start alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.chart import Cayley
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves, FrameCurves, IdentityChart
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss
+from galvi.run.in_frame import stepper as steppers
+from galvi.run.nystrom_engine import ROUND_OFF, nystrom_start, stepper
+from galvi.run.plan import FORCES_IN_LANES, LEFT_OVER, Call, Engine, Run, RunArrays
+from galvi.run.point_masses.encounters import encounter
+from galvi.spaces.polynomials import Polynomials
+from galvi.systems.nbody import NBody
+
+PARTS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
+SAME = 1e-12  # of the largest place or velocity
+PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
+
+
+def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
+    """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
+    checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    return work.stages if steppers.falls_back(checks) else None
+
+
+def inertial_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` that does one step in the inertial frame and returns to the moving one."""
+    problem, step = run.problem, run.step
+    d, shape = problem.q0.size, problem.q0.shape
+
+    def call(todo: int) -> int:
+        number = run.start.first + work.done
+        before = work.state[0, :d].copy(), work.state[2, :d].copy()
+        found = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
+        if found is None:
+            return DIVERGED
+        for k in (ITERATIONS, FORCES):
+            work.counts[k] += found.counts[k]
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
+        work.counts[LEFT_OVER] += 1
+        if len(work.bases):
+            row = work.bases[work.done].reshape(4, -1)
+            row[:] = 0.0
+            row[:2, :d] = before
+            work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
+        q, v = (found.state[k].reshape(shape) for k in (0, 2))
+        work.state[:] = steppers.enter_again(problem, run.method, q, v)
+        work.solver_state[0] = NOTHING
+        work.record(run, q.ravel(), v.ravel())
+        return SOLVED
+
+    return call
+
+
+def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
+    """The curves of such a step, from time 0 at its start."""
+    work = _in_parts(problem, step, t, q, v, curves=True)
+    assert work is not None, "the step was done before"
+    size = step / len(work.bases)
+    shape = problem.q0.shape
+    bases = work.bases.reshape(-1, *shape)
+    return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
+
+
+def _in_parts(
+    problem: Problem, step: float, t: float, q: Array, v: Array, *, curves: bool
+) -> RunArrays | None:
+    """The step in the fewest parts that end as a quarter of them do; None where there are none."""
+    here = Problem(problem.system, q.reshape(problem.q0.shape), v.reshape(problem.q0.shape), t)
+    last: Array | None = None
+    total = np.zeros(0, dtype=np.int64)
+    for parts in PARTS:
+        begin = Checkpoint(
+            0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
+        )
+        run = Run(here, PLAIN, step / parts, parts, begin)
+        work = RunArrays.of(run, 2, (q.size, q.size), watched=False)
+        with np.errstate(all="ignore"):  # what is not finite is a code
+            code = stepper(run, work)(parts)
+        total = work.counts if total.size == 0 else total + work.counts
+        if code != SOLVED:
+            last = None
+            continue
+        end = work.state[[0, 2]] + work.state[[1, 3]]
+        if last is not None:
+            sizes = np.max(np.abs(end), axis=1)
+            if np.all(np.max(np.abs(end - last), axis=1) <= SAME * sizes):
+                return work._replace(counts=total)
+        last = end
+    return None
+
+
+ELSEWHERE = (
+    "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
+    "frame leaves was too strong there, or an orbit too eccentric for it."
+)
+
+
+def refuse(problem: Problem, method: Galerkin) -> None:
+    """ValueError where the method's frame does not apply to the problem."""
+    refusal = steppers.frame_of(method).refusal(problem)
+    if refusal:
+        raise ValueError(refusal)
+
+
+def _failure(run: Run, code: int, work: RunArrays) -> str:
+    problem, method, step = run.problem, run.method, run.step
+    frame = steppers.frame_of(method)
+    q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
+    outside = ""
+    if np.all(np.isfinite([q, v])):
+        outside = frame.leaves(problem.with_initial_state(q, v), step)
+    if outside:
+        return outside
+    name = frame.name
+    why = (
+        f"the state became infinite or NaN in the {name}"
+        if code == NOT_FINITE
+        else f"the passes did not converge: what the {name} leaves is too strong for this step"
+    )
+    if isinstance(problem.system, NBody):
+        where = encounter(
+            problem,
+            problem.system,
+            method.stages,
+            step,
+            work.state[:4, : problem.q0.size],
+            framed=True,
+        )
+        return f"{why}. In the inertial frame, {where}"
+    return f"{why}. Use a smaller step, or another chart."
+
+
+def _curves(
+    problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
+) -> FrameCurves:
+    motion = steppers.motion_of(problem, method, step)
+    path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
+    first = round((t0 - problem.t0) / step)
+    bases = bases.reshape(len(bases), 4, steppers.frame_start(problem, method)[0].shape[1])
+    return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
+
+
+def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
+    start = steppers.frame_start(problem, method)[0]
+    return 4 * start.shape[1], 2 * steppers.frame_of(method).rows(problem)
+
+
+IN_FRAME = Engine(
+    start=steppers.frame_start,
+    velocity_row=2,
+    solves_by_iteration=lambda problem, method: True,
+    is_compiled=lambda problem, method: True,
+    stepper=steppers.frame_stepper,
+    stepper_from_guess=inertial_stepper,
+    guess_from_substeps=allowed,
+    guess_kind=0,
+    momenta=lambda problem, v: problem.system.momentum(v.reshape(-1, *problem.q0.shape)),
+    curves=_curves,
+    failure=_failure,
+    solvers=("auto", "fixed_point"),
+    exceptions=("inertial_steps", ELSEWHERE),
+    curve_size=_curve_size,
+    name="frame",
+)
+
+
+def frame_engine(problem: Problem, method: Galerkin) -> Engine:
+    """The engine; ValueError where the method's frame does not apply to the problem."""
+    refuse(problem, method)
+    return IN_FRAME

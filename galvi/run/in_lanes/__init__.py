@@ -1,0 +1,1 @@
+"""Steps in vector instructions: of point masses, canonical systems and Lagrangians."""

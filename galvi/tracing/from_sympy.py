@@ -1,0 +1,168 @@
+"""Lagrangians, potentials and forces from SymPy."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.systems.user_functions import sympy_module
+from galvi.tracing import code as symbolic_code
+from galvi.tracing import kinks, lane_law
+from galvi.tracing.expression import Expressions, expressions
+from galvi.tracing.lane_law import printed_force
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+
+
+@dataclass(frozen=True)
+class SymbolicForce:
+    """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
+
+    text       the expressions in the user's notation
+    source     generated code with a function force
+    constants  values of the parameters
+    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
+    names      the parameters in the user's notation, in the order of the constants
+    """
+
+    text: str
+    source: str
+    constants: tuple[float, ...]
+    law: str = ""
+    names: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, len(v)))
+        numbers = np.array(self.constants)
+        try:
+            with np.errstate(all="ignore"):
+                symbolic_code.functions(self.source)["force"].py_func(
+                    q, v, np.float64(t), numbers, out
+                )
+        except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
+            out[...] = np.nan
+        return out[1]
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
+        of out, and its constants."""
+        return symbolic_code.functions(self.source)["force"], np.array(self.constants)
+
+
+def symbolic_force(given: Expressions) -> SymbolicForce:
+    """The generalised forces of these expressions, compiled."""
+    assert given.forces is not None
+    lines = symbolic_code.written(
+        given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
+    )
+    text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
+    words = f"[{', '.join(map(given.text, given.forces))}]"
+    law = printed_force(given.forces, given.places)
+    return SymbolicForce(words, text, given.values, law, given.names)
+
+
+NAME = "LagrangesMethod"
+
+
+def is_lagranges_method(value: Any) -> bool:
+    """Whether a value is a `sympy.physics.mechanics.LagrangesMethod`, without importing that."""
+    return any(
+        kind.__name__ == NAME and kind.__module__.startswith("sympy.") for kind in type(value).mro()
+    )
+
+
+def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None]:
+    """L, the coordinates, and the generalised forces of its loads, or None.
+
+    A load on a point or a frame has the force F . dv/dq' with its velocity, or angular velocity, v.
+    Raises ValueError for one with constraints.
+    """
+    if len(method.coneqs):
+        raise ValueError(
+            f"a LagrangesMethod with constraints cannot be used; received {len(method.coneqs)} of "
+            f"them. Choose coordinates that fulfil them."
+        )
+    (lagrangian,) = method._L
+    coordinates = list(method.q)
+    if not method.forcelist:
+        return lagrangian, coordinates, None
+    time = coordinates[0].args[0]
+    rates = [x.diff(time) for x in coordinates]
+    forces: list[Any] = [0] * len(coordinates)
+    for place, load in method.forcelist:
+        velocity = getattr(place, "ang_vel_in" if hasattr(place, "ang_vel_in") else "vel")
+        moving = velocity(method.inertial)
+        for k, rate in enumerate(rates):
+            along = moving.diff(rate, method.inertial, var_in_dcm=False)
+            forces[k] += along.dot(load)
+    return lagrangian, coordinates, forces
+
+
+def symbolic(
+    L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
+) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
+    """The Lagrangian, whether it depends on the time, and the force or None.
+
+    Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
+    Lagrangian that is not twice differentiable somewhere.
+    """
+    sympy = sympy_module()
+    if is_lagranges_method(L):
+        if not (q is None and v is None and force is None):
+            raise ValueError(
+                "a LagrangesMethod brings its coordinates and forces; give only parameters, and t "
+                "when it depends on the time."
+            )
+        L, q, force = read_lagranges_method(L)
+    elif q is None:
+        raise TypeError("q must hold the coordinates of the expression; received none.")
+    given = expressions(L, q, v, t, parameters, force)
+    surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
+    found = SymbolicLagrangian(
+        given.text(given.L),
+        _source(given, surfaces),
+        given.values,
+        len(given.q),
+        tuple(map(given.text, surfaces)),
+        ""
+        if surfaces
+        else lane_law.printed_law(
+            given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+        ),
+        sympy.srepr(given.L),
+        given.names,
+    )
+    for k, words in enumerate(found.switching):
+        where = kinks.find_kink(found, k)
+        if where:
+            warnings.warn(
+                f"the Lagrangian is not twice differentiable where {words} changes its sign: its "
+                f"{where} there. Steps across lose their order; smooth it, or end the run there.",
+                stacklevel=3,
+            )
+    external = None if given.forces is None else symbolic_force(given)
+    return found, given.t in given.L.free_symbols, external
+
+
+def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
+    d, places = len(given.q), given.places
+    by = [kinks.differentiated(given.L, x) for x in (*given.v, *given.q)]
+    bodies = {
+        "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
+        "value": ([given.L], lambda k, code: f"out[{k}] = {code}"),
+        "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
+    }
+    return symbolic_code.source(
+        {
+            name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
+            for name, (results, store) in bodies.items()
+            if results
+        }
+    )

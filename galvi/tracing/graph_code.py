@@ -1,0 +1,149 @@
+"""Derivatives of a graph, and its code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from galvi.tracing.graph import Node
+
+
+def reachable(nodes: Sequence[Node]) -> list[Node]:
+    """The nodes and all those that they are made of, each after its arguments."""
+    found, left = {}, list(nodes)
+    while left:
+        node = left.pop()
+        if node.index not in found:
+            found[node.index] = node
+            left += [x for x in node.arguments if isinstance(x, Node)]
+    return [found[k] for k in sorted(found)]
+
+
+def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
+    """The derivatives of a node by variables; the number 0 where it does not depend on one."""
+    zero = node.graph.number(0.0)
+    by = {node.index: node.graph.number(1.0)}
+    for each in reversed(reachable([node])):
+        adjoint = by.get(each.index)
+        if adjoint is None:
+            continue
+        for argument, partial in partials(each):
+            so_far = by.get(argument.index)
+            term = adjoint * partial
+            by[argument.index] = term if so_far is None else so_far + term
+    return [by.get(x.index, zero) for x in variables]
+
+
+def partials(node: Node) -> list[tuple[Node, Node]]:
+    """The arguments that are no numbers, each with the derivative by it."""
+    if node.kind in ("number", "variable"):
+        return []
+    x, *others = node.arguments
+    one = node.graph.number(1.0)
+    if not others:
+        return [(x, _derivative(node, x))]
+    y = others[0]
+    if node.kind == "+":
+        pair = one, one
+    elif node.kind == "-":
+        pair = one, -one
+    elif node.kind == "*":
+        pair = y, x
+    elif node.kind == "atan2":
+        inverse = 1.0 / (x * x + y * y)
+        pair = y * inverse, -(x * inverse)
+    elif not isinstance(y, Node):
+        return [(x, y * x ** (y - 1.0))]
+    else:
+        pair = y * node / x, node * x.log()
+    return [(a, b) for a, b in zip((x, y), pair, strict=True) if a.kind != "number"]
+
+
+def _derivative(node: Node, x: Node) -> Node:
+    """The derivative of a function of one argument."""
+    one = node.graph.number(1.0)
+    found: dict[str, Callable[[], Node]] = {
+        "inverse": lambda: -(node * node),
+        "sin": x.cos,
+        "cos": lambda: -x.sin(),
+        "tan": lambda: one + node * node,
+        "exp": lambda: node,
+        "sinh": x.cosh,
+        "cosh": x.sinh,
+        "tanh": lambda: one - node * node,
+        "log": lambda: one / x,
+        "sqrt": lambda: one / (node + node),
+    }
+    return found[node.kind]()
+
+
+LITERAL = (0.0, 1.0, -1.0)
+
+
+class GraphCode:
+    """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
+
+    constants  these numbers, in the order in which they were first printed
+    """
+
+    def __init__(self) -> None:
+        self.places: dict[float, int] = {}
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """The numbers in c."""
+        return tuple(self.places)
+
+    def written(self, results: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
+        """Lines that compute the results, and the code of each result.
+
+        power  name of a function for powers; "" for the operator **
+        """
+        nodes = reachable(results)
+        divisors = _divisors(nodes, results)
+        code: dict[int, str] = {}
+        lines: list[str] = []
+        for node in nodes:
+            if node.kind == "variable":
+                code[node.index] = node.arguments[0]
+            elif node.kind == "number":
+                code[node.index] = self._number(node.value)
+            elif node.index not in divisors:
+                code[node.index] = f"x{len(lines)}"
+                lines.append(f"{code[node.index]} = {_formula(node, code, power)}")
+        return lines, [code[x.index] for x in results]
+
+    def _number(self, value: float) -> str:
+        if value in LITERAL:
+            return repr(value)
+        return f"c[{self.places.setdefault(value, len(self.places))}]"
+
+
+def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:
+    """The inverses that are used once, as a factor, so that the product can be a quotient."""
+    uses = dict.fromkeys((x.index for x in results), 2)
+    for node in nodes:
+        for x in node.arguments:
+            if isinstance(x, Node):
+                uses[x.index] = uses.get(x.index, 0) + 1
+    found: set[int] = set()
+    for node in nodes:
+        once = [x for x in node.arguments if node.kind == "*" and x.kind == "inverse"]
+        found.update(x.index for x in once[:1] if uses[x.index] == 1)
+    return found
+
+
+def _formula(node: Node, code: dict[int, str], power: str) -> str:
+    """The code of one operation from that of its arguments."""
+    of = [code.get(x.index, "") if isinstance(x, Node) else repr(x) for x in node.arguments]
+    if node.kind == "*":
+        for x, y in (node.arguments, node.arguments[::-1]):
+            if x.index not in code:
+                return f"{code[y.index]} / {code[x.arguments[0].index]}"
+        return f"-{of[1]}" if of[0] == "-1.0" else f"{of[0]} * {of[1]}"
+    if node.kind in ("+", "-"):
+        return f"{of[0]} {node.kind} {of[1]}"
+    if node.kind == "inverse":
+        return f"1.0 / {of[0]}"
+    if node.kind != "power":
+        return f"{node.kind}({', '.join(of)})"
+    return f"{power}({', '.join(of)})" if power else f"{of[0]} ** {of[1]}"

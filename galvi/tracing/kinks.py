@@ -1,0 +1,139 @@
+"""Detects where a Lagrangian is not C^2.
+
+Abs, sign, Max, Min, Heaviside and Piecewise switch branches where an expression changes its sign,
+on a surface. Since |x|^3 is C^2 there and |x| is not, L and its derivatives are compared across it.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+
+NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
+GROWTH = 4.0  # growth from FAR to NEAR at which second derivatives count as unbounded
+FAR, NEAR = 2.0**-10, 2.0**-17  # distances from the surface, relative to the state
+PERSISTS = 0.3  # fraction of a difference left from FAR to NEAR at which it is a jump
+NOISE = 2.0**-30  # relative noise of differences over NEAR: round-off is 2^-35
+SIZES, TRIALS, HALVINGS = (1.0, 0.1, 10.0), 20, 60
+
+
+def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
+    """The expressions in the moving symbols whose signs select branches of L, sorted.
+
+    moving  the symbols of q, v and t, not the parameters
+    """
+    import sympy
+
+    found = {a.args[0] for a in L.atoms(sympy.Abs, sympy.sign, sympy.Heaviside)}
+    for extreme in L.atoms(sympy.Max, sympy.Min):
+        found |= {a - b for a, b in combinations(extreme.args, 2)}
+    for pieces in L.atoms(sympy.Piecewise):
+        for _, condition in pieces.args:
+            found |= {r.lhs - r.rhs for r in condition.atoms(sympy.core.relational.Relational)}
+    found = {expression for expression in found if expression.free_symbols & moving}
+    return tuple(sorted(found, key=sympy.default_sort_key))
+
+
+def differentiated(L: Any, x: Any) -> Any:
+    """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
+    import sympy
+
+    found = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
+    left = found.atoms(sympy.Derivative, sympy.Subs)
+    if left:
+        heads = sorted({str(f.func) for one in left for f in one.atoms(sympy.Function)})
+        raise ValueError(
+            f"the Lagrangian must be differentiable; received {', '.join(heads)}, whose derivative "
+            f"SymPy does not know. Write it in other functions."
+        )
+    return found.rewrite(sympy.Heaviside, sympy.Piecewise) if found.has(sympy.Heaviside) else found
+
+
+def find_kink(L: Any, k: int) -> str:
+    """The discontinuity of L at a random point of surface k, in words; '' when none is found."""
+    d = L.dimension
+    draw = np.random.default_rng(0)
+    for trial in range(TRIALS):
+        size = SIZES[trial % len(SIZES)]
+        ends = size * draw.standard_normal((2, 2 * d + 1))
+        here, there = ends
+        signs = [_sign(L, k, x) for x in ends]
+        if signs[0] * signs[1] >= 0.0:
+            continue
+        for _ in range(HALVINGS):
+            middle = 0.5 * (here + there)
+            if _sign(L, k, middle) == signs[0]:
+                here = middle
+            else:
+                there = middle
+        along = ends[1] - ends[0]
+        jump = _jump(L, 0.5 * (here + there), along / np.linalg.norm(along), size)
+        if jump:
+            return jump
+    return ""
+
+
+def check_start(L: Any, q: Array, v: Array, t: float) -> None:
+    """Raise ValueError when the motion starts on a kink, where L has no second derivatives."""
+    for k, words in enumerate(L.switching):
+        if is_kink(L, k, q, v, t):
+            raise ValueError(
+                f"the Lagrangian is not twice differentiable at the start, where {words} "
+                f"changes its sign. Start elsewhere, or smooth it."
+            )
+
+
+def is_kink(L: Any, k: int, q: Array, v: Array, t: float) -> bool:
+    """Whether the state lies on surface k and L has no second derivatives there."""
+    x = np.concatenate([q, v, [t]])
+    sizes = np.concatenate([_sizes(q), _sizes(v), _sizes(np.array([t]))])
+    steps = np.diag(sizes)
+    ahead, behind = ([_sign(L, k, x + s * NEAR * step) for step in steps] for s in (1.0, -1.0))
+    across = [i for i, (a, b) in enumerate(zip(ahead, behind, strict=True)) if a != b]
+    level = L.switches(q, v, t)[k]
+    ahead_most = max(abs(L.switches(*_split(x + step))[k] - level) for step in steps)
+    on = abs(level) <= 1e-12 * ahead_most
+    return on and any(_jump(L, x, steps[i] / sizes[i], sizes[i]) for i in across)
+
+
+def _sizes(x: Array) -> Array:
+    """|x| of each component; for a zero component the largest of the others, or 1."""
+    size = np.abs(x)
+    return np.where(size > 0.0, size, np.max(size) or 1.0)
+
+
+def _jump(L: Any, x: Array, along: Array, size: float) -> str:
+    """The discontinuity of L across x along a direction, in words; '' for none."""
+    gaps, scales = [], []
+    for distance in (FAR * size, NEAR * size):
+        sides = [_seen(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
+        gaps.append([np.abs(a - b) for a, b in zip(*sides, strict=True)])
+        scales.append([np.abs(a) + np.abs(b) for a, b in zip(*sides, strict=True)])
+    for name, far, near, scale in zip(NAMES, *gaps, scales[1], strict=True):
+        if np.any((near > PERSISTS * far) & (near > NOISE * np.max(scale, initial=1e-300))):
+            return name
+    rough, fine = (float(np.max(scale[2])) for scale in scales)
+    return "second derivatives have no bound" if fine > GROWTH * rough + NOISE else ""
+
+
+def _seen(L: Any, x: Array, away: Array, distance: float) -> list[Array]:
+    """L, its first derivatives and their change along the direction, at a distance from x."""
+    near, far = _split(x + away), _split(x + 2.0 * away)
+    slopes = L.slopes(*near)
+    sense = 1.0 if np.sum(away) >= 0.0 else -1.0
+    return [np.array([L(*near)]), slopes, sense * (L.slopes(*far) - slopes) / distance]
+
+
+def _sign(L: Any, k: int, x: Array) -> float:
+    """The sign of surface k's expression, 1 or -1; 0 where it is undefined."""
+    value = L.switches(*_split(x))[k]
+    return 0.0 if np.isnan(value) else (1.0 if value > 0.0 else -1.0)
+
+
+def _split(x: Array) -> tuple[Array, Array, float]:
+    d = x.size // 2
+    return x[:d], x[d : 2 * d], float(x[-1])

@@ -1,0 +1,205 @@
+"""Compiles laws and forces for lanes, from generated source that is cached on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.lanes.law_pass import filled
+from galvi.tracing import code as symbolic_code
+from galvi.tracing.code import POWER
+
+# of galvi.lanes.elementary
+FUNCTIONS = {
+    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
+}  # fmt: skip
+WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is written out
+LONGEST = 4_000  # operations: two milliseconds of compilation each
+LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
+PASS = """
+
+pass_of_law = one_pass(law, {d}, {lanes}, one={one}, alone={alone})
+
+
+def law_pass_DIGEST(given):
+    pass_of_law(given)
+"""
+GROUP_PASS = """
+
+pass_of_law = group_pass(law, {layout}, {chart}, {lanes}, one={one})
+
+
+def law_pass_DIGEST(given):
+    pass_of_law(given)
+"""
+MEMBERS = """
+
+steps_of_law = law_steps(law, {d}, {stages}, {alone})
+
+
+def members_DIGEST(words):
+    steps_of_law(words)
+"""
+GROUP_MEMBERS = """
+
+steps_of_law = group_steps(law, {layout}, {chart})
+
+
+def members_DIGEST(words):
+    steps_of_law(words)
+"""
+
+
+@lru_cache(maxsize=256)
+def compiled_law(
+    law: str, d: int, lanes: int, one: bool, alone: bool = False
+) -> Callable[..., Any]:
+    """The galvi.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
+    first call.
+
+    lanes  of a vector
+    one    for one vector of stages, or for several
+    alone  whether places alone are iterated
+    """
+    head = "from galvi.lanes.law_pass import one_pass\n"
+    tail = PASS.format(d=d, lanes=lanes, one=one, alone=alone)
+    source = symbolic_code.with_digest(head + law + tail)
+    return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+
+
+@lru_cache(maxsize=256)
+def compiled_members(law: str, d: int, stages: int, alone: bool) -> Callable[..., Any]:
+    """The galvi.lanes.members.law on R^d of the lines that define ``law``, compiled at
+    the first call.
+
+    stages  s, for which loops are written out; 0 for any
+    alone   whether places alone are iterated
+    """
+    head = "from galvi.lanes.members.law import law_steps\n"
+    tail = MEMBERS.format(d=d, stages=stages, alone=alone)
+    source = symbolic_code.with_digest(head + law + tail)
+    return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
+
+
+@lru_cache(maxsize=256)
+def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
+    """As `compiled_members`, by galvi.lanes.members.group; law, layout and chart as in
+    `compiled_group_law`."""
+    head = "from galvi.lanes.members.group import group_steps\n"
+    source = symbolic_code.with_digest(
+        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart)
+    )
+    return symbolic_code.functions(source)["members"]
+
+
+@lru_cache(maxsize=256)
+def compiled_group_law(
+    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
+) -> Any:
+    """The galvi.lanes.group_pass of the lines that define ``law``, compiled at the first
+    call.
+
+    layout, chart  of galvi.kernels.lie.product
+    lanes          of a vector
+    one            for one vector of stages, or for several
+    """
+    head = "from galvi.lanes.group_pass import group_pass\n"
+    tail = GROUP_PASS.format(layout=layout, chart=chart, lanes=lanes, one=one)
+    source = symbolic_code.with_digest(head + law + tail)
+    return symbolic_code.functions(source)["law_pass"]
+
+
+def built_in(name: str, *arguments: Any) -> str:
+    """The lines that define a law of galvi.lanes.laws, made with these arguments."""
+    given = ", ".join(map(repr, arguments))
+    return f"from galvi.lanes.laws import {name}\n\nlaw = {name}({given})\n"
+
+
+@lru_cache(maxsize=256)
+def coupled(law: str, d: int) -> list[tuple[int, int]]:
+    """The pairs of components (i, j), j < i, that the mass of the law couples."""
+    return filled(function_of(law), d)
+
+
+def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
+    """The lines and constants of a law with a force, from those of both."""
+    forced = f"law = forced(law, force, {law[1].size})\n"
+    head = "from galvi.lanes.laws import forced\n"
+    lines = f"{law[0]}\n\n\n{force[0]}\n\n\n{head}\n{forced}"
+    return lines, np.concatenate([law[1], force[1]])
+
+
+def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
+    """The lines that define galvi.lanes.laws.canonical from those of dV/dq."""
+    head = "from galvi.lanes.laws import canonical\n"
+    return f"{head}{slopes}\n\nlaw = canonical(slopes, {d}, {diagonal})\n"
+
+
+def unit_mass_law(slopes: str, force: str, d: int, coupled: bool, forced_from: int) -> str:
+    """The lines that define galvi.lanes.laws.of_unit_mass from those of dV/dq and of the
+    force, "" for none."""
+    head = "from galvi.lanes.laws import of_unit_mass\n"
+    law = f"law = of_unit_mass(slopes, force, {d}, {coupled}, {forced_from})\n"
+    return f"{slopes}\n\n\n{force or 'force = None'}\n\n\n{head}\n{law}"
+
+
+def function_of(law: str) -> Callable[..., Any]:
+    """The Python function ``law`` that the lines define, for numbers and arrays."""
+    names: dict[str, Any] = {}
+    exec(compile(law, "<a law>", "exec"), names)
+    return cast(Callable[..., Any], names["law"])
+
+
+def printed_force(forces: Sequence[Any], places: Any) -> str:
+    """The lines that define SymPy forces; "" where lanes lack a function of them."""
+    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
+    return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
+
+
+def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
+    """The lines that define the law of a SymPy Lagrangian; "" where lanes lack a function of it."""
+    d = len(q)
+    momenta = [differentiated(L, x) for x in v]
+    results = [differentiated(L, x) for x in q] + momenta
+    results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
+    lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
+    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
+
+
+def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
+    """The lines that define a law, as `function_lines`.
+
+    results  the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
+    """
+    rows, rest = [], results[2 * d :]
+    for i in range(d):
+        rows.append(f"[{', '.join(rest[: i + 1])}]")
+        rest = rest[i + 1 :]
+    listed = [f"[{', '.join(part)}]" for part in (results[:d], results[d : 2 * d], rows)]
+    return function_lines("law(q, v, t, c)", lines, listed)
+
+
+def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> str:
+    """The lines that define a function which returns a list; "" where lanes lack a function of it.
+
+    lines    that compute what the code of the results refers to
+    """
+    text = "\n".join([*lines, *results])
+    used = sorted(symbolic_code.functions_in(text))
+    if set(used) - FUNCTIONS or " if " in text:
+        return ""
+    imports = [f"from galvi.lanes.elementary import {', '.join(used)}"] * bool(used)
+    body = (f"    {line}" for line in [*lines, f"return [{', '.join(results)}]"])
+    return "\n".join([*imports, "", "", f"def {head}:", *body])
+
+
+def fits(d: int, coupled: bool) -> bool:
+    """Whether the accelerations on R^d are written out.
+
+    coupled  whether the inverse mass is a full matrix
+    """
+    return d <= (WIDEST_COUPLED if coupled else WIDEST)

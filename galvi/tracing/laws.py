@@ -1,0 +1,263 @@
+"""The laws of systems for lanes: the lines that define them, and their constants; and what traces
+the functions of a user's for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache, singledispatch
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import Rn
+from galvi.kernels.trees import tree
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.systems.finite_differences import difference_scales
+from galvi.systems.forces.celestial import Force
+from galvi.systems.forces.drag import RotorDrag
+from galvi.systems.forces.external_force import BuiltinForce, Forced
+from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+from galvi.systems.nbody_on_rn import NBodyOnRn
+from galvi.systems.planar_chain import PlanarChain
+from galvi.systems.potentials.potentials import (
+    CentralForce,
+    CosinePotential,
+    LinearSpring,
+    SpringChain,
+    UniformField,
+)
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.traces import Trace, Untraceable, traces
+from galvi.systems.trees.joint import JointDamping
+from galvi.systems.trees.joint_forces import JointForces
+from galvi.systems.trees.rigid_tree import RigidTree
+from galvi.tracing import lane_law
+from galvi.tracing.from_sympy import SymbolicForce
+from galvi.tracing.lane_law import fits
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+from galvi.tracing.traced_lagrangian import (
+    traced_force,
+    traced_gradient,
+    traced_kernel,
+    traced_lagrangian,
+)
+
+LawCode = tuple[str, Array]  # the lines that define a law, and its constants
+MOST = 40  # velocities of a tree in lanes
+SLOPES = {  # of potentials, in galvi.lanes.laws
+    CentralForce: "central_force",
+    CosinePotential: "pendulum",
+    LinearSpring: "linear_spring",
+    SpringChain: "spring_chain",
+    UniformField: "uniform_field",
+}
+
+
+@singledispatch
+def law_of(system: Any) -> LawCode | None:
+    """The law of a system on a group, its external force included; None where it has none."""
+    return None
+
+
+@law_of.register
+def _(system: Lagrangian) -> LawCode | None:
+    found, L = traces(system).found.get("L"), system.builtin
+    law: LawCode | None = None
+    if found is not None:
+        law = found.law, np.array(found.constants)
+    elif system.slopes is None and L is not None and (lines := lines_of(L)):
+        law = lines, L.compiled()[1]
+    return _with_force(law, system)
+
+
+@law_of.register
+def _(system: RigidBody) -> LawCode | None:
+    if not system.known_potential:
+        return law_of(system.lagrangian)
+    law = lane_law.built_in("rigid_body", system.potential is not None)
+    return _with_force((law, system.lagrangian_kernel().constants), system)
+
+
+@law_of.register
+def _(system: FreeBody) -> LawCode | None:
+    if system.potential is not None:
+        return law_of(system.lagrangian)
+    law = lane_law.built_in("free_body", bool(np.any(system.g)))
+    return _with_force((law, system.lagrangian_kernel().constants), system)
+
+
+@law_of.register
+def _(system: CanonicalOnRn) -> LawCode | None:
+    d, canonical = system.group.dimension, system.canonical
+    slopes = slopes_of(canonical)
+    if slopes is None:
+        return None
+    lines = lane_law.canonical_law(slopes[0], d, bool(canonical.mass.ndim < 2))
+    mass = canonical.momentum(np.eye(d))
+    return _with_force((lines, np.concatenate([mass.ravel(), slopes[1]])), canonical)
+
+
+@law_of.register
+def _(system: NBodyOnRn) -> LawCode | None:
+    bodies, d, force = system.bodies, system.group.dimension, force_of(system.bodies)
+    if not fits(d, False) or (bodies.acting.functions and force is None):
+        return None
+    known = replace(bodies, forces=[one for one in bodies.forces if not isinstance(one, Force)])
+    with suppress(Untraceable):
+        law = traced_kernel(replace(system, bodies=known).lagrangian_kernel(), d)
+        return lane_law.with_force(law, force) if force else law
+    return None
+
+
+def slopes_of(system: Canonical) -> LawCode | None:
+    """dV/dq of a canonical system, see galvi.tracing.lane_law; None where it has none."""
+    found, potential = traces(system).found.get("dV/dq"), system.builtin
+    if found is not None:
+        return found.lines, np.array(found.constants)
+    name = SLOPES.get(type(potential), "")
+    if not name or potential is None or system.gradient is not None:
+        return None
+    return (
+        f"from galvi.lanes.laws import {name} as slopes",
+        potential.law().constants,
+    )
+
+
+def force_of(system: Forced | NBody) -> LawCode | None:
+    """The external force of a system, a function (q, v, t, constants) -> d values; None where it
+    has none for lanes."""
+    force = getattr(system, "force", None)
+    if isinstance(force, BuiltinForce):
+        lines = lines_of(force)
+        return (lines, force.compiled()[1]) if lines else None
+    found = traces(system).found.get("force")
+    return None if found is None else (found.lines, np.array(found.constants))
+
+
+def _with_force(law: LawCode | None, system: Forced) -> LawCode | None:
+    if system.force is None or law is None:
+        return law
+    force = force_of(system)
+    return lane_law.with_force(law, force) if force else None
+
+
+@singledispatch
+def lines_of(value: Any) -> str:
+    """The lines that define a built-in Lagrangian's law, or a force, with the constants of its
+    ``compiled``; "" for none."""
+    return ""
+
+
+@lines_of.register
+def _(value: SymbolicLagrangian) -> str:
+    return value.law
+
+
+@lines_of.register
+def _(value: SymbolicForce) -> str:
+    return value.law
+
+
+@lines_of.register
+def _(value: JointDamping) -> str:
+    terms = (
+        f"-(c[{i}] * v[{i}])" if c or value.varied else "0.0"
+        for i, c in enumerate(value.coefficients.tolist())
+    )
+    return f"def force(q, v, t, c):\n    return [{', '.join(terms)}]\n"
+
+
+@lines_of.register
+def _(value: PlanarChain) -> str:
+    return lane_law.built_in("planar_chain", value.masses.size)
+
+
+@lines_of.register
+def _(value: RotorDrag) -> str:
+    return f"from galvi.lanes.laws import {value.drag_law.name}_drag as force"
+
+
+@lines_of.register
+def _(value: RigidTree) -> str:
+    """Numbers 0, 1 and -1 of the geometry are part of it. None for more than MOST velocities, whose
+    law would take long to compile."""
+    if value.dimension > MOST:
+        return ""
+    return _tree_lines(value)
+
+
+@lines_of.register
+def _(value: JointForces) -> str:
+    assert value.tree is not None
+    if value.tree.dimension > MOST:
+        return ""
+    return _force_lines(value.tree, tuple(value.structure.items()))
+
+
+@lru_cache(maxsize=64)  # for loops in which controls change
+def _tree_lines(value: RigidTree) -> str:
+    head = "from galvi.kernels.trees.tree import tree"
+    return f"{head}\n\nlaw = tree({value.dimension}, {_known(value)})\n"
+
+
+@lru_cache(maxsize=64)
+def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> str:
+    literals = {**_known(value), **dict(structure)}
+    head = "from galvi.kernels.trees.joint_forces import law as forces"
+    return f"{head}\n\nforce = forces({value.dimension}, {literals})\n"
+
+
+def _known(value: RigidTree) -> dict[int, float]:
+    """The numbers that are part of a tree's law, by their place in its constants."""
+    rows = {
+        "masses": range(tree.MASS, tree.ARMATURE), "armature": (tree.ARMATURE,),
+        "stiffness": (tree.STIFFNESS,),
+    }  # fmt: skip
+    left_open = {k for name in value.varied for k in rows.get(name, ())}
+    known = {0: value.numbers[0]}
+    for j in range(len(value.joints)):
+        first = tree.HEAD + tree.JOINT * j
+        row = value.numbers[first : first + tree.JOINT]
+        for k, number in enumerate(row.tolist()):
+            units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
+            if k < tree.SHIFT or (number in units and k not in left_open):
+                known[first + k] = number
+    of_masses = range(4, tree.HEAD) if "masses" in value.varied else ()
+    of_gravity = range(1, 4) if "gravity" in value.varied else ()
+    for k in range(1, tree.HEAD):
+        if value.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
+            known[k] = 0.0
+    return {k: float(x) for k, x in known.items()}
+
+
+def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:
+    """What traces the functions of a system near a state."""
+    if isinstance(system, NBody):
+        space, function = Rn(q.size), system.acting.pushes(q.shape[1])
+        q, v = q.ravel(), v.ravel()
+        found = difference_scales(space, q, v)
+        return {"force": lambda: traced_force(function, space, q, v, t, True, found)}
+    if not isinstance(system, Canonical | Lagrangian):
+        return {}
+    group = Rn(q.size) if isinstance(system, Canonical) else system.group
+    scales, force = difference_scales(group, q, v), system.force
+    finders: dict[str, Callable[[], Trace]] = {}
+    if force is not None and not isinstance(force, BuiltinForce):
+        finders["force"] = lambda: traced_force(force, group, q, v, t, system.timed_force, scales)
+    if isinstance(system, Canonical):
+        written_out = force is not None or fits(q.size, system.mass.ndim == 2)
+        if written_out and (system.gradient is not None or system.builtin is None):
+            finders["dV/dq"] = lambda: traced_gradient(
+                system.potential, system.gradient, q, t, system.explicit_time, scales[0]
+            )
+    elif system.slopes is not None or not system.brings_slopes:
+        finders["L"] = lambda: traced_lagrangian(
+            system.function, system.slopes, system.group, q, v, t, system.explicit_time, scales
+        )
+    return finders

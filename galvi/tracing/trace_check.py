@@ -1,0 +1,262 @@
+"""Whether a trace computes what the function does, to round-off.
+
+Bounds on rounding errors are by running error analysis (N. Higham, Accuracy and Stability of
+Numerical Algorithms (2002), 3.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.lanes.group_rows import Chart
+from galvi.systems.traces import Untraceable
+from galvi.tracing.graph import UNARY, Node
+from galvi.tracing.graph_code import reachable
+
+UNIT = 2.0**-52  # error of one operation, relative to its result
+
+
+def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
+    """The nodes (k, ...) and bounds of their rounding errors, from values (...) of the variables.
+
+    values  name of a variable, such as "q[0]" -> its values
+
+    Where an expression is undefined both are NaN or infinite.
+    """
+    x: dict[int, Any] = {}
+    error: dict[int, Any] = {}
+    with np.errstate(all="ignore"):
+        for node in reachable(nodes):
+            found: Any
+            bound: Any
+            if node.kind == "variable":
+                found, bound = np.asarray(values[node.arguments[0]], dtype=np.float64), 0.0
+            elif node.kind == "number":
+                found, bound = np.float64(node.value), 0.0
+            else:
+                of = [y.index if isinstance(y, Node) else y for y in node.arguments]
+                found, bound = _operation(
+                    node.kind,
+                    [x[k] if isinstance(k, int) else k for k in of],
+                    [error[k] if isinstance(k, int) else 0.0 for k in of],
+                )
+            x[node.index], error[node.index] = found, bound + UNIT * np.abs(found)
+    shape = np.broadcast_shapes(*(np.shape(each) for each in values.values()))
+    rows = [x[node.index] for node in nodes], [error[node.index] for node in nodes]
+    first, second = (np.array([np.broadcast_to(each, shape) for each in row]) for row in rows)
+    return first, second
+
+
+def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]:
+    """The value, and what the errors of the arguments add to its error."""
+    if kind in ("+", "-"):
+        return (x[0] + x[1] if kind == "+" else x[0] - x[1]), e[0] + e[1]
+    if kind == "*":
+        return x[0] * x[1], np.abs(x[1]) * e[0] + np.abs(x[0]) * e[1]
+    if kind == "atan2":
+        square = x[0] * x[0] + x[1] * x[1]
+        return np.arctan2(*x), (np.abs(x[1]) * e[0] + np.abs(x[0]) * e[1]) / square
+    if kind == "power":
+        found = x[0] ** x[1]
+        by_log = np.where(e[1] > 0.0, np.abs(np.log(np.abs(x[0]))) * e[1], 0.0)
+        return found, np.abs(found) * (np.abs(x[1] / x[0]) * e[0] + by_log)
+    if kind == "inverse":
+        found = 1.0 / x[0]
+        return found, found * found * e[0]
+    assert kind in UNARY
+    found = getattr(np, kind)(x[0])
+    slope = {
+        "sin": 1.0, "cos": 1.0, "tan": 1.0 + found * found, "exp": found, "log": 1.0 / x[0],
+        "sqrt": 0.5 / found, "sinh": np.cosh(x[0]), "cosh": np.sinh(x[0]), "tanh": 1.0,
+    }[kind]  # fmt: skip
+    return found, np.abs(slope) * e[0]
+
+
+STATES, LEAST = 8, 3  # states at which a function is compared, and how many must be finite
+FARTHEST = 0.4  # distance of these states from the start, over the scales of a function
+ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
+STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
+ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+CAYLEY = 0  # the chart, of which only the derivative at 0 matters, that moves states
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Entries q (n, r) of elements of a group, v (n, d) and t (n,) of n states."""
+
+    group: Group
+    q: Array
+    v: Array
+    t: Array
+
+    @classmethod
+    def near(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
+        """The start, then random states ever nearer to it."""
+        random = np.random.default_rng(20)
+        far = np.append(0.0, FARTHEST * 0.7 ** np.arange(STATES - 1.0))[:, None]
+        by_q, by_v, by_t = (random.uniform(-1.0, 1.0, (STATES, k)) for k in (v.size, v.size, 1))
+        time = t + (abs(t) or 1.0) * (far * by_t)[:, 0]
+        start = cls(group, np.tile(np.ravel(q), (STATES, 1)), np.tile(v, (STATES, 1)), time)
+        return start.moved(1.0, far * by_q * scales[0], far * by_v * scales[1])
+
+    def moved(self, far: float, by_q: Array, by_v: Array) -> States:
+        """The states with q moved along the group, and v, by ``far`` times (n, d)."""
+        rows = zip(self.q.tolist(), (far * by_q).tolist(), strict=True)
+        chart = self.chart
+        q = np.array([chart.place(g, xi) for g, xi in rows])
+        return States(self.group, q, self.v + far * by_v, self.t)
+
+    @property
+    def chart(self) -> Chart:
+        """The group in a chart, for numbers and nodes."""
+        return Chart(self.group.layout.tolist(), CAYLEY)
+
+    @property
+    def values(self) -> dict[str, Array]:
+        """Name of a variable of the expressions -> its values (n,)."""
+        columns = {f"{name}[{i}]": x for name in "qv" for i, x in enumerate(getattr(self, name).T)}
+        return {**columns, "t": self.t}
+
+    def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
+        """Those of a function at state k."""
+        q = self.q[k].reshape(self.group.shape)
+        every = {"q": q.copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
+        return tuple(every[name] for name in takes)
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """What a function returned at n states, (n, k); NaN stands for an exception.
+
+    takes  the arguments of the function, e.g. "qv" or "qvt"
+    """
+
+    function: Callable[..., Any]
+    states: States
+    takes: str
+    returned: Array
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
+        """The function called at these states.
+
+        To be called before it is traced, so that an object that makes a constant in its first call
+        makes it of numbers.
+        """
+        rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
+        return cls(function, states, takes, np.array(rows))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the function returns the same as before at these states."""
+        again = Sample.of(self.function, self.states, self.takes, self.returned.shape[1])
+        return np.array_equal(again.returned, self.returned, equal_nan=True)
+
+
+def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
+    """The function's numbers, (size,); NaN where it raises, which a run would let through."""
+    try:
+        with np.errstate(all="ignore"):
+            given = np.asarray(function(*arguments))
+            if given.dtype.kind not in "iufO":
+                return np.full(size, np.nan)
+            found = given.astype(np.float64).ravel()
+    except Exception:  # a user's own
+        return np.full(size, np.nan)
+    return found if found.size == size else np.full(size, np.nan)
+
+
+def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
+    """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
+    found, error = (x.T for x in evaluated(nodes, sample.states.values))
+    with np.errstate(invalid="ignore"):
+        off = np.abs(found - sample.returned) > ROUNDINGS * error
+    known = np.all(np.isfinite(sample.returned), axis=1)
+    if not known[0] or np.sum(known) < LEAST:
+        raise Untraceable("it is not finite at the start, or near it")
+    if np.any(off[known]) or not np.all(np.isfinite(found[known])):
+        raise Untraceable("called with numbers it returns something else than with symbols")
+    return sample
+
+
+def check_slopes(
+    value: Node, by_q: Sequence[Node], by_v: Sequence[Node], states: States,
+    scales: Sequence[Array],
+) -> None:  # fmt: skip
+    """`Untraceable` unless these are the derivatives of a value, and finite at the start.
+
+    by_q  (d,), along q hat(e_a)
+    by_v  (d,), or () for a value that does not depend on v
+    """
+    slopes = evaluated([*by_q, *by_v], states.values)[0].T
+    _refuse_undefined(slopes)
+    along_q, along_v = _directions(states, scales)
+    terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
+    _compare(
+        lambda far: evaluated([value], states.moved(far, along_q, along_v).values),
+        np.sum(terms, axis=1)[None], np.sum(np.abs(terms), axis=1)[None],
+    )  # fmt: skip
+
+
+def check_mass(
+    law: str, constants: Sequence[float], by: Sequence[Node], states: States,
+    scales: Sequence[Array],
+) -> None:  # fmt: skip
+    """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
+    d, made = len(by) // 2, dict[str, Any]()
+    exec(compile(law, "<a law>", "exec"), made)
+    with np.errstate(all="ignore"):
+        q, v = states.q.T, states.v.T
+        forces, momenta, rows = made["law"](list(q), list(v), states.t, constants)
+    slopes = np.array([np.broadcast_to(x, states.t.shape) for x in (*momenta, *forces)])
+    found, error = evaluated(by, states.values)
+    with np.errstate(invalid="ignore"):
+        if np.any(np.abs(slopes - found) > ROUNDINGS * error):
+            raise Untraceable("its generated code is wrong")
+    mass = np.empty((d, d, states.t.size))
+    for i in range(d):
+        for j in range(i + 1):
+            mass[i, j] = mass[j, i] = rows[i][j]
+    _refuse_undefined(np.moveaxis(mass, 2, 0))
+    _, by_v = _directions(states, scales)
+    terms = mass * by_v.T
+    _compare(
+        lambda far: evaluated(by[:d], states.moved(far, 0.0 * by_v, by_v).values),
+        np.sum(terms, axis=1), np.sum(np.abs(terms), axis=1),
+    )  # fmt: skip
+
+
+def _refuse_undefined(derivatives: Array) -> None:
+    if not np.all(np.isfinite(derivatives[0])):
+        raise Untraceable("its derivatives are not finite at the start")
+
+
+def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
+    random = np.random.default_rng(21)
+    by_q, by_v = (random.uniform(0.5, 1.0, states.v.shape) * scale for scale in scales)
+    return by_q, by_v
+
+
+def _compare(
+    moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
+) -> None:
+    """`Untraceable` unless a derivative (k, n) is that of what is known on both sides.
+
+    moved  distance -> values and rounding errors (k, n)
+    terms  sizes (k, n) of the derivative's terms
+    """
+    near = np.zeros(derivative.shape, dtype=bool)
+    for step in STEPS:
+        (ahead, first), (behind, second) = moved(step), moved(-step)
+        with np.errstate(all="ignore"):
+            off = np.abs((ahead - behind) / (2.0 * step) - derivative)
+            limit = ACCURACY * (terms + 1e-3 * np.max(terms, axis=0)) + (first + second) / step
+            near |= ~(off > limit)
+    if not np.all(near):
+        raise Untraceable("its derivatives are not those of the function")

@@ -1,0 +1,226 @@
+"""Laws traced from a user's functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import Group, Rn
+from galvi.systems.system import LagrangianKernel
+from galvi.systems.traces import Untraceable
+from galvi.tracing import code as symbolic_code
+from galvi.tracing.code import POWER
+from galvi.tracing.graph import Graph, Node
+from galvi.tracing.graph_code import GraphCode, gradient
+from galvi.tracing.graph_code import gradient as derivatives
+from galvi.tracing.lane_law import LONGEST, LONGEST_KNOWN, function_lines, law_lines
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+from galvi.tracing.trace_check import Sample, States, check_mass, check_slopes, check_values
+from galvi.tracing.tracing import traced
+
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class TracedTerm:
+    """A function of galvi.lanes.elementary that returns a list of d values.
+
+    lines      that define it
+    constants  its own, c[0], c[1], ...
+    sample     what the traced function returned at some states
+    """
+
+    lines: str
+    constants: tuple[float, ...]
+    sample: Sample
+
+    @property
+    def holds(self) -> bool:
+        return self.sample.holds
+
+    def defined(self, q: Array, t: float) -> bool:
+        """Whether slopes(q, t, c) are finite there."""
+        made: dict[str, Any] = {}
+        exec(compile(self.lines, "<slopes>", "exec"), made)
+        with np.errstate(all="ignore"):
+            found = made["slopes"](q, np.float64(t), np.array(self.constants))
+        return bool(np.all(np.isfinite(np.array(found))))
+
+
+def traced_force(
+    force: Function, group: Group, q: Array, v: Array, t: float, timed: bool,
+    scales: Sequence[Array],
+) -> TracedTerm:  # fmt: skip
+    """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
+
+    q, v, t  state near which it is checked
+    scales   (d,), (d,) lengths over which it changes with q and v
+
+    Raises `Untraceable`.
+    """
+    takes = "qvt" if timed else "qv"
+    states = States.near(group, q, v, t, scales)
+    sample = Sample.of(force, states, takes, v.size)
+    nodes = traced(force, _symbols(q.shape, v.size, takes), (v.size,))
+    return _term("force(q, v, t, c)", nodes, check_values(sample, nodes))
+
+
+def traced_gradient(
+    potential: Function, gradient: Function | None, q: Array, t: float, timed: bool, scale: Array
+) -> TracedTerm:
+    """``slopes(q, t, c)``, dV/dq, from a user's gradient, if given, else from the potential.
+
+    The user's functions take (q), or (q, t) if ``timed``; scale (d,) and others as for
+    `traced_force`. Raises `Untraceable`.
+    """
+    takes, scales = "qt" if timed else "q", (scale, np.zeros(q.size))
+    states = States.near(Rn(q.size), q, np.zeros(q.size), t, scales)
+    symbols = _symbols(q.shape, q.size, takes)
+    if gradient is None:
+        sample = Sample.of(potential, states, takes, 1)
+        (V,) = traced(potential, symbols, ())
+        check_values(sample, [V])
+        nodes = derivatives(V, symbols[0])
+        check_slopes(V, nodes, (), states, scales)
+    else:
+        sample = Sample.of(gradient, states, takes, q.size)
+        nodes = traced(gradient, symbols, (q.size,))
+        check_values(sample, nodes)
+    return _term("slopes(q, t, c)", nodes, sample)
+
+
+def _symbols(shape: tuple[int, ...], d: int, takes: str) -> list[Any]:
+    graph, shapes = Graph(), {"q": shape, "v": (d,), "t": ()}
+    return [graph.variables(name, *shapes[name]) for name in takes]
+
+
+def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
+    printed = GraphCode()
+    lines, results = printed.written(nodes, POWER)
+    if len(lines) > LONGEST:
+        raise Untraceable(f"it takes more than {LONGEST} operations")
+    return TracedTerm(function_lines(head, lines, results), printed.constants, sample)
+
+
+@dataclass(frozen=True, eq=False)
+class TracedLagrangian:
+    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t), or its slopes.
+
+    law         the lines that define its law for lanes, see galvi.tracing.lane_law
+    constants   of the law
+    lagrangian  L with these derivatives; None where slopes are given, which were traced instead
+    samples     what the traced functions returned at some states
+    """
+
+    law: str
+    constants: tuple[float, ...]
+    lagrangian: SymbolicLagrangian | None
+    samples: tuple[Sample, ...]
+
+    @property
+    def holds(self) -> bool:
+        return all(sample.holds for sample in self.samples)
+
+    def defined(self, q: Array, v: Array, t: float) -> bool:
+        """Whether the derivatives of the Lagrangian are finite at a state."""
+        L = self.lagrangian
+        return L is None or bool(np.all(np.isfinite(L.slopes(q, v, t))))
+
+
+def traced_lagrangian(
+    function: Function, slopes: Function | None, group: Group, q: Array, v: Array, t: float,
+    timed: bool, scales: Sequence[Array],
+) -> TracedLagrangian:  # fmt: skip
+    """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
+
+    With slopes the Lagrangian itself is not called: it serves for energies only.
+
+    slopes  dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
+    timed   whether the functions take (q, v, t) instead of (q, v)
+    scales  (d,), (d,) lengths over which L changes with q and v
+
+    Raises `Untraceable`.
+    """
+    d, graph, takes = v.size, Graph(), "qvt" if timed else "qv"
+    symbols = graph.variables("q", *q.shape), graph.variables("v", d), graph.variables("t")
+    states, samples = States.near(group, q, v, t, scales), []
+    entries = symbols[0].ravel()
+
+    def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
+        sample = Sample.of(function, states, takes, math.prod(shape))
+        nodes = traced(function, symbols[: len(takes)], shape)
+        samples.append(check_values(sample, nodes))
+        return nodes
+
+    L: Node | None = None
+    if slopes is not None:
+        euclidean = find(slopes, (d + q.size,))
+    else:
+        (L,) = find(function, ())
+        euclidean = gradient(L, [*symbols[1], *entries])
+    momenta, along = euclidean[:d], states.chart.left_derivative(entries, euclidean[d:])
+    by = [*momenta, *(x + graph.number(0.0) for x in along)]
+    if L is not None:
+        check_slopes(L, by[d:], by[:d], states, scales)
+    printed, law = _law(by[d:], momenta, symbols[1])
+    check_mass(law, printed.constants, by, states, scales)
+    found = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
+    return TracedLagrangian(law, printed.constants, found, tuple(samples))
+
+
+def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
+    """The law on R^d of built-in functions with a force, and its constants.
+
+    Raises `Untraceable`.
+    """
+    law, constants = kernel.function, kernel.constants
+    force, of_force = cast(Function, kernel.force), kernel.force_constants
+
+    def slopes(q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, d))
+        law(q, v, t, constants, out)
+        force(q, v, t, of_force, out)
+        return out.ravel()
+
+    symbols = _symbols((d,), d, "qvt")
+    found = traced(slopes, symbols, (2 * d,))
+    printed, lines = _law(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
+    return lines, np.array(printed.constants)
+
+
+def _law(
+    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], most: int = LONGEST
+) -> tuple[GraphCode, str]:
+    """The lines that define a law of so many operations at most, and what printed them."""
+    printed = GraphCode()
+    lines, results = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
+    if len(lines) > most:
+        raise Untraceable(f"its derivatives take more than {most} operations")
+    return printed, law_lines(lines, results, len(v))
+
+
+def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
+    """The rows of d2L/dv2 up to the diagonal, one after the other."""
+    rows = [gradient(p, v[: i + 1]) for i, p in enumerate(momenta)]
+    return [entry for row in rows for entry in row]
+
+
+def _lagrangian(
+    text: str, printed: GraphCode, by: Sequence[Node], euclidean: Sequence[Node], L: Node, law: str
+) -> SymbolicLagrangian:  # fmt: skip
+    """L and its derivatives as compiled functions, as of galvi.tracing.from_sympy."""
+    d, bodies = len(by) // 2, {}
+    places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
+    functions = [("law", by, places), ("value", [L], ["out[0]"])]
+    if [x.index for x in by] != [x.index for x in euclidean]:
+        functions.append(("slopes", euclidean, [f"out[{k}]" for k in range(len(euclidean))]))
+    for name, nodes, stored in functions:
+        lines, found = printed.written(nodes)
+        stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
+        bodies[name] = ("q, v, t, c, out", [*lines, *stores])
+    return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)

@@ -1,0 +1,201 @@
+"""Tracing of a user's function: it is called once with symbols, or what stands for them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from inspect import getattr_static
+from types import CellType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
+from numba.core.registry import CPUDispatcher
+
+from galvi.systems.traces import Untraceable
+from galvi.tracing.graph import Graph, Node
+
+FUNCTIONS = (
+    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "arctan", "arcsin",
+    "arccos", "log2", "log10", "radians", "degrees", "fabs", "deg2rad", "rad2deg", "arctan2",
+    "hypot",
+)  # fmt: skip
+IN_MATH = {"arctan": "atan", "arcsin": "asin", "arccos": "acos", "arctan2": "atan2"}
+# functions that make an array, and the position of the argument dtype
+ARRAYS = {
+    "zeros": 1, "ones": 1, "empty": 1, "full": 2, "zeros_like": 1, "ones_like": 1, "empty_like": 1,
+    "full_like": 2, "eye": 3, "identity": 1, "array": 1, "asarray": 1, "ascontiguousarray": 1,
+    "diag": 9,
+}  # fmt: skip
+MOST_FUNCTIONS = 200  # that a function calls, directly or not
+
+
+class StandIns:
+    """Numpy and math for symbols of one graph, and functions that use these.
+
+    Numbers and arrays without symbols are left to the true functions, except that new arrays of
+    real numbers can hold symbols.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.made: dict[int, Any] = {}
+        numpy, plain = {}, {}
+        for name in FUNCTIONS:
+            true = getattr(np, name)
+            numpy[name] = self._elementwise(name, true)
+            other = IN_MATH.get(name, name)
+            if hasattr(math, other):
+                plain[other] = self._elementwise(name, getattr(math, other))
+        for name, twin in IN_MATH.items():
+            numpy[twin] = numpy[name]
+        plain["log"] = self._log
+        plain["pow"] = lambda x, y: x**y if _symbolic(x, y) else math.pow(x, y)
+        numpy |= {name: self._new(name, place) for name, place in ARRAYS.items()}
+        self.modules = {np: _Module(np, numpy), math: _Module(math, plain)}
+        self.functions = {
+            id(getattr(module, name)): function
+            for module, found in ((np, numpy), (math, plain))
+            for name, function in found.items()
+            if hasattr(module, name)
+        }
+
+    def replaced(self, value: Any) -> Any:
+        """The stand-in of a module or a function; any other value itself."""
+        if isinstance(value, ModuleType):
+            return self.modules.get(value, value)
+        if isinstance(value, CPUDispatcher):
+            value = value.py_func
+        if isinstance(value, MethodType):
+            return MethodType(self.replaced(value.__func__), value.__self__)
+        if isinstance(value, functools.partial):
+            return functools.partial(self.replaced(value.func), *value.args, **value.keywords)
+        if isinstance(value, FunctionType):
+            return self.made.get(id(value)) or self._rewritten(value)
+        return self.functions.get(id(value), value)
+
+    def _rewritten(self, function: FunctionType) -> FunctionType:
+        """The function with stand-ins for what it refers to."""
+        if len(self.made) == MOST_FUNCTIONS:
+            self.graph.refuse(f"it calls more than {MOST_FUNCTIONS} functions")
+        names = dict(function.__globals__)
+        cells = tuple(CellType() for _ in function.__closure__ or ())
+        made = FunctionType(function.__code__, names, function.__name__, None, cells or None)
+        self.made[id(function)] = made
+        for name in _names(function.__code__) & names.keys():
+            names[name] = self.replaced(names[name])
+        for cell, given in zip(cells, function.__closure__ or (), strict=True):
+            try:
+                cell.cell_contents = self.replaced(given.cell_contents)
+            except ValueError:  # not yet assigned
+                continue
+        if function.__defaults__:
+            made.__defaults__ = tuple(map(self.replaced, function.__defaults__))
+        if function.__kwdefaults__:
+            made.__kwdefaults__ = {k: self.replaced(x) for k, x in function.__kwdefaults__.items()}
+        return made
+
+    def _elementwise(self, name: str, true: Callable[..., Any]) -> Callable[..., Any]:
+        def one(x: Any, *others: Any) -> Any:
+            node = self.graph.lifted(x)
+            if node is None:
+                self.graph.refuse(f"it calls {name} of {type(x).__name__}")
+            return getattr(node, name)(*others)
+
+        def function(*given: Any, **options: Any) -> Any:
+            if not _symbolic(*given):
+                return true(*given, **options)
+            if options:
+                self.graph.refuse(f"it calls {name} with {', '.join(options)}")
+            return np.frompyfunc(one, len(given), 1)(*given)
+
+        return function
+
+    def _log(self, x: Any, *base: Any) -> Any:
+        if not _symbolic(x, *base):
+            return math.log(x, *base)
+        found = self.graph.lifted(x).log()  # type: ignore[union-attr]
+        return found / self._log(*base) if base else found
+
+    def _new(self, name: str, place: int) -> Callable[..., Any]:
+        true = getattr(np, name.replace("empty", "zeros"))
+
+        def function(*given: Any, dtype: Any = None, **options: Any) -> Any:
+            dtype = given[place] if len(given) > place else dtype
+            if dtype is not None and np.dtype(dtype).kind != "f":
+                return true(*given[:place], dtype=dtype, **options)
+            found = true(*given[:place], **options)
+            return self._entries(found) if dtype or found.dtype.kind in "fO" else found
+
+        return function
+
+    def _entries(self, values: Any) -> Any:
+        """An array of nodes; what is no number stays."""
+        found = np.empty(values.shape, dtype=object)
+        for k in np.ndindex(values.shape):
+            node = self.graph.lifted(values[k])
+            found[k] = values[k] if node is None else node
+        return found
+
+
+class _Module:
+    """A module some of whose functions are replaced."""
+
+    def __init__(self, module: ModuleType, functions: dict[str, Callable[..., Any]]) -> None:
+        self._module, self._functions = module, functions
+
+    def __getattr__(self, name: str) -> Any:
+        own = self._functions.get(name)
+        return getattr(self._module, name) if own is None else own
+
+
+def _symbolic(*given: Any) -> bool:
+    """Whether a symbol is among the values, or in an array or a list of them."""
+    return any(isinstance(x, Node) or np.asarray(x).dtype == object for x in given)
+
+
+def _names(code: CodeType) -> set[str]:
+    """The names in a function's code, and in that of the functions inside."""
+    found = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            found |= _names(constant)
+    return found
+
+
+def traced(
+    function: Callable[..., Any], arguments: Sequence[Any], shape: tuple[int, ...]
+) -> list[Node]:
+    """The numbers that a function returns, as nodes: an array of this shape, () or (n,).
+
+    arguments  nodes and arrays of nodes of one graph, which are not changed
+
+    Numbers to which the function refers are those of now. Raises `Untraceable` for a function that
+    needs a symbol's value, as a branch does, that calls what has no expression here, or that
+    raises an exception of its own.
+    """
+    given = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
+    graph: Graph = next(x for a in given for x in np.ravel(a)).graph
+    graph.refusal = ""
+    try:
+        with np.errstate(all="ignore"):
+            result = np.asarray(_callable(function, StandIns(graph))(*given), dtype=object)
+            found = [graph.lifted(x) for x in result.ravel()]
+    except Untraceable:
+        raise
+    except Exception as error:  # whatever the function raises with symbols
+        reason = graph.refusal or f"it raises {type(error).__name__} with symbols: {error}"
+        raise Untraceable(reason) from error
+    if graph.refusal:
+        raise Untraceable(graph.refusal)
+    nodes = [x for x in found if x is not None]
+    if result.shape != shape or len(nodes) < result.size:
+        raise Untraceable(f"it does not return real numbers of shape {shape}")
+    return nodes
+
+
+def _callable(function: Any, stand_ins: StandIns) -> Callable[..., Any]:
+    call = getattr_static(function, "__call__", None)
+    if not isinstance(function, CPUDispatcher) and isinstance(call, FunctionType):
+        function = MethodType(call, function)
+    return stand_ins.replaced(function)
