@@ -39,7 +39,8 @@ from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
 from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, newton_cotes, radau
 from galvi.run.ensemble import integrate_many
-from galvi.run.integrate import integrate, resume
+from galvi.run.integrate import integrate
+from galvi.run.resume import resume
 from galvi.run.saving.files import load, save
 from galvi.run.states import states_at
 from galvi.spaces.fourier import Fourier, PolynomialFourier

@@ -92,6 +92,7 @@ class Trajectory:
     again         finds the curves again where they were not kept; None for references
     engine        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for
                   references
+    engine_reason why that engine did them
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     tau           (saved,) of a run in a clock, k h after k steps; else None. There ``step`` is in
@@ -124,6 +125,7 @@ class Trajectory:
     asked: tuple[Any, ...] = ()
     restarts: Restarts | None = None
     origin: Problem | None = None
+    engine_reason: str = ""
 
     def _judge_later(self, find: Callable[[], Mapping[str, Any]], began: Any = None) -> None:
         """Let ``find`` tell how the run ended, once one of these fields is read; it began from a

@@ -203,3 +203,29 @@ class Clock:
 
     def __str__(self) -> str:
         return f"Clock({getattr(self.function, '__name__', 'function')})"
+
+
+def check_step(problem: Problem, clock: AnyClock, step: float) -> None:
+    """ValueError for a clock without a g at the start, or a step that cannot be one of its."""
+    g = float(clock.rate(problem)(problem.q0.ravel()))
+    if not (math.isfinite(g) and g > 0.0):
+        raise ValueError(
+            f"a clock must be positive and finite; received {g} at the start. Start elsewhere."
+        )
+    if problem.t0 + step * g == problem.t0:
+        raise ValueError(
+            f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
+            f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
+        )
+    longest = getattr(clock, "longest", math.inf)
+    if abs(step) > longest:
+        raise ValueError(
+            f"step must be at most {longest:g}: {units_of_steps(problem, clock)}, so that a "
+            f"revolution is 2 pi; received {step!r}. Use 0.3 to 0.6 for degree 8."
+        )
+
+
+def units_of_steps(problem: Problem, clock: AnyClock) -> str:
+    """In which units the steps of a clock are, as a clause."""
+    g = float(clock.rate(problem)(problem.q0.ravel()))
+    return f"steps are in units of the clock {clock}, {g:.3g} of time at the start"

@@ -161,7 +161,7 @@ class RedoneClockCurves:
             farthest = sign * float(wanted[rows].max())
             if farthest == grid[k]:  # a step is needed, however short the run
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
-            from galvi.run.clocked.run import curves_from  # runs stand on curves
+            from galvi.run.loop import curves_from  # runs stand on curves
 
             curves = curves_from(
                 self.problem, self.method, self.step, self.known[k], farthest, self.end

@@ -21,12 +21,12 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.general import lagrangian_of
-from galvi.run.clocked.run import motion_of
 from galvi.run.energies import start_energies
+from galvi.run.engines import motion_in_clock
 from galvi.run.group_system import group_system
-from galvi.run.integrate import check_types, integrate
+from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
-from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.request import ROUND_OFF, check_types
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
@@ -263,7 +263,7 @@ def clock_step_derivative(
             problem.system, q.reshape(problem.q0.shape), (p0 + shift).reshape(shape), problem.t0,
             problem.v0,
         )  # fmt: skip
-        motion = motion_of(problem, method, "auto", ROUND_OFF, energy + more)
+        motion = motion_in_clock(problem, method, "auto", ROUND_OFF, energy + more)
         state = motion.at(q.reshape(problem.q0.shape), v, problem.t0)
         found = motion.advance(state, step, 1, None, False)
         if found.code != SOLVED:
@@ -296,7 +296,7 @@ def clock_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
 
 def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
     """As `galvi.round_trip_error`; both ways have the energy of the start."""
-    motion = motion_of(problem, method, "auto", ROUND_OFF)
+    motion = motion_in_clock(problem, method, "auto", ROUND_OFF)
     state = motion.at(problem.q0, problem.v0, problem.t0)
     for h in (step, -step):
         found = motion.advance(state, h, input_checks.whole("steps", steps), None, False)

@@ -22,12 +22,12 @@ from galvi.ensembles.singles import Single, Singles, members_in_clock
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.engines import stepper_for
 from galvi.run.ensemble import processors
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes.laws import FINEST_IN_LANES, FINEST_ON_RN
 from galvi.run.in_lanes.nystrom import FINER
-from galvi.run.integrate import check_end, checked
-from galvi.run.plan import number_of_steps
+from galvi.run.request import RunRequest, check_end, number_of_steps
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"
@@ -130,7 +130,10 @@ class _Work:
         self.parameters = Parameters(problem, values, self.members)
         self.problem = problem = self.parameters.problem
         first = problem.with_initial_state(self.q[0], self.v[0])
-        checked(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
+        request = RunRequest.checked(
+            first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance
+        )
+        stepper_for(request)  # which refuses what no engine can do
         with np.errstate(over="ignore"):
             ends = problem.t0 + int(steps) * self.step
         check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))

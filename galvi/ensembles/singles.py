@@ -19,10 +19,9 @@ from galvi.input_checks import LARGEST, shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.ensemble import processors
-from galvi.run.integrate import check_types, checked, checked_in_clock
+from galvi.run.integrate import prepared
 from galvi.run.interruption import uninterrupted
-from galvi.run.loop import run_steps
-from galvi.run.plan import check_memory
+from galvi.run.request import RunRequest, check_memory, check_types
 from galvi.run.states import states_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -58,9 +57,10 @@ class Singles:
         """The run of one member; ValueError for a start or numbers that cannot be run."""
         problem, steps = self.problem(member), self.plan.steps
         step, options = float(self.plan.step[member]), self.options
-        engine, run = checked(problem, self.method, step, steps, curves=curves, **options)
-        check_memory([run])
-        return lambda: uninterrupted(run_steps(engine, run, watched=False))
+        request = RunRequest.checked(problem, self.method, step, steps, curves=curves, **options)
+        check_memory([request])
+        run = prepared(request)
+        return lambda: uninterrupted(run(watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:
         """Reduced result of one member; a refused one counts as failed at its first step.
@@ -128,10 +128,10 @@ def members_in_clock(
 
     def run(k: int) -> Callable[..., Trajectory]:
         here = replace(own.problem, system=own.system(k), q0=q[k], v0=v[k])
-        return checked_in_clock(
+        return prepared(RunRequest.checked(
             here, method, float(h[k]), steps, duration=duration, tolerance=tolerance,
             save_every=save_every,
-        )  # fmt: skip
+        ))  # fmt: skip
 
     def one(k: int) -> tuple[tuple[Array, ...] | None, str, int, int]:
         try:

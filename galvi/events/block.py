@@ -18,10 +18,9 @@ from galvi.events.entries import Entry, later_entries
 from galvi.events.roots import points_of, times_matrix
 from galvi.events.step_polynomials import StepPolynomials, step_polynomials
 from galvi.method import Galerkin
-from galvi.run.clocked.run import run_in_clock
-from galvi.run.engine_choice import engine_for
-from galvi.run.loop import run_steps
-from galvi.run.plan import Run
+from galvi.run.integrate import prepared
+from galvi.run.loop import unwatched
+from galvi.run.request import RunRequest
 from galvi.run.states import finite_states, saved_velocities
 from galvi.trajectory import Trajectory
 
@@ -98,14 +97,13 @@ def _redone(run: Trajectory, again: RedoneCurves | RedoneClockCurves) -> Iterato
         begin = replace(start, save_every=1, curves=True)
         steps = known[k + 1].first - start.first if k + 1 < len(known) else None
         if isinstance(again, RedoneClockCurves):
-            given = run.problem, again.method, again.step, begin, steps, again.end
-            before = run_in_clock(*given, first=before)
+            here = run.problem, again.method, again.step, steps, begin, again.end, before
+            before = prepared(RunRequest(*here))()
         else:
             left = known[0].first + again.done - start.first if steps is None else steps
             if not left:
                 continue
-            part = Run(run.problem, again.method, again.step, left, begin)
-            before = run_steps(engine_for(run.problem, again.method), part, watched=False)
+            before = unwatched(RunRequest(run.problem, again.method, again.step, left, begin))
         found = piece_of(before, start.first - known[0].first, after)
         yield found._replace(until=float(run.t[finite_states(run) - 1]))
         after = -float(np.copysign(np.inf, again.step))

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from tqdm import tqdm
@@ -25,14 +25,13 @@ from galvi.curves.curves import RedoneCurves
 from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
 from galvi.events.search import MOST, START, Rows, Search
-from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.run import motion_of, run_in_clock
-from galvi.run.engine_choice import engine_for
+from galvi.run.batches import APART
+from galvi.run.engines import motion_in_clock
+from galvi.run.integrate import prepared
 from galvi.run.interruption import defer_interrupts
-from galvi.run.loop import APART, run_steps
-from galvi.run.plan import Run
 from galvi.run.point_masses.encounters import unresolved_passage
+from galvi.run.request import RunRequest, from_start
 from galvi.run.same_functions import of_run
 from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import momentum_at
@@ -44,42 +43,19 @@ FIRST = 8  # steps of the first block
 AT_ONCE = 2**21  # numbers of a block and its curves, at most
 
 
-class Task(NamedTuple):
-    """Steps to do: up to ``most``, and in a clock until ``time`` unless that is None."""
-
-    problem: Problem
-    method: Galerkin
-    step: float
-    start: Checkpoint
-    most: int | None
-    time: float | None
-    first: Trajectory | None = None
-
-
-def with_events(
-    problem: Problem, method: Galerkin, step: float, start: Checkpoint, most: int | None,
-    time: float | None, events: Any, first: Trajectory | None = None,
-) -> Callable[..., Trajectory]:  # fmt: skip
-    """A run with events, these checked; ``first`` is the run that it continues."""
-    task = Task(problem, method, step, start, most, time, first)
-    search = Search(problem, method, several_events(events))
+def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
+    """A run with events, these checked, of ``progress`` and ``interrupted``."""
+    search = Search(request.problem, request.method, several_events(events))
     acts = any(one.ends_or_acts for one in search.events)
-    in_parts = acts or not (start.keeps_curves or method.clock)
-    return partial(_acting if in_parts else _watched, task, search, acts)
+    in_parts = acts or not (request.start.keeps_curves or request.method.clock)
+    return partial(_acting if in_parts else _watched, request, search, acts)
 
 
 def _watched(
-    task: Task, search: Search, acts: bool, *, progress: bool | None = None,
+    request: RunRequest, search: Search, acts: bool, *, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
-    problem, method, h, start, most, time, first = task
-    if method.clock is not None:
-        run = run_in_clock(problem, method, h, start, most, time, first=first, progress=progress,
-                           interrupted=interrupted)  # fmt: skip
-    else:
-        steps = Run(problem, method, h, cast(int, most), start)
-        run = run_steps(engine_for(problem, method), steps, progress=progress,
-                        interrupted=interrupted)  # fmt: skip
+    run = prepared(request)(progress=progress, interrupted=interrupted)
     over = ""
     for piece in pieces(run) if run.counts["steps"] else ():
         search.on(piece)
@@ -114,12 +90,12 @@ def _row(number: float, *state: Any) -> tuple[Array, ...]:
 
 
 def _acting(
-    task: Task, search: Search, acts: bool, *, progress: bool | None = None,
+    task: RunRequest, search: Search, acts: bool, *, progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
     with np.errstate(all="ignore"), defer_interrupts() as pressed:
         acting = _Acting(task, search, acts, interrupted or pressed)
-        with tqdm(total=task.most, unit="step", disable=not progress) as bar:
+        with tqdm(total=task.steps, unit="step", disable=not progress) as bar:
             while acting.goes_on():
                 before = acting.done
                 acting.block()
@@ -137,10 +113,12 @@ class _Acting:
     parts               curves, and when each begins
     """
 
-    def __init__(self, task: Task, search: Search, acts: bool, stopped: Callable[[], bool]) -> None:
+    def __init__(
+        self, task: RunRequest, search: Search, acts: bool, stopped: Callable[[], bool]
+    ) -> None:
         self.task, self.search, self.stopped = task, search, stopped
-        self.own, self.start, self.before = task.problem, task.start, task.first
-        self.most = input_checks.LARGEST if task.most is None else task.most
+        self.own, self.start, self.before = task.problem, task.start, task.continues
+        self.most = input_checks.LARGEST if task.steps is None else task.steps
         self.clocked, self.passage = task.method.clock is not None, task.start.passage
         numbers = task.problem.q0.size * (1 + task.method.space.dimension)  # of a step
         self.at_once = min(CHUNK, max(AT_ONCE // numbers, FIRST))
@@ -148,7 +126,7 @@ class _Acting:
         self.done, self.within, self.whole = 0, 0, 0.0
         self.rest: float | None = None
         self.origin: Problem | None = None
-        problem, first = task.problem, task.first
+        problem, first = task.problem, task.continues
         begin: Any = problem.t0, problem.q0, problem.p0, problem.v0
         if first is not None:
             begin = first.t[-1], first.q[-1], first.p[-1], first.v[-1]
@@ -175,7 +153,7 @@ class _Acting:
         n = min(self.chunk, self.most - self.done) if self.rest is None else 1
         part = self._steps(n)
         made = part.counts["steps"]
-        reached = self.clocked and self.task.time is not None and part.t[-1] == self.task.time
+        reached = self.clocked and self.task.until is not None and part.t[-1] == self.task.until
         bound = self.clocked and made == n
         found = self.search.none()
         if made or reached:
@@ -276,23 +254,21 @@ class _Acting:
         start = self.start if self.rest is None else self._fresh(own)
         begin = replace(start, save_every=1, curves=True)
         step = self.task.step if self.rest is None else self.rest
-        if self.clocked:
-            return run_in_clock(own, method, step, begin, n, self.task.time, first=self.before,
-                                interrupted=self.stopped, before=self.done)  # fmt: skip
-        steps = Run(own, method, step, n, begin, self.done, self.most)
-        return run_steps(engine_for(own, method), steps, interrupted=self.stopped)
+        request = RunRequest(
+            own, method, step, n, begin, self.task.until, self.before, self.done, self.most
+        )
+        return prepared(request)(interrupted=self.stopped)
 
     def _fresh(self, problem: Problem, first: int = 0) -> Checkpoint:
         """A state from which the problem begins; in a clock the number of its step is ``first``."""
         old, method = self.task.start, self.task.method
         if self.clocked:
-            state = motion_of(problem, method, old.solver, old.tolerance).at(
+            state = motion_in_clock(problem, method, old.solver, old.tolerance).at(
                 problem.q0, problem.v0, problem.t0
             )
             return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
                            passage=self.passage)  # fmt: skip
-        begin = engine_for(problem, method).start(problem, method)
-        return Checkpoint(0, *begin, old.solver, old.tolerance)
+        return from_start(old.solver, old.tolerance)
 
     def _share(self, part: Trajectory, whole: int, t: float) -> float:
         """How much of its step is done at a time, in the clock's."""
@@ -366,10 +342,10 @@ class _Acting:
         if self.restarts:
             restarts = Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
         status, failed = self.status or self.ended or COMPLETED, self.failed
-        if self.clocked and task.time is not None and not self.ended and not self.interrupted:
+        if self.clocked and task.until is not None and not self.ended and not self.interrupted:
             status = (
-                f"Stopped after {self.done} steps: the bound of {task.most} steps was reached "
-                f"before t = {task.time:.10g}. Give more steps, or a larger step."
+                f"Stopped after {self.done} steps: the bound of {task.steps} steps was reached "
+                f"before t = {task.until:.10g}. Give more steps, or a larger step."
             )
             failed = self.done + 1
         elif self.interrupted and failed is None:
@@ -382,7 +358,7 @@ class _Acting:
             status = f"{status.rstrip('.')}, but {passage}. Use a smaller step or a higher degree."
         tau = None
         if self.clocked:
-            begin = 0.0 if task.first is None else float(cast(Array, task.first.tau)[-1])
+            begin = 0.0 if task.continues is None else float(cast(Array, task.continues.tau)[-1])
             tau = (self.base + numbers) * h
             tau[0] = begin
         massless = getattr(problem.system, "has_massless", False)

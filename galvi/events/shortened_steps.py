@@ -17,7 +17,7 @@ from galvi.events.block import Block
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.clocked.plan import Motion
-from galvi.run.clocked.run import motion_of
+from galvi.run.engines import motion_in_clock
 from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import velocity_at
 
@@ -73,7 +73,7 @@ def _in_frame(block: Block, curves: FrameCurves, steps: Any, x: Array) -> Shorte
 def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shortened:
     run, index = block.piece.run, block.first + steps
     end = cast(Checkpoint, run.checkpoint)
-    motion = motion_of(run.problem, run.method, end.solver, end.tolerance)
+    motion = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
     whole = np.where(index == len(curves.rates) - 1, curves.last, curves.step)
     q0, v0, t0 = run.q[index], saved_velocities(run, index), run.t[index]
     states: dict[int, Checkpoint] = {}

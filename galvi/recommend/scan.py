@@ -22,7 +22,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
 from galvi.rules.rule import gauss
-from galvi.run.engine_choice import engine_for
+from galvi.run.engines import iterates
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
@@ -279,9 +279,7 @@ class Scan:
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, self.fewest
         method = collocation(self.problem, degree)
-        plain = self.clock is None and engine_for(self.problem, method).solves_by_iteration(
-            self.problem, method
-        )
+        plain = self.clock is None and iterates(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))

@@ -37,7 +37,9 @@ from galvi.run.energies import (
     velocities_at_the_end,
 )
 from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
-from galvi.run.plan import NEVER, Engine, Run, RunArrays
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian
 
 VELOCITIES = 2  # the row of the state that has them
@@ -68,7 +70,7 @@ class Judgement(NamedTuple):
     remedy: str = ""
 
 
-def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
+def judge(engine: Formulation, run: RunRequest, work: RunArrays) -> Judgement:
     """The judgement of a run so far; nothing of a system that does not conserve its energy.
 
     Steps at which the user's functions raise are left out, and ``unjudged`` names the first one.
@@ -88,7 +90,11 @@ def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
 
 
 def _judged(
-    engine: Engine, run: Run, work: RunArrays, rows: Array, known: tuple[float, float, Array]
+    engine: Formulation,
+    run: RunRequest,
+    work: RunArrays,
+    rows: Array,
+    known: tuple[float, float, Array],
 ) -> Judgement:
     """As ``judge``, in full, of the states ``rows``."""
     problem, start = run.problem, run.start
@@ -172,13 +178,13 @@ def judgement(
     return Judgement(share, measure, first, math.isnan(largest), kept)
 
 
-def saved_states(engine: Engine, run: Run, work: RunArrays) -> tuple[Array, Array]:
+def saved_states(engine: Formulation, run: RunRequest, work: RunArrays) -> tuple[Array, Array]:
     """The saved configurations (n, ...) and momenta."""
     shape = (-1, *run.problem.q0.shape)
     return work.saved_q.reshape(shape), engine.momenta(run.problem, work.saved_v)
 
 
-def watched_rows(engine: Engine, run: Run, work: RunArrays) -> Array:
+def watched_rows(engine: Formulation, run: RunRequest, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
     first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
     last = first + work.done
@@ -207,7 +213,7 @@ def steps_of(start: Checkpoint, work: RunArrays) -> Any:
 
 
 def _kept_before(
-    engine: Engine, run: Run, work: RunArrays, ruined: int, steps: Any, seen: States
+    engine: Formulation, run: RunRequest, work: RunArrays, ruined: int, steps: Any, seen: States
 ) -> tuple[Any, States]:
     """The kept states between the last seen one before step ``ruined`` and that one, and their
     steps."""
@@ -222,7 +228,7 @@ def _kept_before(
     return kept[rows], states
 
 
-def states_of(engine: Engine, problem: Problem, rows: Array) -> States:
+def states_of(engine: Formulation, problem: Problem, rows: Array) -> States:
     """The states of rows (n, r + d or more), without the velocities of a Lagrangian."""
     n, r, d = len(rows), problem.q0.size, problem.v0.size
     v = rows[:, r : r + d]

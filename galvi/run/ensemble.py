@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from typing import Any
 
 from tqdm import tqdm
@@ -21,11 +20,10 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.integrate import checked, checked_in_clock, has_events, with_events
+from galvi.run.engines import stepper_for
+from galvi.run.integrate import prepared
 from galvi.run.interruption import Interrupted, defer_interrupts
-from galvi.run.loop import run_steps
-from galvi.run.plan import Run, check_memory
-from galvi.systems.nbody import NBody
+from galvi.run.request import RunRequest, check_memory
 from galvi.trajectory import Trajectory
 
 
@@ -69,32 +67,21 @@ def integrate_many(
         )
     given = tuple(problems)
     threads = processors() if threads is None else input_checks.whole("threads", threads)
-    runs: list[Run] = []
-    each: list[Callable[..., Trajectory]] = []
+    requests: list[RunRequest] = []
+    runs: list[Callable[..., Trajectory]] = []
     compiled = True
     for k, problem in enumerate(given):
         with _naming_problem(k):
-            settings: dict[str, Any] = {
-                "duration": duration, "save_every": save_every, "curves": curves,
-                "solver": solver, "tolerance": tolerance,
-            }  # fmt: skip
-            if isinstance(method, Galerkin) and method.clock is not None:
-                made = checked_in_clock(problem, method, step, steps, **settings)
-                watched = has_events(events)
-                each.append(with_events(*made.args, events) if watched else made)
-                compiled = compiled and isinstance(problem.system, NBody)
-                continue
-            engine, run = checked(problem, method, step, steps, **settings)
-            runs.append(run)
-            if not has_events(events):
-                each.append(partial(run_steps, engine, run))
-            else:
-                given_steps = problem, method, run.step, run.start, run.steps, None
-                each.append(with_events(*given_steps, events))
-            compiled = compiled and engine.is_compiled(problem, method)
-    if runs:
-        check_memory(runs)
-    return _all_of(each, min(threads, len(each)) if compiled else 1, progress)
+            request = RunRequest.checked(
+                problem, method, step, steps, duration=duration, save_every=save_every,
+                curves=curves, solver=solver, tolerance=tolerance,
+            )  # fmt: skip
+            compiled = compiled and stepper_for(request).is_compiled
+            requests.append(request)
+            runs.append(prepared(request, events))
+    if requests:
+        check_memory(requests)
+    return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
 
 
 def _all_of(

@@ -18,13 +18,13 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.run import motion_of
-from galvi.run.engine_choice import engine_for
-from galvi.run.interruption import uninterrupted
-from galvi.run.loop import run_steps
-from galvi.run.nystrom_engine import NYSTROM, ROUND_OFF, nystrom_start, reaching
-from galvi.run.plan import Run
+from galvi.run.clocked.stepper import ClockStepper
+from galvi.run.engines import formulation_of, motion_in_clock
+from galvi.run.in_lanes.engine import INERTIAL
+from galvi.run.loop import unwatched
+from galvi.run.request import RunRequest, from_start
+from galvi.run.stepper import solve_steps
+from galvi.run.vector_space import VECTOR_SPACE, reaching
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
@@ -131,7 +131,7 @@ class Reaching:
         run = self.run
         if run.tau is not None:
             return partial(_one_by_one, _reach_in_clock(run))
-        if engine_for(run.problem, run.method) is NYSTROM:
+        if formulation_of(run.problem, run.method) is VECTOR_SPACE:
             return partial(_together, run, _reach_in_time(run))
         return partial(_one_by_one, _reach_in_time(run))
 
@@ -170,7 +170,7 @@ def _together(
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """On vector spaces: by one call of a kernel; where a step fails, as one by one."""
     step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
-    kernel = reaching(Run(run.problem, run.method, step, 1, end))
+    kernel = reaching(RunRequest(run.problem, run.method, step, 1, end))
     states, codes = np.zeros((n, 4, run.problem.q0.size)), np.zeros(n, dtype=np.int64)
     states[:, 0], states[:, 2] = q.reshape(n, -1), v.reshape(n, -1)
     if stages is None:
@@ -186,17 +186,19 @@ def _together(
 
 def _reach_in_clock(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
-    fixed = motion_of(run.problem, run.method, end.solver, end.tolerance)
+    fixed = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
         motion = fixed
         if run.restarts is not None:  # which have energies of their own
             here = run.problem.moved(q, v, t)
-            motion = motion_of(here, run.method, end.solver, end.tolerance)
+            motion = motion_in_clock(here, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
         for parts in PARTS:
-            loop = Loop(run.problem, run.method, step / parts, motion, state, time)
-            while not loop.over and loop.call(AHEAD) == SOLVED:
+            request = RunRequest(run.problem, run.method, step / parts, None, state, time)
+            loop = ClockStepper(request, motion)
+            loop.start_steps()
+            while not loop.over and loop.advance(AHEAD) == SOLVED:
                 pass
             found, _ = loop.to_time() if loop.reached else (None, 0.0)
             if found is None and loop.reached:  # at the grid point
@@ -224,10 +226,12 @@ def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None
     last: Any = None
     plain = Galerkin(Polynomials(8), gauss(8))
     for parts in SUBSTEPS:
-        begin = Checkpoint(0, *nystrom_start(here, plain.stages), "auto", ROUND_OFF, parts, False)
-        steps = Run(here, plain, length / parts, parts, begin)
-        there = uninterrupted(run_steps(NYSTROM, steps, rescue=False, watched=False))
-        end = there.q[-1], there.p[-1], there.v[-1]
+        begin = from_start(save_every=parts, curves=False)
+        steps = RunRequest(here, plain, length / parts, parts, begin)
+        there, _ = solve_steps(INERTIAL, steps, retried=False)
+        work, shape = there.work, here.q0.shape
+        q, v = work.saved_q[-1].reshape(shape), work.saved_v[-1].reshape(shape)
+        end = q, there.formulation.momenta(here, work.saved_v)[-1], v
         close = last is not None and all(
             np.max(np.abs(a - b)) <= SAME * np.max(np.abs(a))
             for a, b in zip(end[::2], last[::2], strict=True)
@@ -241,20 +245,15 @@ def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None
 def _reach_in_time(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
-    engine = engine_for(run.problem, run.method)
-
     framed = _in_frame(run)
 
     def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
         here = run.problem.moved(q, v, t)
         try:
-            if framed:
-                engine_for(here, run.method)  # refuses orbits that are not bound there
-            begin = Checkpoint(0, *engine.start(here, run.method), end.solver, end.tolerance, n)
-            steps = Run(here, run.method, h, n, replace(begin, curves=False))
-            there = uninterrupted(run_steps(engine, steps, watched=False))
+            begin = from_start(end.solver, end.tolerance, n, curves=False)
+            there = unwatched(RunRequest(here, run.method, h, n, begin))
             states = there.q[-1], there.p[-1], there.v[-1]
-        except ValueError:
+        except ValueError:  # of orbits that are not bound there
             if not framed:
                 raise
             states = np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)

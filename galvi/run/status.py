@@ -14,8 +14,10 @@ from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
 from galvi.run.energy_check import Judgement
 from galvi.run.gimbal_lock import LOCKED
-from galvi.run.plan import LEFT_OVER, Engine, Run, RunArrays
 from galvi.run.point_masses import encounters
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import LEFT_OVER, RunArrays
+from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -36,7 +38,7 @@ class Ending(NamedTuple):
 
 
 def ending(
-    engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
+    engine: Formulation, run: RunRequest, work: RunArrays, code: int, found: Judgement,
     light: Callable[[], encounters.MasslessError | None],
 ) -> Ending:  # fmt: skip
     """The end of a run whose last kernel call returned ``code``.
@@ -65,7 +67,7 @@ def ending(
 
 
 def _completed(
-    engine: Engine, run: Run, work: RunArrays, found: Judgement, ruined: int | None,
+    engine: Formulation, run: RunRequest, work: RunArrays, found: Judgement, ruined: int | None,
     light: Callable[[], encounters.MasslessError | None],
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
@@ -85,7 +87,7 @@ def _completed(
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
         left = int(work.counts[LEFT_OVER])
-        said = engine.exceptions[1].format(left=left, steps=steps)
+        said = engine.in_other_way[1].format(left=left, steps=steps)
         return f"{COMPLETED} {said}" if left else COMPLETED
     remedy = "Use a smaller step or a higher degree"
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):

@@ -24,7 +24,6 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
 from galvi.kernels.energy_errors import HIGHEST, LOWEST, MEASURE, ROUND_OFF, SMALL, WORST
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import (
@@ -46,7 +45,9 @@ from galvi.run.energy_check import (
     watched_rows,
 )
 from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
-from galvi.run.plan import NEVER, Engine, Run, RunArrays
+from galvi.run.request import RunRequest, from_start
+from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian, velocity_at
 from galvi.systems.multibody import Multibody
 from galvi.tableau import Tableau
@@ -59,7 +60,7 @@ MORE_NODES = 3  # than a method's rule has
 SHORT = 2.0**-6  # a step that resolves a rate, times that rate
 AT_REST = 1e-9  # share of its velocity with all kinetic energy at which a component is at rest
 BEFORE = "the steps before these had ruined it"
-Redo = Callable[[Run], Trajectory]
+Redo = Callable[[RunRequest], Trajectory]
 
 
 def has_work(system: Any) -> bool:
@@ -69,7 +70,7 @@ def has_work(system: Any) -> bool:
     return working_force(system) is not None
 
 
-def judge_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Judgement:
+def judge_work(engine: Formulation, run: RunRequest, work: RunArrays, redo: Redo) -> Judgement:
     """The judgement of a run so far, with forces that do work.
 
     redo  does a run of one step again
@@ -109,7 +110,9 @@ class Steps(NamedTuple):
     v: Array
 
 
-def _steps(engine: Engine, run: Run, work: RunArrays, states: States, redo: Redo) -> Steps:
+def _steps(
+    engine: Formulation, run: RunRequest, work: RunArrays, states: States, redo: Redo
+) -> Steps:
     """Some steps: of curves that were kept, or done again from watched states."""
     problem, start, tau = run.problem, run.start, 0.5 * (_nodes(run.method.stages)[0] + 1.0)
     if start.keeps_curves and start.save_every == 1:
@@ -161,7 +164,9 @@ def _none(problem: Problem, nodes: int) -> Steps:
     )  # fmt: skip
 
 
-def _again(engine: Engine, run: Run, states: States, known: Any, k: int, redo: Redo) -> Trajectory:
+def _again(
+    engine: Formulation, run: RunRequest, states: States, known: Any, k: int, redo: Redo
+) -> Trajectory:
     """The step from a watched state."""
     q, v = states.q[k], states.v[k].reshape(run.problem.v0.shape)
     t = run.problem.t0 + int(known[k]) * run.step
@@ -169,11 +174,10 @@ def _again(engine: Engine, run: Run, states: States, known: Any, k: int, redo: R
 
 
 def _one_step(
-    engine: Engine, run: Run, here: Problem, step: float, curves: bool, redo: Redo
+    engine: Formulation, run: RunRequest, here: Problem, step: float, curves: bool, redo: Redo
 ) -> Trajectory:
-    begin = engine.start(here, run.method)
-    start = Checkpoint(0, *begin, "auto", run.start.tolerance, save_every=1, curves=curves)
-    return redo(Run(here, run.method, step, 1, start))
+    start = from_start("auto", run.start.tolerance, curves=curves)
+    return redo(RunRequest(here, run.method, step, 1, start))
 
 
 def _velocities(problem: Problem, states: States, near: Array, t: Array) -> Array:
@@ -202,7 +206,7 @@ def _some(n: int) -> Any:
     return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
 
-def _watched(engine: Engine, run: Run, work: RunArrays) -> States:
+def _watched(engine: Formulation, run: RunRequest, work: RunArrays) -> States:
     """The state at the begin of a run, and the watched ones."""
     problem, r, d = run.problem, run.problem.q0.size, run.problem.v0.size
     state, rows = run.start.state, watched_rows(engine, run, work)
@@ -236,7 +240,7 @@ class Change(NamedTuple):
     ruining: float
 
 
-def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
+def _of_steps(run: RunRequest, steps: Steps) -> Iterator[Change]:
     """Of single steps, by the work along their curves."""
     nodes, weights = _nodes(run.method.stages)
     times = steps.t[:, None] + 0.5 * (nodes + 1.0) * run.step
@@ -256,7 +260,7 @@ def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
         yield Change(number, kinetic, range_, float(work[k]), error, ruining)
 
 
-def _of_states(run: Run, work: RunArrays, states: States) -> Iterator[Change]:
+def _of_states(run: RunRequest, work: RunArrays, states: States) -> Iterator[Change]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
     more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
     other forces only the work in some steps is known: they may act between these."""
@@ -295,7 +299,7 @@ def force_on(system: Any, q: Array, v: Array, t: float) -> Array:
     return np.asarray(found, dtype=np.float64).reshape(v.shape)
 
 
-def _judged(run: Run, changes: list[Change]) -> tuple[Judgement, Change | None]:
+def _judged(run: RunRequest, changes: list[Change]) -> tuple[Judgement, Change | None]:
     """The judgement of all changes, in order, and that which is worst, or ruins the run."""
     so_far = run.start.energies
     known = so_far.copy() if so_far.size else start_energies(run.problem, forces=True).fresh.copy()
@@ -322,7 +326,7 @@ def _judged(run: Run, changes: list[Change]) -> tuple[Judgement, Change | None]:
     return Judgement(share, measure, ruined, unknown, read_only(known)), worst
 
 
-def _kick(run: Run) -> float:
+def _kick(run: RunRequest) -> float:
     """The kinetic energy that the forces at a start at rest, and the potential, give in a step: a
     coarse step from there may err by as much. 0 from a start that moves."""
     problem, system = run.problem, cast(Any, run.problem.system)
@@ -348,7 +352,7 @@ class Unresolved(NamedTuple):
 
 
 def unresolved_rate(
-    engine: Engine, run: Run, steps: Steps, states: States, redo: Redo
+    engine: Formulation, run: RunRequest, steps: Steps, states: States, redo: Redo
 ) -> Unresolved | None:
     """The velocity that is most in error since its damping is too fast for the steps; None for
     none.
@@ -424,7 +428,7 @@ def growth(table: Tableau, z: float) -> float:
 
 
 def _explained(
-    run: Run, found: Judgement, worst: Change | None, fast: Unresolved | None, locked: bool
+    run: RunRequest, found: Judgement, worst: Change | None, fast: Unresolved | None, locked: bool
 ) -> Judgement:
     """A judgement in words, with what is fast or locked."""
     before, said, remedy = run.start.first - run.before, [], ""

@@ -30,18 +30,18 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.general import (
+    IN_GENERAL,
     added,
     chart_of,
-    counted,
     lagrangian_of,
     refuse_massless,
     slopes_in_clock,
 )
 from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
-from galvi.run.engine_choice import engine_for
-from galvi.run.interruption import uninterrupted
-from galvi.run.loop import run_steps
-from galvi.run.plan import Run
+from galvi.run.general import inertial_formulation
+from galvi.run.in_lanes.engine import INERTIAL
+from galvi.run.request import RunRequest
+from galvi.run.stepper import solve_steps
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
 from galvi.systems.finite_differences import WEIGHTS
@@ -99,7 +99,7 @@ def motion_of_driven(
     known = base.euclidean_slopes(problem.q0.reshape(shape), problem.v0.ravel(), problem.t0)
     inner = _inner(problem, base, method.clock, told, known)
     plain = Galerkin(method.space, method.rule, method.group_chart)
-    engine = engine_for(inner, plain)
+    engine = inertial_formulation(inner, plain)
     within = _integral(table.analysis, table.c)
     by_passes, constant = None, isinstance(problem.system, Canonical | NBody)
     if constant and known and solver != "newton" and method.rule == gauss(degree):
@@ -129,9 +129,10 @@ def motion_of_driven(
         )
         for _ in range(PASSES):
             told.t, told.energy = t + (low + h * (within @ g)), e + (e_low + h * (within @ power))
-            run = uninterrupted(run_steps(engine, Run(inner, plain, h, 1, begin), watched=False))
-            if run.counts["steps"] == 0:
-                return run.status.partition(": ")[2] or UNSETTLED
+            run, code = solve_steps(INERTIAL, RunRequest(inner, plain, h, 1, begin))
+            if code:
+                return run.failure(code)
+            work = run.work
             curves, index = cast(Curves, run.curves), np.zeros(s, dtype=np.int64)
             places = curves.places(index, table.c)
             new = np.array([float(rate(q.reshape(-1))) for q in places])
@@ -139,14 +140,16 @@ def motion_of_driven(
             pushes = [force_at(base, q, x, t) for q, x, t in zip(places, v, told.t, strict=True)]
             rows = zip(places, v, told.t, pushes, strict=True)
             new_power = new * np.array([_power(base, *row, h * g[0]) for row in rows])
-            size = (abs(e) + abs(float(run.p[-1].ravel() @ v[-1].ravel()))) / abs(h)
+            size = (abs(e) + abs(float(work.saved_v[-1] @ v[-1].ravel()))) / abs(h)
             change = _change(new, g) + _change(new_power, power, size)
             g, power = new, new_power
             if settling.after(change):
                 clock = _later(state.clock, h * float(table.b @ g), h * float(table.b @ power))
-                return Step(
-                    cast(Checkpoint, run.checkpoint), curves.coefficients, g, clock, counted(run)
+                counts = work.counts[:4].astype(np.float64)
+                end = replace(
+                    begin, state=work.state, stages=work.stages, solver_state=work.solver_state
                 )
+                return Step(end, curves.coefficients, g, clock, counts)
         return UNSETTLED
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
@@ -182,7 +185,7 @@ def motion_of_driven(
         here = float(base.energy(q.reshape(inner.q0.shape), v.ravel(), t))
         return replace(start(q, v), clock=np.array([t, 0.0, here, 0.0]))
 
-    return Motion(advance, at, rate, chart_of(problem, plain), "clock")
+    return Motion(advance, at, rate, chart_of(problem, plain), IN_GENERAL)
 
 
 def _passes(

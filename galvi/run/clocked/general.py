@@ -15,14 +15,14 @@ from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.environment import FAST
 from galvi.groups.group import Rn
 from galvi.kernels.forces.celestial import NUMBERS, OTHER, SOURCE, WEIGHT, pole_pull, power_pull
-from galvi.kernels.nystrom.solve import DIVERGED, SOLVED
+from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.plan import Advanced, Motion, Taken
-from galvi.run.engine_choice import engine_for
-from galvi.run.interruption import uninterrupted
-from galvi.run.loop import run_steps
-from galvi.run.plan import COUNTED, Run
+from galvi.run.general import inertial_formulation
+from galvi.run.in_lanes.engine import INERTIAL
+from galvi.run.request import RunRequest, from_start
+from galvi.run.stepper import Declined, solve_steps
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -143,8 +143,8 @@ def motion_in_general(
     refuse_massless(problem)
     inner = in_clock(problem, clock, energy)
     plain = Galerkin(method.space, method.rule, method.group_chart)
-    engine, rate, s = engine_for(inner, plain), clock.rate(problem), method.stages
-    if solver == "fixed_point" and not engine.solves_by_iteration(inner, plain):
+    rate, s = clock.rate(problem), method.stages
+    if solver == "fixed_point" and isinstance(_offer(inner, plain, solver), Declined):
         raise ValueError(
             "in this clock the solver fixed_point needs functions that can be traced. Use the "
             "solver auto."
@@ -159,8 +159,8 @@ def motion_in_general(
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
         begin = Checkpoint(0, state.state, state.stages, state.solver_state, solver, tolerance)
-        run = uninterrupted(run_steps(engine, Run(inner, plain, h, n, begin), watched=False))
-        done = run.counts["steps"]
+        run, code = solve_steps(INERTIAL, RunRequest(inner, plain, h, n, begin))
+        done = run.done
         found = rates(cast(Curves, run.curves), done)
         # One after another: the bits of a product of matrices depend on their sizes.
         t = added(
@@ -170,24 +170,29 @@ def motion_in_general(
             if past[0] == 0:
                 return Advanced(_taken(run, found, t, keep, 0), state, SOLVED)
             return advance(state, h, int(past[0]), None, keep)
-        end = run.checkpoint
-        assert end is not None
+        end = run.work
         last = t[-1] if done else state.clock[:2]
         after = Checkpoint(
             state.first + done, end.state, end.stages, end.solver_state, solver, tolerance,
             clock=np.append(last, state.clock[2:]),
         )  # fmt: skip
-        reason = "" if done == n else run.status.partition(": ")[2]
-        return Advanced(_taken(run, found, t, keep, done), after, DIVERGED if reason else SOLVED,
-                        reason)  # fmt: skip
+        reason = run.failure(code) if code else ""
+        return Advanced(_taken(run, found, t, keep, done), after, code, reason)
 
     def at(q: Array, v: Array, t: float) -> Checkpoint:
         flat = q.ravel()
         here = Problem(inner.system, q.reshape(inner.q0.shape), rate(flat) * v.ravel(), problem.t0)
-        start = engine.start(here, plain)
+        start = inertial_formulation(here, plain).start(here, plain)
         return Checkpoint(0, *start, solver, tolerance, clock=np.array([t, 0.0, energy, 0.0]))
 
-    return Motion(advance, at, rate, chart_of(problem, plain), "clock")
+    return Motion(advance, at, rate, chart_of(problem, plain), IN_GENERAL)
+
+
+IN_GENERAL = "its steps are those of the general kernel, in transformed time"
+
+
+def _offer(problem: Problem, method: Galerkin, solver: str) -> Any:
+    return INERTIAL[0].offers(RunRequest(problem, method, 1.0, 1, from_start(solver)))
 
 
 def refuse_massless(problem: Problem) -> None:
@@ -209,15 +214,12 @@ def chart_of(problem: Problem, method: Galerkin) -> LocalChart:
 
 
 def _taken(run: Any, rates: Array, t: Array, keep: bool, n: int) -> Taken:
-    rows = slice(1, n + 1)
-    q, p = run.q[rows].reshape(n, run.q[0].size), run.p[rows]
-    coefficients = run.curves.coefficients[: n if keep else 0]
-    return Taken(q, p, None, t[:n], coefficients, rates[:n], counted(run))
-
-
-def counted(run: Any) -> Array:
-    """The counts of an inner run."""
-    return np.array([run.counts[name] for name in COUNTED], dtype=np.float64)
+    rows, work = slice(1, n + 1), run.work
+    coefficients = work.coefficients[: n if keep else 0]
+    return Taken(
+        work.saved_q[rows], work.saved_v[rows], None, t[:n], coefficients, rates[:n],
+        work.counts[:4].astype(np.float64),
+    )  # fmt: skip
 
 
 def added(start: Array, changes: Any) -> Array:

@@ -24,12 +24,14 @@ from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.clocked.plan import Advanced, Motion, Taken
 from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes, with_low_part
-from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.request import ROUND_OFF
+from galvi.run.stepper import Declined
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
 
 MOST_STAGES = 32
+REASON = "point masses in galvi.DynamicalTime() have lanes"
 # The iteration stops where a further pass would change slopes by less than this, relative to their
 # sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
 TOLERANCE = 2.0**-56
@@ -49,21 +51,18 @@ LIGHT = 0.02
 SLOW = 2.0**-20  # velocity of the centre of mass over the largest one
 
 
-def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | None:
-    """The motion of point masses in `galvi.DynamicalTime`; None where the kernel has none.
+def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | Declined:
+    """The motion of point masses in `galvi.DynamicalTime`; else why the kernel has none.
 
     energy  that the clock is told; None: that of the start, in double-double
     """
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
-        return None
-    if (
-        not system.acting.conserve
-        or s > MOST_STAGES
-        or method.space != Polynomials(s)
-        or method.rule != gauss(s)
-    ):
-        return None
+        return Declined("its lanes are for point masses in galvi.DynamicalTime()")
+    if not system.acting.conserve:
+        return Declined("the forces depend on velocities or the time")
+    if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
+        return Declined(f"its lanes are for Polynomials(s) with gauss(s), s at most {MOST_STAGES}")
     return _motion(problem, method, energy)
 
 
@@ -123,7 +122,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     begin[0], begin[2] = problem.q0, problem.v0
     start = energy_of(masses, begin)
     rate = method.clock.rate(problem)
-    return Motion(advance, at, rate, IdentityChart(shape), "clock", each=each)
+    return Motion(advance, at, rate, IdentityChart(shape), REASON, each=each)
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:

@@ -77,7 +77,7 @@ class Motion:
     at       (q, v, t) -> a state that moves with the energy of the problem's start
     rate     g of a flat configuration
     chart    of the Galerkin curves
-    engine   for `galvi.Trajectory.engine`
+    reason   why it is done so, for `galvi.Trajectory.engine_reason`
     remark   for the status of a run; "" for none
     each     (states, lengths (k,)) -> one step of its own length from each of k states: q, v
              (k, d), times and codes (k,); None: by ``advance``, one after another
@@ -87,7 +87,7 @@ class Motion:
     at: Callable[[Array, Array, float], Checkpoint]
     rate: Rate
     chart: LocalChart
-    engine: str
+    reason: str
     remark: str = ""
     each: Callable[[list[Checkpoint], Array], tuple[Array, Array, Array, Any]] | None = None
 

@@ -12,32 +12,31 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import units_of_steps
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
-from galvi.environment import FAST
 from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
-from galvi.method import Galerkin
-from galvi.problem import Problem
 from galvi.run import energies
+from galvi.run.batches import step_in_batches
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.in_lanes import motion_in_lanes
-from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.plan import NO_COUNTS, Motion, Taken, costly_pair, joined
+from galvi.run.clocked.plan import NO_COUNTS, Taken, costly_pair, joined
+from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.energy_check import Judgement, judgement
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
-from galvi.run.loop import step_in_batches
-from galvi.run.nystrom_engine import ROUND_OFF
-from galvi.run.plan import COUNTED
 from galvi.run.point_masses.encounters import (
     STATES,
     MasslessError,
     massless_error,
     unresolved_passage,
 )
+from galvi.run.request import ROUND_OFF, RunRequest
+from galvi.run.run_arrays import COUNTED
 from galvi.run.same_functions import of_run
 from galvi.run.status import off_without_mass
+from galvi.run.stepper import Declined
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -46,61 +45,77 @@ LOOKED_AT = 1024  # states of a run by whose energies it is judged
 TOO_LONG = "the step is too large for the clock"
 
 
-def motion_of(
-    problem: Problem, method: Galerkin, solver: str, tolerance: float, energy: float | None = None
-) -> Motion:
-    """The motion of a problem in a method's clock; ValueError where it has none.
+def clock_energy(request: RunRequest) -> float | None:
+    """The energy that a request's clock is told; None: that of the start.
 
-    energy  that the clock is told; None: that of the start
+    Raises ValueError for a clock that is not one of the problem's, or without an energy.
     """
-    method.clock.rate(problem)
+    problem, start = request.problem, request.start
+    request.method.clock.rate(problem)
     total = energies.start_energies(problem).total
     if not math.isfinite(total):
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
         )
-    if FAST and solver != "newton" and tolerance == ROUND_OFF:
-        found = motion_in_lanes(problem, method, energy)
-        if found is not None:
-            return found
-    told = total if energy is None else energy
-    if not energies.has_no_force(problem.system):
-        return motion_of_driven(problem, method, told, solver, tolerance)
-    return motion_in_general(problem, method, told, solver, tolerance)
+    return float(start.clock[2]) if start.clock.size and not start.state.size else None
+
+
+class Clock:
+    """The engine of runs in a clock by lanes."""
+
+    name = "clock"
+
+    def offers(self, request: RunRequest) -> ClockStepper | Declined:
+        """A stepper for point masses in `galvi.DynamicalTime`."""
+        start, method = request.start, request.method
+        if method.clock is None:
+            return Declined()
+        energy = clock_energy(request)
+        if start.solver == "newton" or start.tolerance != ROUND_OFF:
+            return Declined("its lanes iterate to round-off, and other settings were asked for")
+        motion = motion_in_lanes(request.problem, method, energy)
+        return motion if isinstance(motion, Declined) else ClockStepper(request, motion)
+
+
+CLOCK = Clock()
+
+
+def in_transformed_time(request: RunRequest) -> ClockStepper:
+    """A stepper for any clock, by the general kernel in transformed time."""
+    problem, method, energy = request.problem, request.method, clock_energy(request)
+    told = energies.start_energies(problem).total if energy is None else energy
+    free = energies.has_no_force(problem.system)
+    motion = motion_in_general if free else motion_of_driven
+    start = request.start
+    return ClockStepper(request, motion(problem, method, told, start.solver, start.tolerance))
 
 
 def run_in_clock(
-    problem: Problem, method: Galerkin, step: float, start: Checkpoint, steps: int | None,
-    time: float | None, *, first: Trajectory | None = None, progress: bool | None = None,
-    interrupted: Callable[[], bool] | None = None, before: int = 0,
+    stepper: ClockStepper, *, progress: bool | None = None,
+    interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
-    """The trajectory of up to ``steps`` steps, which ends at ``time`` if that is given.
+    """The trajectory of a run in a clock.
 
-    first   the run that is continued: its last state is the first of this one
-    before  steps of a longer run that precede these, which its status counts
+    Raises `Interrupted` for Ctrl-C after the last step or one that failed.
     """
-    motion = motion_of(problem, method, start.solver, start.tolerance)
-    state = start if start.state.size else replace(
-        motion.at(problem.q0, problem.v0, problem.t0), solver=start.solver,
-        tolerance=start.tolerance, save_every=start.save_every, curves=start.curves,
-    )  # fmt: skip
-    loop = Loop(problem, method, step, motion, state, time)
+    loop, steps = stepper, stepper.request.steps
+    loop.start_steps()
     most = input_checks.LARGEST if steps is None else steps
     with np.errstate(all="ignore"), defer_interrupts() as pressed:  # what is not finite is said
         stopped = interrupted or pressed
         code = step_in_batches(
-            loop.call, lambda code: code, loop, most, progress, lambda: loop.over or stopped()
+            loop, lambda code: code, most, progress, lambda: loop.over or stopped()
         )
-        run = _trajectory(loop, code, steps, first, before)
+        run = _trajectory(loop, code, steps, stepper.request.continues, stepper.request.before)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
-    if energies.asks_functions(cast(Hashable, problem.system)):
+    if energies.asks_functions(cast(Hashable, stepper.problem.system)):
         run._judge()  # now: what the functions refer to may change
     return run
 
 
 def _trajectory(
-    loop: Loop, code: int, steps: int | None, first: Trajectory | None, before: int
+    loop: ClockStepper, code: int, steps: int | None, first: Trajectory | None, before: int
 ) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
     problem, start, h = loop.problem, loop.start, loop.step
@@ -156,7 +171,8 @@ def _trajectory(
         velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))
         if massless
         else None,
-        engine=loop.motion.engine,
+        engine=loop.engine,
+        engine_reason=loop.engine_reason,
         tau=read_only(tau),
     )
     run._judge_later(lambda: _ending(loop, run, steps, end, before))
@@ -164,7 +180,7 @@ def _trajectory(
 
 
 def _ending(
-    loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int
+    loop: ClockStepper, run: Trajectory, steps: int | None, end: Taken | None, before: int
 ) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
     start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
@@ -172,9 +188,8 @@ def _ending(
     failed: int | None = loop.done + 1
     if loop.reason:
         status = f"Stopped {where}: {loop.reason.rstrip('.')}."
-        status += (
-            f" Note that {_units(loop.problem, loop.method)}." if before + loop.done == 0 else ""
-        )
+        if before + loop.done == 0:
+            status += f" Note that {units_of_steps(loop.problem, loop.method.clock)}."
     elif run.interrupted:
         status = f"Interrupted {where}; what was computed is kept."
     elif loop.time is not None and not loop.reached:
@@ -204,16 +219,15 @@ def _ending(
             "failed_step": failed, "checkpoint": last}  # fmt: skip
 
 
-def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
+def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None:
     """What a step does to bodies without mass, at some of the kept states; None without any."""
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
     def steps_from(state: Checkpoint, n: int) -> Trajectory:
-        back = uninterrupted(run_in_clock(
-            loop.problem, loop.method, -loop.step / n, replace(state, save_every=n, curves=False),
-            n, None,
-        ))  # fmt: skip
+        begin = replace(state, save_every=n, curves=False)
+        request = RunRequest(loop.problem, loop.method, -loop.step / n, n, begin)
+        back = uninterrupted(run_in_clock(ClockStepper(request, loop.motion)))
         done = back.counts["steps"] == n and bool(np.all(np.isfinite(back.q[-1])))
         return Trajectory(  # whose own status nobody asks for
             back.problem, back.t, back.q, back.p, velocities=back.velocities, success=done
@@ -224,7 +238,7 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
     return massless_error(steps_from, states, STATES)
 
 
-def _judged(loop: Loop, end: Taken | None) -> Judgement:
+def _judged(loop: ClockStepper, end: Taken | None) -> Judgement:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
     final = loop.last if end is None else end.rows([0])
@@ -263,41 +277,3 @@ def _doubts(found: Judgement) -> str:
             f"the start and the range of the potential energy: the step is too large"
         )
     return ""
-
-
-def check_step(problem: Problem, method: Galerkin, step: float) -> None:
-    """ValueError for a clock without a g at the start, or a step that cannot be one of its."""
-    g = float(method.clock.rate(problem)(problem.q0.ravel()))
-    if not (math.isfinite(g) and g > 0.0):
-        raise ValueError(
-            f"a clock must be positive and finite; received {g} at the start. Start elsewhere."
-        )
-    if problem.t0 + step * g == problem.t0:
-        raise ValueError(
-            f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
-            f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
-        )
-    longest = getattr(method.clock, "longest", math.inf)
-    if abs(step) > longest:
-        raise ValueError(
-            f"step must be at most {longest:g}: {_units(problem, method)}, so that a revolution is "
-            f"2 pi; received {step!r}. Use 0.3 to 0.6 for degree 8."
-        )
-
-
-def _units(problem: Problem, method: Galerkin) -> str:
-    g = float(method.clock.rate(problem)(problem.q0.ravel()))
-    return f"steps are in units of the clock {method.clock}, {g:.3g} of time at the start"
-
-
-def curves_from(
-    problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float, end: float
-) -> ClockCurves:
-    """The curves from a state to the first end of a step past a time, of a run that ended at
-    ``end``: only its last step may have been shortened."""
-    there = replace(state, save_every=1, curves=True)
-    steps = len(run_in_clock(problem, method, step, there, None, time).t) - 1
-    run = run_in_clock(problem, method, step, there, steps, end)
-    if run.curves is None:
-        raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
-    return cast(ClockCurves, run.curves)

@@ -12,7 +12,6 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.charts.chart import Cayley
-from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, FrameCurves, IdentityChart
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
@@ -20,9 +19,11 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.in_frame import stepper as steppers
-from galvi.run.nystrom_engine import ROUND_OFF, nystrom_start, stepper
-from galvi.run.plan import FORCES_IN_LANES, LEFT_OVER, Call, Engine, Run, RunArrays
+from galvi.run.in_lanes.engine import INERTIAL
 from galvi.run.point_masses.encounters import encounter
+from galvi.run.request import ROUND_OFF, RunRequest, from_start
+from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays
+from galvi.run.stepper import Declined, Start, Stepper, Substeps, first_offer
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 
@@ -31,25 +32,23 @@ SAME = 1e-12  # of the largest place or velocity
 PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
 
 
-def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
-    """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
-    checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
-    return work.stages if steppers.falls_back(checks) else None
+class InertialKernel:
+    """One step in the inertial frame, and the return to the moving one."""
 
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        self._run, self._work = run, work
 
-def inertial_stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` that does one step in the inertial frame and returns to the moving one."""
-    problem, step = run.problem, run.step
-    d, shape = problem.q0.size, problem.q0.shape
-
-    def call(todo: int) -> int:
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`; one step."""
+        run, work = self._run, self._work
+        problem, step, d = run.problem, run.step, run.problem.q0.size
         number = run.start.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
-        found = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
-        if found is None:
+        parts = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
+        if parts is None:
             return DIVERGED
         for k in (ITERATIONS, FORCES):
-            work.counts[k] += found.counts[k]
+            work.counts[k] += parts.counts[k]
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         work.counts[LEFT_OVER] += 1
         if len(work.bases):
@@ -57,13 +56,11 @@ def inertial_stepper(run: Run, work: RunArrays) -> Call:
             row[:] = 0.0
             row[:2, :d] = before
             work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
-        q, v = (found.state[k].reshape(shape) for k in (0, 2))
+        q, v = (parts.state[k].reshape(problem.q0.shape) for k in (0, 2))
         work.state[:] = steppers.enter_again(problem, run.method, q, v)
         work.solver_state[0] = NOTHING
         work.record(run, q.ravel(), v.ravel())
         return SOLVED
-
-    return call
 
 
 def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
@@ -84,13 +81,13 @@ def _in_parts(
     last: Array | None = None
     total = np.zeros(0, dtype=np.int64)
     for parts in PARTS:
-        begin = Checkpoint(
-            0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
-        )
-        run = Run(here, PLAIN, step / parts, parts, begin)
-        work = RunArrays.of(run, 2, (q.size, q.size), watched=False)
+        begin = from_start("fixed_point", ROUND_OFF, parts, curves)
+        inner = RunRequest(here, PLAIN, step / parts, parts, begin)
+        stepper = first_offer(INERTIAL, inner)
+        stepper.start(watched=False)
         with np.errstate(all="ignore"):  # what is not finite is a code
-            code = stepper(run, work)(parts)
+            code = stepper.advance(parts)
+        work = stepper.work
         total = work.counts if total.size == 0 else total + work.counts
         if code != SOLVED:
             last = None
@@ -117,69 +114,93 @@ def refuse(problem: Problem, method: Galerkin) -> None:
         raise ValueError(refusal)
 
 
-def _failure(run: Run, code: int, work: RunArrays) -> str:
-    problem, method, step = run.problem, run.method, run.step
-    frame = steppers.frame_of(method)
-    q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
-    outside = ""
-    if np.all(np.isfinite([q, v])):
-        outside = frame.leaves(problem.with_initial_state(q, v), step)
-    if outside:
-        return outside
-    name = frame.name
-    why = (
-        f"the state became infinite or NaN in the {name}"
-        if code == NOT_FINITE
-        else f"the passes did not converge: what the {name} leaves is too strong for this step"
-    )
-    if isinstance(problem.system, NBody):
-        where = encounter(
-            problem,
-            problem.system,
-            method.stages,
-            step,
-            work.state[:4, : problem.q0.size],
-            framed=True,
+class InFrame:
+    """The state is that of galvi.lanes.frames.collocation."""
+
+    velocity_row, guess_kind = 2, 0
+    in_other_way = "inertial_steps", ELSEWHERE
+
+    def start(self, problem: Problem, method: Galerkin) -> Start:
+        """See `Formulation`."""
+        return steppers.frame_start(problem, method)
+
+    def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
+        """See `Formulation`."""
+        return True
+
+    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+        """See `Formulation`."""
+        return problem.system.momentum(saved_v.reshape(-1, *problem.q0.shape))
+
+    def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
+        """See `Formulation`."""
+        start = steppers.frame_start(problem, method)[0]
+        return 4 * start.shape[1], 2 * steppers.frame_of(method).rows(problem)
+
+    def curves(
+        self, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
+    ) -> FrameCurves:
+        """See `Formulation`."""
+        motion = steppers.motion_of(problem, method, step)
+        path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
+        first = round((t0 - problem.t0) / step)
+        bases = bases.reshape(len(bases), 4, steppers.frame_start(problem, method)[0].shape[1])
+        return FrameCurves(method.space, t0, step, bases, x, first, path)
+
+    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+        """Nothing is guessed; None where the frame never applied."""
+        checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
+        return work.stages if steppers.falls_back(checks) else None
+
+    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+        """See `Formulation`."""
+        problem, method, step = run.problem, run.method, run.step
+        frame = steppers.frame_of(method)
+        q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
+        outside = ""
+        if np.all(np.isfinite([q, v])):
+            outside = frame.leaves(problem.with_initial_state(q, v), step)
+        if outside:
+            return outside
+        name = frame.name
+        why = (
+            f"the state became infinite or NaN in the {name}"
+            if code == NOT_FINITE
+            else f"the passes did not converge: what the {name} leaves is too strong for this step"
         )
-        return f"{why}. In the inertial frame, {where}"
-    return f"{why}. Use a smaller step, or another chart."
+        if isinstance(problem.system, NBody):
+            where = encounter(
+                problem,
+                problem.system,
+                method.stages,
+                step,
+                work.state[:4, : problem.q0.size],
+                framed=True,
+            )
+            return f"{why}. In the inertial frame, {where}"
+        return f"{why}. Use a smaller step, or another chart."
 
 
-def _curves(
-    problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
-) -> FrameCurves:
-    motion = steppers.motion_of(problem, method, step)
-    path = steppers.Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
-    first = round((t0 - problem.t0) / step)
-    bases = bases.reshape(len(bases), 4, steppers.frame_start(problem, method)[0].shape[1])
-    return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
+IN_FRAME = InFrame()
 
 
-def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
-    start = steppers.frame_start(problem, method)[0]
-    return 4 * start.shape[1], 2 * steppers.frame_of(method).rows(problem)
+class Frame:
+    """The engine of moving frames."""
+
+    name = "frame"
+
+    def offers(self, request: RunRequest) -> Stepper | Declined:
+        """A stepper for a method whose chart is a frame; ValueError where that does not apply."""
+        problem, method = request.problem, request.method
+        if not method.in_frame:
+            return Declined()
+        refuse(problem, method)
+        if request.start.solver == "newton":
+            raise ValueError(
+                "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
+            )
+        reason = f"the method's chart is the {steppers.frame_of(method).name}"
+        return Stepper(request, IN_FRAME, self.name, reason, steppers.FrameKernel, InertialKernel)
 
 
-IN_FRAME = Engine(
-    start=steppers.frame_start,
-    velocity_row=2,
-    solves_by_iteration=lambda problem, method: True,
-    is_compiled=lambda problem, method: True,
-    stepper=steppers.frame_stepper,
-    stepper_from_guess=inertial_stepper,
-    guess_from_substeps=allowed,
-    guess_kind=0,
-    momenta=lambda problem, v: problem.system.momentum(v.reshape(-1, *problem.q0.shape)),
-    curves=_curves,
-    failure=_failure,
-    solvers=("auto", "fixed_point"),
-    exceptions=("inertial_steps", ELSEWHERE),
-    curve_size=_curve_size,
-    name="frame",
-)
-
-
-def frame_engine(problem: Problem, method: Galerkin) -> Engine:
-    """The engine; ValueError where the method's frame does not apply to the problem."""
-    refuse(problem, method)
-    return IN_FRAME
+FRAME = Frame()

@@ -31,8 +31,9 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes
-from galvi.run.nystrom_engine import ROUND_OFF
-from galvi.run.plan import FORCES_IN_LANES, NEVER, Call, Run, RunArrays, Start, fixed, run_plan
+from galvi.run.request import ROUND_OFF, RunRequest
+from galvi.run.run_arrays import FORCES_IN_LANES, NEVER, RunArrays, run_plan
+from galvi.run.stepper import Start, fixed
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import tabulate
@@ -110,61 +111,66 @@ def legendre_integrals(c: Array, count: int) -> Array:
     return np.hstack([first, rest])
 
 
-def frame_stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the kernel: does n more steps and returns its code."""
-    checks = np.array(checks_of(run.problem, run.method, run.step, run.start.tolerance))
-    return _stepper(run, work, checks)[0]
+class FrameKernel:
+    """Steps in a moving frame, by galvi.lanes.frames.collocation.
 
+    checks  see `checks_of`; None: those of the run
+    """
 
-def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any, ...]]:
-    """The `Call` and the tables it uses."""
-    motion = motion_of(run.problem, run.method, run.step)
-    tables = tables_of(motion, run.method, checks)
-    ways = np.ones((work.state.shape[1] + 1, tables[0].shape[0] + 2))
-    scratch = *_scratch(motion, tables, work.state.shape), ways
-    for nodes, c in ((scratch[0][2], tables[2]), (scratch[1][2], tables[-1][2])):
-        nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
-    kernel = collocation.compiled_advance_frame()
-    plan, progress, kept = run_plan(run, work, run.start.tolerance)
+    def __init__(self, run: RunRequest, work: RunArrays, checks: Array | None = None) -> None:
+        self._run, self._work = run, work
+        if checks is None:
+            checks = np.array(checks_of(run.problem, run.method, run.step, run.start.tolerance))
+        self._motion = motion = motion_of(run.problem, run.method, run.step)
+        self.tables = tables = tables_of(motion, run.method, checks)
+        lines = np.ones((work.state.shape[1] + 1, tables[0].shape[0] + 2))
+        self._scratch = *_scratch(motion, tables, work.state.shape), lines
+        for nodes, c in (
+            (self._scratch[0][2], tables[2]),
+            (self._scratch[1][2], tables[-1][2]),
+        ):
+            nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
+        self._kernel = collocation.compiled_advance_frame()
+        self._plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        self._passage = NO_PASSAGES
+        if work.passage.size:
+            frame = cast(KeplerFrame, frame_of(run.method))
+            self._passage = np.append(work.passage, frame.held_pairs(run.problem))
+        self._looked_at, self._may_meet = -1, False  # the last block of AGAIN steps
 
-    frame, passage = frame_of(run.method), NO_PASSAGES
-    if work.passage.size:
-        held = cast(KeplerFrame, frame).held_pairs(run.problem)
-        passage = np.append(work.passage, held)
-    asked, meet = -1, False
-
-    def advance(todo: int) -> int:
-        nonlocal asked, meet
-        code = SOLVED
-        while todo and code == SOLVED:
-            block, done = divmod(run.start.first + work.done, AGAIN)
-            if block != asked and work.watch != NEVER and passage.size:
-                asked = block
-                q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
-                meet = can_meet(run.problem, q, v, run.method, run.step)
-            part = min(todo, AGAIN - done)
-            code = int(kernel(
-                motion.functions, motion.numbers, tables, plan, part,
-                (*progress[:-1], passage if meet else NO_PASSAGES), scratch, kept,
-            ))  # fmt: skip
-            todo -= part
-        if passage.size and passage[0] > work.passage[0]:
-            work.passage[:FOUND] = passage[:FOUND]
-        return code
-
-    def call(todo: int) -> int:
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        work = self._work
         state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.done
-        code = advance(todo)
+        code = self._in_blocks(n)
         if code != SOLVED:  # the steps before it once more, since the state is lost
             done, counts = work.done - before, work.counts.copy()
             work.state[:], work.solver_state[:] = state, solver_state
             if done:
-                advance(done)
+                self._in_blocks(done)
             work.counts[:] = counts
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         return code
 
-    return call, tables
+    def _in_blocks(self, n: int) -> int:
+        """Does n steps; before each AGAIN of them it is asked whether bodies can meet."""
+        run, work, passage, code = self._run, self._work, self._passage, SOLVED
+        while n and code == SOLVED:
+            block, done = divmod(run.start.first + work.done, AGAIN)
+            if block != self._looked_at and work.watch != NEVER and passage.size:
+                self._looked_at = block
+                q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
+                self._may_meet = can_meet(run.problem, q, v, run.method, run.step)
+            part = min(n, AGAIN - done)
+            progress = *self._progress[:-1], passage if self._may_meet else NO_PASSAGES
+            code = int(self._kernel(
+                self._motion.functions, self._motion.numbers, self.tables, self._plan, part,
+                progress, self._scratch, self._saved,
+            ))  # fmt: skip
+            n -= part
+        if passage.size and passage[0] > work.passage[0]:
+            work.passage[:FOUND] = passage[:FOUND]
+        return code
 
 
 def _scratch(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
@@ -304,20 +310,22 @@ def _probed(
 ) -> list[Probe]:  # fmt: skip
     """The first steps of a run, each from its own state if given, up to one that fails."""
     begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
-    run = Run(problem, method, step, PROBED, begin)
+    run = RunRequest(problem, method, step, PROBED, begin)
     work = RunArrays.of(run, 2, (0, 0), watched=False)
-    advance, tables = _stepper(run, work, np.array(checks))
+    kernel = FrameKernel(run, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
     n, found = sizes.size // 2, []
     for k in range(PROBED if states is None else len(states)):
         before = int(work.counts[ITERATIONS])
         work.state[:] = work.state if states is None else states[k]
         start = work.state.copy()
-        if advance(1) != SOLVED:
+        if kernel.advance(1) != SOLVED:
             break
         end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
         passes = int(work.counts[ITERATIONS]) - before
-        found.append(Probe(start, passes, float(tables[-2][collocation.CHANGE]), end / sizes))
+        found.append(
+            Probe(start, passes, float(kernel.tables[-2][collocation.CHANGE]), end / sizes)
+        )
     return found
 
 

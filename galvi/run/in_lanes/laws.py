@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from galvi.lanes.law_pass import rows_of_work
 from galvi.lanes.vectors import lanes_for
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_engine import stepper_after_failure
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes.nystrom import (
     aligned,
@@ -30,7 +29,10 @@ from galvi.run.in_lanes.nystrom import (
     stages_in_lanes,
     words_of,
 )
-from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, run_plan
+from galvi.run.on_group import CountedByNewton
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.stepper import Kernel, MakeKernel
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.nbody import NBody
@@ -117,34 +119,42 @@ def outside(table: Tableau, coefficients: int) -> Array:
     return np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
 
 
-def law_stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    problem, method = run.problem, run.method
-    d, s = problem.q0.size, method.stages
-    found = lane_law(problem.system, d)
-    assert found is not None
-    lanes = lanes_for(s)
-    tables = law_tables(method.table, run.step, lanes, component_degrees(method))
-    padded = tables[3].shape[1]
-    lines, constants = found
-    law, function = _compiled(lines, d, lanes, padded == lanes)
-    scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
-    numbers = np.zeros(4 * d + 4)
-    arrays = (scratch, tables[3], tables[4], constants, numbers)
-    given = words_of(*arrays, padded, s, len(tables[4]))
-    kernel = compiled_advance_law()
-    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
+class LawKernel:
+    """Steps of a Lagrangian on R^d, by galvi.lanes.law.
 
-    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
-        before = work.counts[FORCES]
-        code = int(kernel(
-            law, given.ctypes.data, tables, False, plan, todo, progress, scratch, numbers, spare,
-            kept,
+    It owns what the address of the law and the words of its argument point to.
+    """
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        problem, method = run.problem, run.method
+        d, s = problem.q0.size, method.stages
+        law = lane_law(problem.system, d)
+        assert law is not None  # see `group_kernel`
+        lines, self._constants = law
+        lanes = lanes_for(s)
+        self._tables = law_tables(method.table, run.step, lanes, component_degrees(method))
+        tables, complement = self._tables[3:5]
+        padded = tables.shape[1]
+        self._address, self._function = _compiled(lines, d, lanes, padded == lanes)
+        self._scratch, self._spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
+        self._numbers = np.zeros(4 * d + 4)
+        self._words = words_of(
+            self._scratch, tables, complement, self._constants, self._numbers, padded, s,
+            len(complement),
+        )  # fmt: skip
+        self._kernel, self._work = compiled_advance_law(), work
+        tolerance = max(run.start.tolerance, FINEST_ON_RN)
+        self._plan, self._progress, self._saved = run_plan(run, work, tolerance)
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        before = self._work.counts[FORCES]
+        code = int(self._kernel(
+            self._address, self._words.ctypes.data, self._tables, False, self._plan, n,
+            self._progress, self._scratch, self._numbers, self._spare, self._saved,
         ))  # fmt: skip
-        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        self._work.counts[FORCES_IN_LANES] += self._work.counts[FORCES] - before
         return code
-
-    return call
 
 
 def group_law(system: Any) -> LawCode | None:
@@ -214,36 +224,46 @@ def orthonormal_complement(table: Tableau) -> Array:
     return whole[:, table.slope.shape[1] :].T / root
 
 
-def group_law_stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
-    problem, method = run.problem, run.method
-    system: Any = problem.system
-    layout, chart = coupled_layout(system, problem), method.group_chart.number
-    lanes = lanes_for(method.stages)
-    tables, complement, others = group_law_tables(method.table, run.step, lanes)
-    d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
-    law, constants, function = _compiled_on_group(
-        system, tuple(map(tuple, layout.tolist())), chart, lanes, padded == lanes, traces(system)
-    )
-    scratch, spare = aligned(
-        (rows_of_group_work(d, extra), padded), (6, max(HISTORY, padded, *work.state.shape))
-    )
-    numbers = np.zeros(3 * d + PLACE + problem.q0.size + 1)
-    arrays = (scratch, tables, complement, constants, numbers)
-    given = words_of(*arrays, padded, method.stages, extra)
-    kernel = compiled_advance_group_law()
-    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_IN_LANES))
+class GroupLawKernel:
+    """Steps of a Lagrangian on a group, by galvi.lanes.group_law.
 
-    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
-        before = work.counts[FORCES]
-        code = int(kernel(
-            law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
-            spare, kept,
+    It owns what the address of the law and the words of its argument point to.
+    """
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        problem, method = run.problem, run.method
+        system: Any = problem.system
+        layout, chart = coupled_layout(system, problem), method.group_chart.number
+        lanes = lanes_for(method.stages)
+        tables, complement, others = group_law_tables(method.table, run.step, lanes)
+        d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
+        self._address, constants, function = _compiled_on_group(
+            system, tuple(map(tuple, layout.tolist())), chart, lanes, padded == lanes,
+            traces(system),
+        )  # fmt: skip
+        self._scratch, self._spare = aligned(
+            (rows_of_group_work(d, extra), padded), (6, max(HISTORY, padded, *work.state.shape))
+        )
+        self._numbers = np.zeros(3 * d + PLACE + problem.q0.size + 1)
+        self._owned = function, tables, complement, constants
+        self._words = words_of(
+            self._scratch, tables, complement, constants, self._numbers, padded, method.stages,
+            extra,
+        )  # fmt: skip
+        self._kernel, self._work = compiled_advance_group_law(), work
+        tolerance = max(run.start.tolerance, FINEST_IN_LANES)
+        plan, self._progress, self._saved = run_plan(run, work, tolerance)
+        self._run = layout, chart, others, plan
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        before = self._work.counts[FORCES]
+        code = int(self._kernel(
+            self._address, self._words.ctypes.data, *self._run, n, self._progress, self._scratch,
+            self._numbers, self._spare, self._saved,
         ))  # fmt: skip
-        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        self._work.counts[FORCES_IN_LANES] += self._work.counts[FORCES] - before
         return code
-
-    return call
 
 
 def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
@@ -253,39 +273,38 @@ def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
     return one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
 
 
-def iterates(problem: Problem, method: Galerkin) -> bool:
-    """Whether lanes do the steps of a problem on a group, or of a Lagrangian, with a method."""
-    return has_law(problem, method) or has_law_on_group(problem, method)
-
-
-def lane_stepper(run: Run, work: RunArrays) -> Call | None:
-    """A `Call` of the kernel for the problem's law, which leaves to the general kernel the steps
-    whose iteration does not converge; None where it has no law."""
+def group_kernel(run: RunRequest) -> MakeKernel | str:
+    """What makes the kernel in lanes of a run on a group, or of a Lagrangian; else why there is
+    none."""
     if has_law(run.problem, run.method):
-        packed = law_stepper(run, work)
-    elif has_law_on_group(run.problem, run.method):
-        packed = group_law_stepper(run, work)
-    else:
-        return None
-    solver = run.start.solver
-    general: list[Call] = []  # created when first needed: compiling it takes long
+        return partial(WithNewton, LawKernel)
+    if has_law_on_group(run.problem, run.method):
+        return partial(WithNewton, GroupLawKernel)
+    refusal = getattr(run.problem.system, "untraced", "")
+    return "its functions are not known as expressions" + (f": {refusal}" if refusal else "")
 
-    def by_newton(todo: int) -> int:
-        general[:] = general or [stepper_after_failure(run, work)]
-        return general[0](todo)
 
-    def call(todo: int) -> int:
+class WithNewton:
+    """Steps in lanes; those whose iteration does not converge there, and some after them, by
+    Newton's method in the general kernel."""
+
+    def __init__(self, kernel: MakeKernel, run: RunRequest, work: RunArrays) -> None:
+        self._in_lanes, self._run, self._work = kernel(run, work), run, work
+
+    @cached_property
+    def _general(self) -> Kernel:  # when it is first needed: compiling it takes long
+        return CountedByNewton(self._run, self._work)
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        work = self._work
         if work.solver_state[STREAK]:
             before = work.done
-            code = by_newton(min(todo, int(work.solver_state[STREAK])))
+            code = self._general.advance(min(n, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
-        code = packed(todo)
-        if code and solver == "fixed_point":
-            return code
-        if code:
+        code = self._in_lanes.advance(n)
+        if code and self._run.start.solver != "fixed_point":
             work.solver_state[STREAK] = NEWTON_STREAK - 1
-            code = by_newton(1)
+            code = self._general.advance(1)
         return code
-
-    return call

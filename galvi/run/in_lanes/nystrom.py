@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,10 @@ from galvi.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.lanes.law_pass import rows_of_work
 from galvi.lanes.nbody import compiled_advance
 from galvi.lanes.vectors import LANES, lanes_for
-from galvi.run.nystrom_engine import ROUND_OFF, general_stepper, kernel_tableau
-from galvi.run.plan import FORCES_IN_LANES, Call, Run, RunArrays, run_plan
+from galvi.run.request import ROUND_OFF, RunRequest
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.run.stepper import Kernel, MakeKernel
+from galvi.run.vector_space import GeneralVectorKernel, kernel_tableau
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
@@ -32,70 +34,94 @@ from galvi.tracing.laws import slopes_of
 FINER = 2.0**-68
 
 
-def lane_stepper(run: Run, work: RunArrays) -> Call | None:
-    """A `Call` of a kernel in vector instructions; None where none of these applies."""
+def vector_kernel(run: RunRequest) -> MakeKernel | str:
+    """What makes the kernel in lanes of a run on a vector space; else why there is none."""
     system: Any = run.problem.system
     if isinstance(system, Canonical):
-        packed = _canonical_stepper(run, work)
-    elif isinstance(system, NBody) and system.masses.size > 1 and system.acting.conserve:
-        packed = _point_mass_stepper(run, work)
-    else:
-        packed = None
-    if packed is None:
-        return None
-    slow: list[Call] = []
+        if _lane_force(system, run.problem.q0.size, run.method.stages, traces(system)) is None:
+            refusal = system.untraced
+            why = f": {refusal}" if refusal else ""
+            return f"its force is not known as an expression, or too long for them{why}"
+        return partial(WithGeneral, CanonicalKernel)
+    if not isinstance(system, NBody) or system.masses.size < 2:
+        return "there is no force between bodies"
+    if not system.acting.conserve:
+        return "its forces depend on velocities"
+    return partial(WithGeneral, PointMassKernel)
 
-    def call(todo: int) -> int:
-        before, code = work.counts[FORCES], DIVERGED
+
+class WithGeneral:
+    """Steps in lanes; those whose iteration does not converge there, by the general kernel."""
+
+    def __init__(self, kernel: MakeKernel, run: RunRequest, work: RunArrays) -> None:
+        self._in_lanes, self._run, self._work = kernel(run, work), run, work
+
+    @cached_property
+    def _general(self) -> Kernel:
+        return GeneralVectorKernel(self._run, self._work)
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        work, code = self._work, DIVERGED
+        before = work.counts[FORCES]
         if not work.solver_state[STREAK]:
-            code = packed(todo)
+            code = self._in_lanes.advance(n)
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
-        if code:
-            slow[:] = slow or [general_stepper(run, work)]
-            code = slow[0](1)
-        return code
-
-    return call
+        return self._general.advance(1) if code else code
 
 
-def _point_mass_stepper(run: Run, work: RunArrays) -> Call:
-    """A `Call` of the kernel for point masses."""
-    problem, table = run.problem, run.method.table
-    axes, d = (0,) * problem.q0.shape[-1], problem.q0.size
-    kernel = compiled_advance(len(axes))
-    tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
-    plan, progress, kept = run_plan(run, work, run.start.tolerance)
-    width = tables[1].shape[1]
-    scratch, spare = aligned((6, d, width), (8, max(d, width)))
-    system: Any = problem.system
-    acting = system.acting
-    given = (axes, *_masses(system), acting.terms, acting.poles, tableau, tables, plan)
-    return lambda todo: int(kernel(*given, todo, progress, scratch, spare, kept))
+class PointMassKernel:
+    """Steps of point masses, by galvi.lanes.nbody."""
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        problem, table = run.problem, run.method.table
+        axes, d = (0,) * problem.q0.shape[-1], problem.q0.size
+        self._kernel = compiled_advance(len(axes))
+        tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
+        plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        width = tables[1].shape[1]
+        self._scratch, self._spare = aligned((6, d, width), (8, max(d, width)))
+        system: Any = problem.system
+        acting = system.acting
+        self._run = (axes, *_masses(system), acting.terms, acting.poles, tableau, tables, plan)
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        arrays = self._progress, self._scratch, self._spare, self._saved
+        return int(self._kernel(*self._run, n, *arrays))
 
 
-def _canonical_stepper(run: Run, work: RunArrays) -> Call | None:
-    """A `Call` of the kernel for laws, which iterates places alone; None where no law is known."""
-    problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
-    system: Any = problem.system
-    d, s, kernel = problem.q0.size, table.c.size, compiled_advance_law()
-    law = _lane_force(system, d, s, traces(system))
-    if law is None:
-        return None
-    address, function, constants, lanes, rows = law
-    tables = nystrom_tables(table, run.step, lanes)
-    padded = tables[3].shape[1]
-    scratch, spare = aligned((rows, padded), (6, max(padded, d, s)))
-    numbers = np.zeros(4 * d + 4)
-    given = words_of(scratch, tables[3], tables[4], constants, numbers, padded, s, 0)
-    plan, progress, kept = run_plan(run, work, FINER if tolerance == ROUND_OFF else tolerance)
+class CanonicalKernel:
+    """Steps of a canonical system with a force law, by galvi.lanes.law in positions alone.
 
-    def call(todo: int, kept_alive: Any = (function, given, constants)) -> int:
-        return int(kernel(
-            address, given.ctypes.data, tables, True, plan, todo, progress, scratch, numbers, spare,
-            kept,
+    It owns what the address of the law and the words of its argument point to.
+    """
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
+        system: Any = problem.system
+        d, s = problem.q0.size, table.c.size
+        law = _lane_force(system, d, s, traces(system))
+        assert law is not None  # see `vector_kernel`
+        self._address, self._function, self._constants, lanes, rows = law
+        self._tables = nystrom_tables(table, run.step, lanes)
+        padded = self._tables[3].shape[1]
+        self._scratch, self._spare = aligned((rows, padded), (6, max(padded, d, s)))
+        self._numbers = np.zeros(4 * d + 4)
+        self._words = words_of(
+            self._scratch, self._tables[3], self._tables[4], self._constants, self._numbers, padded,
+            s, 0,
+        )  # fmt: skip
+        self._kernel = compiled_advance_law()
+        finer = FINER if tolerance == ROUND_OFF else tolerance
+        self._plan, self._progress, self._saved = run_plan(run, work, finer)
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        return int(self._kernel(
+            self._address, self._words.ctypes.data, self._tables, True, self._plan, n,
+            self._progress, self._scratch, self._numbers, self._spare, self._saved,
         ))  # fmt: skip
-
-    return call
 
 
 @lru_cache(maxsize=32)

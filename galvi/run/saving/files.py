@@ -26,8 +26,7 @@ from galvi.curves.curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.run.clocked.run import motion_of
-from galvi.run.engine_choice import engine_for
+from galvi.run.engines import formulation_of, motion_in_clock
 from galvi.trajectory import Restarts, Trajectory
 from galvi.whole_files import write_whole
 
@@ -157,7 +156,7 @@ def _check(run: Trajectory) -> None:
     if run.tau is not None:
         assert run.tau.shape == run.t.shape and end.clock.shape == (4,)
         return
-    fresh = engine_for(run.problem, run.method).start(run.problem, run.method)
+    fresh = formulation_of(run.problem, run.method).start(run.problem, run.method)
     for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
         assert one.shape == other.shape and one.dtype == other.dtype
 
@@ -183,7 +182,7 @@ def _restored(
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
     curves: Any = None
     if "times" in arrays:
-        chart = motion_of(problem, method, facts["solver"], facts["tolerance"]).chart
+        chart = motion_in_clock(problem, method, facts["solver"], facts["tolerance"]).chart
         times, bases, coefficients, rates = (
             read_only(arrays[name]) for name in ("times", "bases", "coefficients", "rates")
         )
@@ -193,7 +192,7 @@ def _restored(
     if facts["curves"] is not None:
         bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
         try:
-            curves = engine_for(problem, method).curves(
+            curves = formulation_of(problem, method).curves(
                 problem, method, facts["step"], facts["curves"], bases, coefficients
             )
         except ValueError as error:  # of numpy

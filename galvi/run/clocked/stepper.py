@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.forces.passages import FOUND, compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
-from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.batches import APART
 from galvi.run.clocked.plan import Advanced, Motion, Taken, closest_pair, joined
-from galvi.run.loop import APART
-from galvi.run.plan import ALWAYS_FREE, free_memory
+from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
@@ -30,9 +29,10 @@ NEWTON = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
 
-class Loop:
-    """The grid steps of one run, and what they gave.
+class ClockStepper:
+    """The steps of one run in a clock, and what they gave.
 
+    motion         how they are done
     kept, numbers  states at every save_every-th step, and their numbers in this run
     every          all steps, where curves are kept
     seen, places   states to judge by, after every ``stride``-th step, and the numbers of these
@@ -41,13 +41,32 @@ class Loop:
     passage        of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
-    def __init__(
-        self, problem: Problem, method: Galerkin, step: float, motion: Motion, state: Checkpoint,
-        time: float | None,
-    ) -> None:  # fmt: skip
-        self.problem, self.method, self.step, self.motion = problem, method, step, motion
+    engine = "clock"
+    declined: tuple[str, ...] = ()  # by the engines that were asked before
+
+    def __init__(self, request: RunRequest, motion: Motion) -> None:
+        self.request, self.motion = request, motion
+        self.problem, self.method, self.step = request[:3]
+
+    @property
+    def engine_reason(self) -> str:
+        """Why this engine does the run, and why others do not."""
+        return "; ".join(filter(None, [self.motion.reason, *self.declined]))
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether other threads can run at the same time."""
+        return isinstance(self.problem.system, NBody)
+
+    def start_steps(self) -> None:
+        """Make what the steps are kept in."""
+        problem, start = self.problem, self.request.start
+        state = start if start.state.size else replace(
+            self.motion.at(problem.q0, problem.v0, problem.t0), solver=start.solver,
+            tolerance=start.tolerance, save_every=start.save_every, curves=start.curves,
+        )  # fmt: skip
         self.start = self.state = state
-        self.time, self.done, self.counts, self.bytes = time, 0, np.zeros(4), 0
+        self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
         self.numbers: list[Any] = []
@@ -62,7 +81,7 @@ class Loop:
             worst = state.passage if state.passage.size else np.zeros(FOUND)
             self.passage = np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
 
-    def call(self, n: int) -> int:
+    def advance(self, n: int) -> int:
         """Does n more steps, or as many as there are."""
         keep = self.start.keeps_curves
         if keep:

@@ -1,0 +1,54 @@
+"""Batches of steps, between which Ctrl-C can end a run and a bar shows how far it is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Protocol
+
+from tqdm import tqdm
+
+CALL_SECONDS = 0.1
+APART = 1024  # steps between states from which curves can be found again
+GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
+
+
+class Steps(Protocol):
+    """What does steps, as far as this loop needs it."""
+
+    @property
+    def done(self) -> int:
+        """Steps done so far."""
+
+    def advance(self, n: int) -> int:
+        """Does n more steps; returns 0, or the code of a step that failed."""
+
+
+def step_in_batches(
+    stepper: Steps, recover: Callable[[int], int], steps: int, progress: bool | None,
+    stopped: Callable[[], bool] = lambda: False, apart: int = 0,
+    note: Callable[[], None] = lambda: None,
+) -> int:  # fmt: skip
+    """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
+
+    recover  (code) retries a step that failed in another way and returns its code
+    stopped  returns whether to stop
+    note     is called after every ``apart`` steps but the last, if that is not 0
+    """
+    code, chunk = 0, 1
+    # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
+    with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
+        while code == 0 and stepper.done < steps and not stopped():
+            before, clock = stepper.done, time.perf_counter()
+            ahead = apart - before % apart if apart else steps
+            code = stepper.advance(min(chunk, ahead, steps - before))
+            if code:
+                code = recover(code)
+            if apart and stepper.done % apart == 0 and before < stepper.done < steps:
+                note()
+            if bar is not None:
+                bar.update(stepper.done - before)
+            more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
+            chunk = max(1, int((stepper.done - before) * min(max(more, 0.5), GROWTH)))
+    return code

@@ -1,0 +1,71 @@
+"""The engines that can do a run, in the order in which they are asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from galvi.environment import FAST
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.clocked.plan import Motion
+from galvi.run.clocked.run import CLOCK, in_transformed_time
+from galvi.run.clocked.stepper import ClockStepper
+from galvi.run.general import GENERAL_STEPS, inertial_formulation
+from galvi.run.in_frame.engine import FRAME, IN_FRAME
+from galvi.run.in_lanes.engine import LANES
+from galvi.run.request import RunRequest, from_start
+from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offer
+
+
+class General:
+    """The engine of what others decline: the general kernel, in a clock in transformed time."""
+
+    name = "general"
+
+    def offers(self, request: RunRequest) -> Stepper | ClockStepper | Declined:
+        """A stepper for all runs but those in moving frames."""
+        if request.method.clock is not None:
+            return in_transformed_time(request)
+        return GENERAL_STEPS.offers(request)
+
+
+GENERAL = General()
+# The first that offers a stepper does the run. With GALVI_FAST=0 the general one is alone.
+ENGINES: tuple[Engine, ...] = (CLOCK, FRAME, LANES, GENERAL) if FAST else (GENERAL,)
+
+
+def stepper_for(request: RunRequest) -> Stepper | ClockStepper:
+    """The stepper of the first engine that offers one; ValueError where none does."""
+    stepper: Stepper | ClockStepper = first_offer(ENGINES, request)
+    return stepper
+
+
+def iterates(problem: Problem, method: Galerkin) -> bool:
+    """Whether an engine has the solver fixed_point for such runs."""
+    try:
+        stepper_for(RunRequest(problem, method, 1.0, 1, from_start("fixed_point")))
+    except ValueError:
+        return False
+    return True
+
+
+def formulation_of(problem: Problem, method: Galerkin) -> Formulation:
+    """What the state of a run of equal steps is."""
+    return IN_FRAME if method.in_frame else inertial_formulation(problem, method)
+
+
+def motion_in_clock(
+    problem: Problem, method: Galerkin, solver: str, tolerance: float, energy: float | None = None
+) -> Motion:
+    """How a problem moves in a method's clock; ValueError where it does not.
+
+    energy  that the clock is told; None: that of the start
+    """
+    start = from_start(solver, tolerance)
+    if energy is not None:
+        start = replace(start, clock=np.array([problem.t0, 0.0, energy, 0.0]))
+    stepper = stepper_for(RunRequest(problem, method, 1.0, None, start))
+    return cast(ClockStepper, stepper).motion

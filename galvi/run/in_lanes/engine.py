@@ -1,0 +1,40 @@
+"""The engine of steps in vector instructions."""
+
+from __future__ import annotations
+
+from galvi.environment import FAST
+from galvi.run.general import GENERAL_STEPS, inertial_formulation
+from galvi.run.in_lanes.laws import group_kernel
+from galvi.run.in_lanes.nystrom import vector_kernel
+from galvi.run.on_group import CountedByNewton
+from galvi.run.request import RunRequest
+from galvi.run.stepper import Declined, Engine, Stepper
+from galvi.run.vector_space import VECTOR_SPACE
+
+
+class Lanes:
+    """The engine of equal steps in vector instructions, by fixed-point iteration."""
+
+    name = "lanes"
+
+    def offers(self, request: RunRequest) -> Stepper | Declined:
+        """A stepper where the forces are known as expressions: built in, from SymPy or traced."""
+        problem, method = request.problem, request.method
+        if method.in_frame or method.clock is not None:
+            return Declined()
+        if request.start.solver == "newton":
+            return Declined("they iterate, and the solver newton was asked for")
+        formulation = inertial_formulation(problem, method)
+        vector = formulation is VECTOR_SPACE
+        kernel = vector_kernel(request) if vector else group_kernel(request)
+        if isinstance(kernel, str):
+            return Declined(kernel)
+        return Stepper(
+            request, formulation, self.name, "its forces are known as expressions", kernel,
+            kernel if vector else CountedByNewton,
+        )  # fmt: skip
+
+
+LANES = Lanes()
+# Those of equal steps in the inertial frame, without a clock, in the order in which they are asked.
+INERTIAL: tuple[Engine, ...] = (LANES, GENERAL_STEPS) if FAST else (GENERAL_STEPS,)

@@ -1,0 +1,262 @@
+"""Runs on Lie groups, and on vector spaces with any Lagrangian, force or component degrees."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts import CHARTS
+from galvi.charts.chart import Exponential, coordinates, tangent, unwrapped
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
+from galvi.groups.group import Group, Rn
+from galvi.kernels.compile.function_pointers import interpreted
+from galvi.kernels.forces.lagrangian_derivatives import Law
+from galvi.kernels.lie import product
+from galvi.kernels.nystrom.advance import GUESS
+from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
+from galvi.kernels.on_group.advance import LEFT_CHART, RATES, advance_group, compiled_advance_group
+from galvi.kernels.on_group.stages import Basis
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked_ahead
+from galvi.run.group_system import coupled_layout, group_system
+from galvi.run.point_masses.encounters import encounter
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
+from galvi.run.stepper import BY_NEWTON, Start, Substeps, curves_in, fixed
+from galvi.run.vector_space import kernel_tableau
+from galvi.systems.multibody import Multibody
+from galvi.systems.nbody import NBody
+from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
+from galvi.systems.traces import Traces, traces
+from galvi.tableau import Tableau
+
+FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
+
+
+class GeneralGroupKernel:
+    """Steps by the general kernel, by Newton's method."""
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        problem, method, self._work = run.problem, run.method, work
+        system: Any = group_system(problem, method)
+        field, law = _law(system, traces(system))
+        self._kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
+        layout, chart = coupled_layout(system, problem), method.group_chart
+        unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
+        basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
+        tolerance = max(run.start.tolerance, FINEST)
+        plan, self._progress, self._saved = run_plan(run, work, tolerance)
+        self._run = law, layout, chart.number, chart.farthest, basis, plan
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        return int(self._kernel(*self._run, n, self._progress, self._work.step_angle, self._saved))
+
+
+class CountedByNewton:
+    """Steps by the general kernel, counted as those that fixed-point iteration left to it."""
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        self._kernel, self._work = GeneralGroupKernel(run, work), work
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        before = self._work.done
+        code = self._kernel.advance(n)
+        self._work.counts[LEFT_OVER] += self._work.done - before
+        return code
+
+
+@lru_cache(maxsize=32)
+def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
+
+    found  the system's traces, on which it depends
+    """
+    field = system.lagrangian_kernel()
+    return field, tuple(Law(
+        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
+        field.force_kind, field.force_constants,
+    ))  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
+    tableau, first = kernel_tableau(table), np.concatenate([[0], np.cumsum(degrees)])
+    return tuple(Basis(
+        table.psi, table.slope, table.end, table.b, table.c, first.astype(np.int64),
+        table.projection, tableau.analysis, tableau.extrapolation, tableau.growth,
+    ))  # fmt: skip
+
+
+SUBSTEPS = (4, 16, 64)
+PATH = 33  # times per step at which its rotation is tracked
+NEAR_LIMIT = 0.8  # share of a chart's limit beyond which it is named beside a failed step
+FAR = 1e100  # largest velocity times step whose square is safe from overflow
+
+
+def _system(problem: Problem, method: Galerkin) -> GroupSystem:
+    return cast(GroupSystem, group_system(problem, method))
+
+
+@lru_cache(maxsize=32)
+def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
+    """The state before the first step, which depends on the system's traces."""
+    p0, g = problem.p0.ravel(), problem.q0.ravel()
+    layout = getattr(problem.system, "group", Rn(p0.size)).layout
+    turns = bool(np.any(layout[:, product.ROTATIONS]))
+    state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if turns else p0.size))
+    state[0, : g.size], state[1, : p0.size] = g, p0
+    if turns:
+        nu = np.empty(p0.size)
+        product.in_space(layout, g.copy(), p0.copy(), nu)
+        state[1, 2 * p0.size : 3 * p0.size] = nu
+    return fixed(state, *_guess(problem.v0.ravel(), stages))
+
+
+def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
+    """The same velocity at all stages, and the solver_state that marks it as a guess."""
+    same = np.empty((v.size, stages))
+    same[:] = v[:, None]
+    return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
+
+
+def farthest_turn(group: Group, xi: Array) -> float:
+    """The largest rotation angle |xi| in exponential coordinates, or angular speed, (d,)."""
+    return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
+
+
+def _farthest_of(group: Group, path: Array) -> float:
+    """The largest rotation angle on a path (k, d)."""
+    start, farthest = 0, 0.0
+    for _, d, _, rotations in group.layout:
+        sizes = np.sum(path[:, start : start + rotations] ** 2, axis=1)
+        farthest = max(farthest, farthest_turn(group, path[int(np.argmax(sizes))]))
+        start += d
+    return farthest
+
+
+def _chart(problem: Problem, method: Galerkin) -> LocalChart:
+    if problem.q0.shape == problem.v0.shape and problem.q0.ndim == 2:
+        return IdentityChart(problem.q0.shape)  # point masses
+    return GroupChart(_system(problem, method).group, method.group_chart)
+
+
+class OnGroup:
+    """The state is that of galvi.kernels.on_group.advance; stages are velocities."""
+
+    velocity_row, guess_kind = 1, RATES
+    in_other_way = "newton_steps", BY_NEWTON
+
+    def start(self, problem: Problem, method: Galerkin) -> Start:
+        """See `Formulation`."""
+        return _start_of(problem, method.stages, traces(problem.system))
+
+    def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
+        """See `Formulation`."""
+        return _system(problem, method).lagrangian_kernel().compiled
+
+    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+        """See `Formulation`."""
+        return saved_v.reshape(-1, *problem.v0.shape)
+
+    def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
+        """See `Formulation`."""
+        return problem.q0.size, problem.v0.size
+
+    def curves(
+        self, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
+    ) -> Curves:
+        """See `Formulation`."""
+        return curves_in(_chart(problem, method), problem, method, step, t0, bases, x)
+
+    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+        """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
+
+        None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds
+        the cost to the counts and stores the largest rotation angle in ``work.step_angle``.
+        """
+        problem, method, step = run.problem, run.method, run.step
+        group, chart = _system(problem, method).group, method.group_chart
+        t, v = problem.t0 + (run.start.first + work.done) * step, work.stages[:, -1]
+        work.step_angle[0] = abs(step) * farthest_turn(group, v)
+        if run.start.solver == "fixed_point":
+            return None
+        q = work.state[0, : problem.q0.size].reshape(group.shape)
+        for parts in SUBSTEPS:
+            begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
+            here = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
+            fine, code = substeps(RunRequest(here, method, step / parts, parts, begin))
+            work.counts[:4] += fine.work.counts[:4]
+            if code == SOLVED:
+                places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
+                path, turning = (
+                    fine.curves.position(t + step * places).reshape(-1, *group.shape),
+                    Exponential(),
+                )
+                turns = unwrapped(turning, group, coordinates(turning, group, q, path))
+                work.step_angle[0] = _farthest_of(group, turns)
+                if work.step_angle[0] > chart.limit:
+                    return None
+                xi = unwrapped(chart, group, coordinates(chart, group, q, path))
+                xi = xi[np.searchsorted(places, method.table.c)]
+                velocities = fine.curves.velocity(t + method.table.c * step).reshape(-1, v.size)
+                rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
+                return np.ascontiguousarray(rates.T)
+        return None
+
+    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+        """See `Formulation`."""
+        problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
+        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+            q, p = work.state[:2]
+            v = problem.system.velocity(p.reshape(problem.q0.shape)).ravel()
+            return encounter(problem, problem.system, method.stages, step, np.array([q, p, v]))
+        if isinstance(problem.system, WithLimits):
+            q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
+            if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):
+                return f"{beyond}. The motion is right up to there; choose other controls."
+        if isinstance(problem.system, Multibody):
+            q, v = work.state[0, : problem.q0.size].reshape(problem.q0.shape), work.stages[:, -1]
+            if is_locked_ahead(problem, q, v, step):
+                return f"{LOCKED}. {BALL_JOINT}."
+        turn, limit = float(work.step_angle[0]), method.group_chart.limit
+        if not turn < FAR:
+            return "velocities above 1e100 overflow. Use other units, or a smaller step."
+        tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
+        if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
+            farther = max(CHARTS, key=lambda chart: chart.limit)
+            other = "" if farther.limit <= limit else (
+                f", or chart=galvi.{type(farther).__name__}(), which ends at "
+                f"{farther.limit / np.pi:g} pi"
+            )  # fmt: skip
+            what = f"the step turns by {turn:.4g} radians, and "
+            if code != LEFT_CHART and turn < limit:
+                what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "
+            return (
+                f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of "
+                f"at most {0.5 * abs(step) * limit / turn:.2g}{other}."
+            )
+        if code == NOT_FINITE:
+            return (
+                "the force or the state became infinite or NaN, or the equations singular. Use a "
+                "smaller step, or keep away from the force's singularity."
+            )
+        other = ""
+        if solver == "fixed_point":
+            other = ", or the solver auto"
+        elif getattr(problem.system, "potential_calls_per_force", 0):
+            other = ", or give the Lagrangian its slopes"
+        return (
+            f"{tried} did not solve the stage equations"
+            f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
+            f"Use a smaller step or a higher degree{other}."
+        )
+
+
+ON_GROUP = OnGroup()

@@ -1,0 +1,278 @@
+"""What a run is asked to do: a value, with its arguments checked."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple, cast
+from weakref import WeakKeyDictionary, WeakSet
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import check_step
+from galvi.input_checks import shown
+from galvi.method import Galerkin
+from galvi.problem import Problem, WithFunctions
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
+from galvi.systems.traces import Traces, traces
+from galvi.trajectory import Trajectory
+
+LOG = logging.getLogger("galvi")
+# Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the
+# energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
+# degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
+ROUND_OFF = 2.0**-64
+SOLVERS = ("auto", "fixed_point", "newton")
+NO_ROWS = read_only(np.zeros((0, 0)))
+NO_STATE: tuple[Array, Array, Any] = NO_ROWS, NO_ROWS, read_only(np.zeros(0, dtype=np.int64))
+ALWAYS_FREE = 2.0**28  # bytes; what needs no more is not compared with the memory that is free
+_TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
+_ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
+_CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
+
+
+class RunRequest(NamedTuple):
+    """What a run is asked to do.
+
+    problem, method, step  see `galvi.integrate`
+    steps      number of steps; in a clock the most there may be, None without a bound
+    start      the state from which it begins, with its settings; a state without entries is the
+               problem's start: see `from_start`
+    until      the time at which a run in a clock ends; None: after ``steps``
+    continues  in a clock the run whose end that state is: its last state is the first of this one
+    """
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    steps: int | None
+    start: Checkpoint
+    until: float | None = None
+    continues: Trajectory | None = None
+    before: int = 0
+    total: int = 0
+
+    @classmethod
+    def checked(
+        cls, problem: Problem, method: Galerkin, step: float, steps: int | None = None, *,
+        duration: float | None = None, save_every: int = 1, curves: bool | None = None,
+        solver: str = "auto", tolerance: float | None = None,
+    ) -> RunRequest:  # fmt: skip
+        """The request of a call of `galvi.integrate`, whose arguments these are.
+
+        Raises ValueError or TypeError for all but what an engine refuses, see `galvi.run.engines`,
+        and what does not fit in memory, see `check_memory`.
+        """
+        check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
+        h = input_checks.real(
+            "step",
+            step,
+            "The length of a run is given by steps or duration, its begin by problem.t0.",
+        )
+        if h == 0.0:
+            raise ValueError(
+                "step must not be zero; received 0. Give the step size in units of time."
+            )
+        if not isinstance(solver, str) or solver not in SOLVERS:
+            raise ValueError(
+                f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}."
+            )
+        start = from_start(
+            solver,
+            ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance),
+            input_checks.whole("save_every", save_every),
+            None if curves is None else input_checks.flag("curves", curves),
+        )
+        until = None
+        if method.clock is None:
+            steps = number_of_steps(h, steps, duration)
+            check_end(problem.t0, h, steps)
+            check_time_changes(problem.t0, h, step)
+        elif steps is None and duration is None:
+            raise ValueError("give steps, or a duration, or both; received neither.")
+        else:
+            steps = None if steps is None else input_checks.whole("steps", steps)
+            if duration is not None:
+                until = time_after(problem.t0, duration, h)
+        trace_anew(problem)
+        check_functions(problem)
+        if method.clock is not None:
+            check_step(problem, method.clock, h)
+        return cls(problem, method, h, steps, start, until)
+
+    @property
+    def begin(self) -> float:
+        """The time of the first state of a run of equal steps."""
+        return self.problem.t0 + self.start.first * self.step
+
+
+def from_start(
+    solver: str = "auto", tolerance: float = ROUND_OFF, save_every: int = 1,
+    curves: bool | None = None, first: int = 0,
+) -> Checkpoint:  # fmt: skip
+    """A problem's start, with the settings of a run; ``first`` is the number of steps before it."""
+    return Checkpoint(first, *NO_STATE, solver, tolerance, save_every, curves)
+
+
+def check_types(problem: object, method: object, call: str) -> None:
+    """TypeError unless they are a problem and a method; ``call`` shows how."""
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(
+                f"{name} must be a galvi.{kind.__name__}; received {shown(value)}. "
+                f"Call galvi.{call}."
+            )
+
+
+def check_end(t0: float, step: float, steps: int) -> None:
+    """ValueError when the time after ``steps`` steps is too large for a number."""
+    if not math.isfinite(t0 + steps * step):
+        raise ValueError(
+            f"a run must end at a finite time; received {steps} steps of {step!r} from "
+            f"t0 = {t0!r}. Use a smaller step."
+        )
+
+
+def check_time_changes(t0: float, step: float, given: object) -> None:
+    """ValueError where a step leaves the time as it is."""
+    if t0 + step == t0:
+        raise ValueError(
+            f"step must change the time; received {given!r} at t0 = {t0!r}, where times are "
+            f"{math.ulp(t0):.1e} apart. Shift t0 towards 0, or use a larger step."
+        )
+
+
+def time_after(t: float, duration: Any, step: float) -> float:
+    """The time a duration after t, before it for a negative step; ValueError where that is t."""
+    length = input_checks.positive("duration", duration, "For backwards, make step negative.")
+    time = t + math.copysign(length, step)
+    if time == t or not math.isfinite(time):
+        raise ValueError(
+            f"duration must change the time; received {length!r} at t = {t!r}. Shift t0 towards 0."
+        )
+    return time
+
+
+LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
+
+
+def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
+    """``steps``, or the duration over the step; ValueError unless a whole number."""
+    if (steps is None) == (duration is None):
+        raise ValueError(
+            "give either steps or duration; received " + ("neither." if steps is None else "both.")
+        )
+    if steps is not None:
+        return input_checks.whole("steps", steps)
+    length = input_checks.positive("duration", duration, "For backwards, make the step negative.")
+    ratio = length / abs(step)
+    if ratio > input_checks.LARGEST:
+        input_checks.whole("duration over step", ratio)
+    whole, sign = round(ratio), math.copysign(1.0, step)
+    if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
+        raise ValueError(
+            f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
+            f"{ratio:.6g} steps. Choose step={length / max(1, math.ceil(ratio)) * sign!r}"
+            + (f" or {length / math.floor(ratio) * sign!r}." if ratio >= 1.0 else ".")
+        )
+    return whole
+
+
+def steps_until(until: float, t0: float, step: float, done: int) -> int:
+    """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
+    ratio = (input_checks.real("until", until) - t0) / step
+    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
+    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
+    if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
+        raise ValueError(
+            f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
+            f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."
+        )
+    return whole - done
+
+
+def check_memory(requests: Sequence[RunRequest]) -> None:
+    """ValueError when runs of a known number of steps, which differ in their problems, would keep
+    more data than the memory that is free."""
+    _, method, _, steps, start, until, *_ = requests[0]
+    if steps is None or until is not None:
+        return
+    d, m = sum(request.problem.q0.size for request in requests), method.space.dimension - 1
+    halves = 2 if method.in_frame else 1  # places alone, or velocities too
+    rows = 3 * (steps / start.save_every + 2)
+    rows += steps * halves * (1 + m) if start.keeps_curves else 0
+    needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
+    if needed > ALWAYS_FREE and needed > (memory := free_memory()):
+        many = f"{len(requests)} runs of " if len(requests) > 1 else ""
+        raise ValueError(
+            f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
+            f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer with save_every, "
+            f"and curves=False."
+        )
+
+
+def free_memory() -> float:
+    """Bytes of memory that processes can still have."""
+    import psutil  # 0.05 s, which runs of little memory need not wait for
+
+    return float(psutil.virtual_memory().available)
+
+
+def trace_anew(problem: Problem) -> None:
+    """Trace functions that refer to numbers which changed since the last time."""
+    system = problem.system
+    if not isinstance(system, WithFunctions | NBody):
+        return
+    system.trace(problem.q0, problem.v0, problem.t0, anew=True)
+    if _TRACED.get(problem) is not traces(system):
+        _TRACED[problem] = traces(system)
+        vars(problem).pop("p0", None)
+
+
+def announce(problem: Problem) -> None:
+    """Log once, as a warning of logger ``galvi``, that a system runs without a law.
+
+    Not that of a compiled gradient without an external force: it takes few microseconds a step.
+    """
+    system = problem.system
+    if not isinstance(system, WithFunctions | NBody):
+        return
+    if traces(system).refused and system not in _ANNOUNCED:
+        _ANNOUNCED.add(system)
+        canonical = isinstance(system, Canonical) and system.force is None
+        if canonical and cast(Canonical, system).force_kernel(problem.q0.size).compiled:
+            return
+        LOG.warning(
+            "galvi calls the functions of this system one state at a time, which is slower: not "
+            "all could be traced; %s.",
+            system.untraced,
+        )
+
+
+def check_functions(problem: Problem) -> None:
+    """Check the user's functions at the start, once for each problem, since it is immutable."""
+    if problem in _CHECKED:
+        return
+    system = problem.system
+    with np.errstate(all="ignore"):
+        if isinstance(system, WithFunctions):
+            system.check_functions(problem.q0, problem.v0, problem.t0)
+        if isinstance(system, NBody):
+            _check_force(system.acceleration(problem.q0, problem.t0, problem.v0))
+        elif not hasattr(system, "group"):
+            _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
+    _CHECKED.add(problem)
+
+
+def _check_force(force: Array) -> None:
+    if not np.all(np.isfinite(force)):
+        raise ValueError(
+            f"the force must be finite at the start; received {force.tolist()} at q0. Check the "
+            f"gradient, or move q0 away from a singularity."
+        )

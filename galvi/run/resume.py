@@ -1,0 +1,161 @@
+"""Continues a run from its end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.checkpoint import Checkpoint
+from galvi.input_checks import shown
+from galvi.problem import Problem
+from galvi.run.integrate import has_events, prepared
+from galvi.run.request import (
+    RunRequest,
+    check_memory,
+    from_start,
+    number_of_steps,
+    steps_until,
+    time_after,
+    trace_anew,
+)
+from galvi.systems.multibody import Multibody
+from galvi.trajectory import Trajectory
+
+
+def resume(
+    run: Trajectory,
+    steps: int | None = None,
+    *,
+    duration: float | None = None,
+    until: float | None = None,
+    events: Any = None,
+    save_every: int | None = None,
+    curves: bool | None = None,
+    progress: bool | None = None,
+    ctrl: Any = None,
+) -> Trajectory:
+    """Continue a run from its end, with its step, method, solver and tolerance.
+
+    until               the time at which to end, a whole number of steps from the problem's start;
+                        instead of steps or duration
+    events              as for `galvi.integrate`; None: those of ``run``, () for none
+    save_every, curves  as for `galvi.integrate`; None: as in ``run``
+    ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on, for
+                        steps or a duration: the result is a run of its own, whose ``problem`` has
+                        them and starts here, and whose energy is judged from here on
+    others              as for `galvi.integrate`
+
+    Without ``ctrl`` the result starts where ``run`` ended, also when Ctrl-C ended it, and its
+    states are bit-identical to the same part of one long run, also where an event ended ``run``
+    within a step: it goes on from the grid. After an action its ``problem`` is that which the
+    action left. Its energy is judged with that of all steps before it, so that a run continued
+    after it was ruined
+    is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
+    reference, and for bad input.
+    """
+    _check_resumed(run)
+    if events is None and run.events is not None and not run.asked:
+        raise ValueError(
+            "a run from a file has no functions of events. Give its events again, or events=() to "
+            "go on without."
+        )
+    if ctrl is not None:
+        return _with_controls(run, ctrl, steps, duration, until, events, save_every, curves,
+                              progress)  # fmt: skip
+    problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
+    start = cast(Checkpoint, run.checkpoint)
+    asked = run.asked if events is None else events
+    if save_every is not None:
+        start = replace(start, save_every=input_checks.whole("save_every", save_every))
+    if curves is not None:
+        start = replace(start, curves=input_checks.flag("curves", curves))
+    trace_anew(problem)
+    if method.clock is not None:
+        return _resumed_in_clock(run, problem, start, steps, duration, until, asked, progress)
+    if until is None:
+        total = number_of_steps(step, steps, duration)
+    elif steps is None and duration is None:
+        total = steps_until(until, problem.t0, step, start.first)
+    else:
+        raise ValueError("give one of steps, duration and until; received until and another.")
+    request = RunRequest(problem, method, step, total, start, continues=run)
+    check_memory([request])
+    return prepared(request, asked)(progress=progress)
+
+
+def _continuation(run: Trajectory) -> Checkpoint | None:
+    """A state of a run with the settings of its continuation, without judging the run."""
+    return vars(run).get("_began") or run.checkpoint
+
+
+def _check_resumed(run: Any) -> None:
+    """ValueError for what is no run to be continued."""
+    is_run = isinstance(run, Trajectory) and run.step is not None
+    if not is_run or _continuation(run) is None:
+        raise ValueError(
+            f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
+        )
+    if not np.all(np.isfinite(run.q[-1])) and not run.interrupted and not run.success:
+        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
+
+
+def _with_controls(
+    run: Trajectory, ctrl: Any, steps: int | None, duration: float | None, until: float | None,
+    events: Any, save_every: int | None, curves: bool | None, progress: bool | None,
+) -> Trajectory:  # fmt: skip
+    """`resume` with other controls: a run of its own from that state, with what is compiled."""
+    problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
+    if not isinstance(problem.system, Multibody):
+        raise ValueError(
+            f"ctrl is of the actuators of a MuJoCo model that galvi.integrate runs; received it "
+            f"for a {type(problem.system).__name__}."
+        )
+    if method.clock is not None or has_events(run.asked if events is None else events):
+        raise ValueError(
+            "ctrl is for equal steps without events; received a run with a clock or events. Make a "
+            "problem of its end, with system.with_numbers(ctrl=...)."
+        )
+    if until is not None:
+        raise ValueError("with ctrl give steps or duration; received until.")
+    start = cast(Checkpoint, _continuation(run))
+    system = problem.system.with_numbers(ctrl=ctrl)
+    if beyond := system.beyond_limits(run.q[-1], run.v[-1], 0.0):
+        raise ValueError(f"{beyond} at the run's end. Choose other controls.")
+    here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
+    vars(here)["p0"] = run.p[-1]
+    begin = from_start(
+        start.solver, start.tolerance,
+        start.save_every if save_every is None else input_checks.whole("save_every", save_every),
+        start.curves if curves is None else input_checks.flag("curves", curves),
+    )  # fmt: skip
+    more = RunRequest(here, method, step, number_of_steps(step, steps, duration), begin)
+    check_memory([more])
+    return prepared(more)(progress=progress)
+
+
+def _resumed_in_clock(
+    run: Trajectory, problem: Problem, start: Checkpoint, steps: int | None,
+    duration: float | None, until: float | None, asked: Any, progress: bool | None,
+) -> Trajectory:  # fmt: skip
+    """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
+    assert run.step is not None
+    h, t = run.step, float(run.t[-1])
+    if until is not None and duration is not None:
+        raise ValueError("give one of duration and until; received both.")
+    if steps is None and duration is None and until is None:
+        raise ValueError("give steps, duration or until; received none.")
+    most = None if steps is None else input_checks.whole("steps", steps)
+    time = None
+    if duration is not None:
+        time = time_after(t, duration, h)
+    if until is not None:
+        time = input_checks.real("until", until)
+        if not (time - t) * h > 0.0:
+            raise ValueError(
+                f"until must be after t = {t!r}, where the run ends; received {until!r}."
+            )
+    request = RunRequest(problem, run.method, h, most, start, time, run)
+    return prepared(request, asked)(progress=progress)

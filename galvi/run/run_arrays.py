@@ -1,0 +1,138 @@
+"""The arrays that the steps of a run read and write, and how kernels take them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from galvi.arrays import Array
+from galvi.kernels.forces.passages import FOUND
+from galvi.kernels.nystrom.advance import DONE
+from galvi.kernels.run_record import Kept, Plan, Progress
+from galvi.run.request import RunRequest
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+
+COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
+FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
+CLOSE, APART = 64, 512  # then one in APART
+EACH = 127  # steps of a run up to which each is watched
+NEVER = 62  # watches every 2^62-th step, which is none
+
+
+class RunArrays(NamedTuple):
+    """The current state of a run and the results it keeps.
+
+    A configuration has r entries and a velocity d, which differ only on groups; there are s stages
+    and m curve coefficients.
+
+    state, stages, solver_state  see galvi.checkpoint
+    step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
+    counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
+                                 steps that fixed-point iteration left to Newton's method, or a
+                                 moving frame to the inertial one, and force evaluations in lanes
+    saved_steps                  (saved,) numbers of the saved steps
+    saved_q                      (saved, r) configurations, NaN until they are computed
+    saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
+    bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
+    watch                        every 2^watch-th step since the problem's start is watched
+    seen                         (watched + 1, r + d), as saved_q and saved_v, of the watched steps
+                                 and room for the last; for a Lagrangian (watched + 1, r + d + d s),
+                                 with the stages
+    passage                      see galvi.kernels.forces.passages; (0,) without point masses
+    """
+
+    state: Array
+    stages: Array
+    solver_state: npt.NDArray[np.int64]
+    step_angle: Array
+    counts: npt.NDArray[np.int64]
+    saved_steps: Any
+    saved_q: Array
+    saved_v: Array
+    bases: Array
+    coefficients: Array
+    watch: int
+    seen: Array
+    passage: Array
+
+    @classmethod
+    def of(
+        cls, run: RunRequest, row: int, curve_size: tuple[int, int], watched: bool = True
+    ) -> RunArrays:
+        """Arrays for the equal steps of a run from a state, whose ``row`` is the first saved_v.
+
+        curve_size  numbers of a curve's base, and rows of its coefficients
+        watched     whether states are kept to judge the energy
+        """
+        problem, method, steps, start = run.problem, run.method, cast(int, run.steps), run.start
+        r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
+        saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
+        saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
+        saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
+        solver_state = start.solver_state.copy()
+        solver_state[DONE] = 0
+        rows = steps if start.keeps_curves else 0
+        watch = watched_steps(steps) if watched else NEVER
+        seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
+        stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
+        passage = np.zeros(0)
+        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+            known = start.passage if start.passage.size else np.zeros(FOUND)
+            system = problem.system
+            passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
+        return cls(
+            start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
+            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
+            watch, np.full((seen, r + d + stages), np.nan), passage,
+        )  # fmt: skip
+
+    @property
+    def done(self) -> int:
+        """Steps done so far."""
+        return int(self.solver_state[DONE])
+
+    @property
+    def in_lanes(self) -> bool:
+        """Whether vector instructions did steps, or began them."""
+        return bool(self.counts[FORCES_IN_LANES])
+
+    def record(self, run: RunRequest, q: Array, v: Array) -> None:
+        """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
+        start = run.start
+        self.solver_state[DONE] += 1
+        row, rest = divmod(self.done, start.save_every)
+        if self.done == run.steps:
+            row, rest = len(self.saved_q) - 1, 0
+        if rest == 0:
+            self.saved_q[row], self.saved_v[row] = q, v
+        number = start.first + self.done
+        row = (number >> self.watch) - (start.first >> self.watch) - 1
+        if number % (1 << self.watch) == 0 and row < len(self.seen):
+            self.seen[row, : q.size + v.size] = np.concatenate([q, v])
+
+
+def run_plan(
+    run: RunRequest, work: RunArrays, tolerance: float
+) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The steps of a run, its current state and its kept results, as the kernels take them."""
+    start = run.start
+    plan = Plan(
+        float(run.problem.t0), run.step, tolerance, start.first, cast(int, run.steps),
+        start.save_every, work.watch,
+    )  # fmt: skip
+    progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
+    kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
+    return tuple(plan), tuple(progress), tuple(kept)
+
+
+def watched_steps(steps: int) -> int:
+    """k so that a run of ``steps`` steps is watched at every 2^k-th."""
+    if steps <= EACH:
+        return 0
+    wanted = min(max(steps // APART, min(steps // CLOSE, MANY), FEWEST), MOST)
+    return max(steps // wanted, 1).bit_length() - 1

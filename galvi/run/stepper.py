@@ -1,0 +1,216 @@
+"""What does the equal steps of a run: a `Stepper`, made of a `Formulation` and a `Kernel`.
+
+A formulation says what the state of a run is and what it means: on vector spaces, on Lie groups, in
+moving frames. A kernel does steps of it: the general one, or one in lanes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol, cast
+
+import numpy.typing as npt
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves, FrameCurves, LocalChart
+from galvi.kernels.nystrom.advance import HOLDS
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import RunArrays
+
+RunCurves = Curves | FrameCurves
+Start = tuple[Array, Array, npt.NDArray[Any]]  # state, stages and solver_state, see `Checkpoint`
+BY_NEWTON = (
+    "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
+    "iteration did not converge there. A smaller step may take less time."
+)
+
+
+def fixed(*start: Any) -> Start:
+    """The same arrays, not writeable."""
+    return cast(Start, tuple(read_only(array) for array in start))
+
+
+class Kernel(Protocol):
+    """Steps of one run."""
+
+    def advance(self, n: int) -> int:
+        """Does n more steps; returns 0, or the code of the step that failed, the first not done."""
+
+
+MakeKernel = Callable[[RunRequest, RunArrays], Kernel]
+
+
+class Formulation(Protocol):
+    """What the state of a run is. The values are `VECTOR_SPACE`, `ON_GROUP` and `IN_FRAME`.
+
+    velocity_row  row of the state that is saved with q: velocities or momenta
+    guess_kind    the kernels' code for the kind of guess that ``guess`` gives
+    in_other_way  the name in a run's counts of steps that were done in another way, and what its
+                  status says of them
+    """
+
+    velocity_row: int
+    guess_kind: int
+    in_other_way: tuple[str, str]
+
+    def start(self, problem: Problem, method: Galerkin) -> Start:
+        """The state before the first step; the same arrays for each run, which copies them."""
+
+    def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
+        """Whether its kernel is compiled, so that other threads can run at the same time."""
+
+    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+        """The conjugate momenta (saved, ...) of saved rows."""
+
+    def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
+        """The numbers of a curve's base, and the rows of its coefficients."""
+
+    def curves(
+        self, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
+    ) -> RunCurves:
+        """The curves with coefficients x of a run that starts at t0."""
+
+    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+        """A guess (d, s) of the next step's stages from smaller steps, or None."""
+
+    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+        """Why the next step failed, and the remedy."""
+
+
+def curves_in(
+    chart: LocalChart, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array,
+    x: Array,
+) -> Curves:  # fmt: skip
+    """The curves with coefficients x in a chart about bases (steps, r)."""
+    return Curves(method.space, t0, step, bases.reshape(-1, *problem.q0.shape), x, chart)
+
+
+class Stepper:
+    """The equal steps of one run by one engine.
+
+    request      what the run is asked to do; once started, from a state with entries
+    formulation  what its state is
+    engine       "lanes", "frame" or "general", for `galvi.Trajectory.engine`
+    reason       why this engine does it
+    work         its arrays, once started
+    """
+
+    work: RunArrays
+    declined: tuple[str, ...] = ()  # by the engines that were asked before
+
+    def __init__(
+        self, request: RunRequest, formulation: Formulation, engine: str, reason: str,
+        kernel: MakeKernel, kernel_after_guess: MakeKernel,
+    ) -> None:  # fmt: skip
+        self.request, self.formulation = request, formulation
+        self.engine, self.reason = engine, reason
+        self._kernel, self._kernel_after_guess = kernel, kernel_after_guess
+
+    @property
+    def done(self) -> int:
+        """Steps done so far."""
+        return self.work.done
+
+    @property
+    def engine_reason(self) -> str:
+        """Why this engine does the run, and why others do not."""
+        return "; ".join(filter(None, [self.reason, *self.declined]))
+
+    def start(self, *, watched: bool = True) -> None:
+        """Make the arrays; ``watched``: keep states by which the energy is assessed."""
+        problem, method, _, _, start, *_ = self.request
+        if not start.state.size:
+            start = Checkpoint(
+                start.first, *self.formulation.start(problem, method), start.solver,
+                start.tolerance, start.save_every, start.curves, start.energies, start.passage,
+            )  # fmt: skip
+            self.request = self.request._replace(start=start)
+        size = self.formulation.curve_size(problem, method)
+        row = self.formulation.velocity_row
+        self.work = RunArrays.of(self.request, row, size, watched)
+        self.advance = self._kernel(self.request, self.work).advance
+
+    def retry(self, engines: Sequence[Engine], code: int) -> int:
+        """Do the step that failed with a code from a guess by smaller steps; returns its code."""
+        work, substeps = self.work, partial(solve_steps, engines, retried=False)
+        guess = self.formulation.guess(substeps, self.request, work)
+        if guess is None:
+            return code
+        before, held = work.stages.copy(), work.solver_state[HOLDS]
+        work.solver_state[HOLDS] = self.formulation.guess_kind
+        work.stages[:] = guess
+        code = self._kernel_after_guess(self.request, work).advance(1)
+        if code:
+            work.stages[:], work.solver_state[HOLDS] = before, held
+        return code
+
+    @property
+    def curves(self) -> RunCurves:
+        """The curves of the steps done so far, where they are kept."""
+        problem, method, step = self.request[:3]
+        arrays = self.work.bases, self.work.coefficients
+        return self.formulation.curves(problem, method, step, self.request.begin, *arrays)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether its kernel is compiled, so that other threads can run at the same time."""
+        return self.formulation.is_compiled(self.request.problem, self.request.method)
+
+    def failure(self, code: int) -> str:
+        """Why the next step failed, with the remedy."""
+        return self.formulation.failure(self.request, code, self.work)
+
+
+class Declined(NamedTuple):
+    """That an engine does not do a run, and why; "" where such runs are not its own."""
+
+    reason: str = ""
+
+
+class Engine(Protocol):
+    """Who can do runs: see `galvi.run.engines.ENGINES`."""
+
+    @property
+    def name(self) -> str:
+        """For `galvi.Trajectory.engine`."""
+
+    def offers(self, request: RunRequest) -> Any:
+        """What does the steps of a run, or why this engine does not; ValueError for a request that
+        no engine can do."""
+
+
+def first_offer(engines: Sequence[Engine], request: RunRequest) -> Any:
+    """The stepper of the first engine that offers one; ValueError where none does."""
+    declined: list[str] = []
+    for engine in engines:
+        offer = engine.offers(request)
+        if not isinstance(offer, Declined):
+            offer.declined = tuple(declined)
+            return offer
+        if offer.reason:
+            declined.append(f"{engine.name}: {offer.reason}")
+    raise ValueError(offer.reason)
+
+
+Substeps = Callable[[RunRequest], tuple[Stepper, int]]  # see `solve_steps`
+
+
+def solve_steps(
+    engines: Sequence[Engine], request: RunRequest, *, retried: bool = True
+) -> tuple[Stepper, int]:
+    """The steps of a run, up to one that fails, and its code, 0 for none.
+
+    retried  whether a step that fails is tried once more, from a guess by smaller steps
+    """
+    stepper, code = first_offer(engines, request), 0
+    stepper.start(watched=False)
+    steps = cast(int, request.steps)
+    while code == 0 and stepper.done < steps:
+        code = stepper.advance(steps - stepper.done)
+        if code and retried:
+            code = stepper.retry(engines, code)
+    return stepper, code

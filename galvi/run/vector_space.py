@@ -1,0 +1,187 @@
+"""Runs on vector spaces with velocity-independent forces: Nystrom methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache, partial
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.curves.curves import Curves, IdentityChart
+from galvi.kernels.compile.function_pointers import interpreted
+from galvi.kernels.nystrom import advance
+from galvi.kernels.nystrom.advance import GUESS, NOTHING, compiled_reach, reach
+from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, NOT_FINITE, SOLVED, Force
+from galvi.kernels.nystrom.step import NystromTableau
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.point_masses.encounters import encounter
+from galvi.run.request import RunRequest, from_start
+from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.stepper import BY_NEWTON, Start, Substeps, curves_in, fixed
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
+from galvi.systems.system import ForceKernel, VectorSystem
+from galvi.tableau import Tableau
+
+NOISY = 1e-11  # of a force, relative: above it the iteration may not settle, see solve.FLOOR
+CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}  # of solvers
+
+
+class GeneralVectorKernel:
+    """Steps by the general kernel."""
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        system: Any = run.problem.system
+        field, force = _force(system, run.problem.q0.shape[-1])
+        self._kernel = (
+            advance.compiled_advance() if field.compiled else interpreted(advance.advance)
+        )
+        tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.start.solver]
+        plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        self._run = force, tableau, plan, solver
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        return int(self._kernel(*self._run, n, self._progress, self._saved))
+
+
+def reaching(run: RunRequest) -> Callable[..., None]:
+    """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
+    system: Any = run.problem.system
+    field, force = _force(system, run.problem.q0.shape[-1])
+    kernel = compiled_reach() if field.compiled else interpreted(reach)
+    tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.start.solver]
+    return partial(kernel, force, tableau, solver, run.start.tolerance, run.step)
+
+
+@lru_cache(maxsize=32)
+def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
+    """The force of a system, which owns the functions, and as the kernel takes it."""
+    field = system.force_kernel(dimension)
+    return field, tuple(Force(
+        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
+        field.width,
+    ))  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def kernel_tableau(table: Tableau) -> NystromTableau:
+    """A table in the layout of galvi.kernels.nystrom.step."""
+
+    def transposed(matrix: Array) -> Array:
+        return read_only(matrix.T)
+
+    c_low, b_low, beta_low, *_, psi_low, C_low, line_low = table.low_parts
+    beta_low = read_only(beta_low + table.b * c_low)
+    return NystromTableau(
+        table.c, table.b, table.beta, b_low, beta_low, transposed(table.A),
+        transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
+        transposed(table.analysis), transposed(table.extrapolation), table.growth,
+        transposed(psi_low), C_low, line_low, c_low,
+    )  # fmt: skip
+
+
+SUBSTEPS = (4, 16, 64, 256)
+TRIED = {
+    "auto": "neither fixed-point iteration nor Newton's method solved",
+    "fixed_point": "fixed-point iteration did not solve",
+    "newton": "Newton's method did not solve",
+}
+
+
+@lru_cache(maxsize=32)
+def nystrom_start(problem: Problem, stages: int) -> Start:
+    """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
+    d = problem.q0.size
+    state = np.zeros((4, d))
+    state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
+    blocks = d // problem.q0.shape[-1]
+    return fixed(
+        state, np.zeros((d, stages)), np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
+    )
+
+
+class VectorSpace:
+    """The state's rows are q, its low part, v and its low part."""
+
+    velocity_row, guess_kind = 2, GUESS
+    in_other_way = "newton_steps", BY_NEWTON
+
+    def start(self, problem: Problem, method: Galerkin) -> Start:
+        """See `Formulation`."""
+        return nystrom_start(problem, method.stages)
+
+    def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
+        """See `Formulation`."""
+        return cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1]).compiled
+
+    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+        """See `Formulation`."""
+        return problem.system.momentum(saved_v.reshape(-1, *problem.q0.shape))
+
+    def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
+        """See `Formulation`."""
+        return problem.q0.size, problem.v0.size
+
+    def curves(
+        self, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
+    ) -> Curves:
+        """See `Formulation`."""
+        return curves_in(IdentityChart(problem.q0.shape), problem, method, step, t0, bases, x)
+
+    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+        """Accelerations (d, s) along the next step by 4, 16, 64 or 256 substeps, or None.
+
+        None if none of these runs can be solved by fixed-point iteration, and for the solver
+        fixed_point. Adds the cost to the counts.
+        """
+        problem, method, step = run.problem, run.method, run.step
+        if run.start.solver == "fixed_point":
+            return None
+        t, shape = problem.t0 + (run.start.first + work.done) * step, problem.q0.shape
+        q, _, v, _ = work.state
+        here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
+        for parts in SUBSTEPS:
+            begin = from_start("fixed_point", 1e-8)
+            fine, code = substeps(RunRequest(here, method, step / parts, parts, begin))
+            work.counts[:2] += fine.work.counts[:2]
+            if code == SOLVED:
+                times = t + method.table.c * step
+                path = fine.curves.position(times)
+                work.counts[1] += len(times)
+                system = cast(VectorSystem, problem.system)
+                rows = [system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
+                return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
+        return None
+
+    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+        """See `Formulation`."""
+        problem, solver = run.problem, run.start.solver
+        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+            return encounter(problem, problem.system, run.method.stages, run.step, work.state)
+        if isinstance(problem.system, Canonical):
+            t = problem.t0 + (run.start.first + work.done) * run.step
+            with np.errstate(all="ignore"):
+                noise = problem.system.noise_of_differences(work.state[0], t)
+            if noise > NOISY:
+                known = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
+                return (
+                    f"the gradient of the potential is differenced, and {known} there, so that the "
+                    "stage equations cannot be solved. Give the potential's gradient, or write the "
+                    "potential so that its terms do not cancel."
+                )
+        if code == NOT_FINITE:
+            return (
+                "the force or the state became infinite or NaN. Use a smaller step, or keep away "
+                "from the force's singularity."
+            )
+        return (
+            f"{TRIED[solver]} the stage equations. Use a smaller step or a higher degree"
+            f"{'' if solver == 'auto' else ', or the solver auto'}."
+        )
+
+
+VECTOR_SPACE = VectorSpace()
