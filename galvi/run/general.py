@@ -39,7 +39,7 @@ class GeneralSteps:
             reason = getattr(problem.system, "untraced", "")
             return Declined(
                 f"with a group, an external force or a degree for each component, the solver "
-                f"fixed_point needs the lanes, and functions that are built in (EIH for at most 11 "
+                f"fixed_point needs functions that are built in (EIH for at most 11 "
                 f"bodies), from SymPy, or could be traced; received {shown(problem)} with "
                 f"{method.name}{f' ({reason})' if reason else ''}. Use the solver auto."
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
@@ -17,15 +16,13 @@ from benchmarks.statistics.drift import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
 from galvi.lanes import laws as potentials
-from galvi.run import engine_choice
+from galvi.run import engines
 from galvi.run.in_lanes import nystrom as nystrom_stepper
-from galvi.run.nystrom_engine import NYSTROM, general_stepper
 from galvi.systems.canonical import Canonical
 from galvi.tracing.lane_law import WIDEST, WIDEST_COUPLED
 from galvi.tracing.laws import slopes_of
 from references.forces.force import gradient
 
-GENERAL = replace(NYSTROM, stepper=general_stepper)
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 HENON = """
 def slopes(q, t, c):
@@ -45,8 +42,8 @@ def both(problem: galvi.Problem, method: Any, step: float, steps: int, **given: 
     """The run in lanes and that of the general kernel."""
     runs = []
     with pytest.MonkeyPatch.context() as patch:
-        for engine in (NYSTROM, GENERAL):
-            patch.setattr(engine_choice, "NYSTROM", engine)
+        for asked in (engines.ENGINES, (engines.GENERAL,)):
+            patch.setattr(engines, "ENGINES", asked)
             runs.append(galvi.integrate(problem, method, step, steps, **given))
     return runs
 

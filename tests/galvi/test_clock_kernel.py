@@ -26,7 +26,7 @@ from galvi.run.clocked.in_lanes import (
     motion_in_lanes,
 )
 from galvi.run.clocked.plan import Taken
-from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.request import ROUND_OFF
 from galvi.systems.nbody import NBody
 
 # Burrau's problem at t = 63, the first body: quadruple precision, another engine.

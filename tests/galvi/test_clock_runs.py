@@ -13,9 +13,9 @@ import pytest
 
 import galvi
 from galvi.curves.clock_curves import ClockCurves
-from galvi.run.clocked.loop import Loop
-from galvi.run.clocked.run import motion_of
-from galvi.run.nystrom_engine import ROUND_OFF
+from galvi.run.clocked.stepper import ClockStepper
+from galvi.run.engines import motion_in_clock
+from galvi.run.request import ROUND_OFF, RunRequest
 from references.stored.encounters import burrau
 from tests.galvi.clock_problems import (
     BURRAU,
@@ -175,8 +175,8 @@ def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
 
 @pytest.mark.slow(beside="test_steps_bound_a_duration_and_say_so")
 def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("galvi.run.clocked.loop.free_memory", lambda: 2e5)
-    monkeypatch.setattr("galvi.run.clocked.loop.ALWAYS_FREE", 0)
+    monkeypatch.setattr("galvi.run.clocked.stepper.free_memory", lambda: 2e5)
+    monkeypatch.setattr("galvi.run.clocked.stepper.ALWAYS_FREE", 0)
     run = galvi.integrate(burrau(), method(8, DYNAMICAL), 0.3, 10**6)
     assert not run.success and "fills half of the free memory" in run.status
     assert np.isfinite(run.q).all() and len(run.t) < 10_000
@@ -207,7 +207,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     """Planted: steps whose times come in grains, the time asked for between two of them."""
     grain = ulps * math.ulp(1.0)
     plain = method(4, CIRCLES)
-    motion = motion_of(KEPLER, plain, "auto", ROUND_OFF)
+    motion = motion_in_clock(KEPLER, plain, "auto", ROUND_OFF)
 
     def advance(*call: Any) -> Any:
         found = motion.advance(*call)
@@ -217,7 +217,9 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
 
     start = motion.at(KEPLER.q0, KEPLER.v0, KEPLER.t0)
     time = grain * (round(0.3 / grain) + 0.5)
-    loop = Loop(KEPLER, plain, 1.0, replace(motion, advance=advance), start, time)
+    request = RunRequest(KEPLER, plain, 1.0, None, start, time)
+    loop = ClockStepper(request, replace(motion, advance=advance))
+    loop.start_steps()
     end, _ = loop.to_time()
     assert (end is not None) == met and bool(loop.reason) != met
 
@@ -234,7 +236,7 @@ def test_a_step_that_is_shortened_at_once_is_judged() -> None:
 
 def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step() -> None:
     chosen = method(6, CIRCLES)
-    sound = motion_of(KEPLER, chosen, "auto", ROUND_OFF)
+    sound = motion_in_clock(KEPLER, chosen, "auto", ROUND_OFF)
 
     def advance(state: Any, h: float, n: int, time: Any, keep: bool) -> Any:
         found = sound.advance(state, h, n, time, keep)
@@ -243,9 +245,11 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
         return found._replace(taken=found.taken._replace(rates=rates))
 
     start = replace(sound.at(KEPLER.q0, KEPLER.v0, 0.0), save_every=1)
-    loop = Loop(KEPLER, chosen, 0.2, replace(sound, advance=advance), start, None)
+    request = RunRequest(KEPLER, chosen, 0.2, None, start)
+    loop = ClockStepper(request, replace(sound, advance=advance))
+    loop.start_steps()
     while not loop.over:
-        loop.call(4)
+        loop.advance(4)
     whole = galvi.integrate(KEPLER, chosen, 0.2, 5)
     assert loop.done == 5 and "not positive at a stage of step 6" in loop.reason
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])

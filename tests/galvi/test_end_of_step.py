@@ -8,7 +8,7 @@ import pytest
 
 import galvi
 from galvi.kernels.nystrom.step import complete_step
-from galvi.run.nystrom_engine import kernel_tableau
+from galvi.run.vector_space import kernel_tableau
 
 
 @pytest.mark.slow_cases("0")

@@ -10,9 +10,8 @@ import psutil
 import pytest
 
 import galvi
-from galvi.run import plan
-from galvi.run.integrate import checked
-from galvi.run.plan import check_memory
+from galvi.run import request
+from galvi.run.request import RunRequest, check_memory
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
@@ -53,9 +52,9 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
-    monkeypatch.setattr(plan, "free_memory", lambda: float(2**30))
-    (_, big), (_, small) = (
-        checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER)
+    monkeypatch.setattr(request, "free_memory", lambda: float(2**30))
+    big, small = (
+        RunRequest.checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER)
     )
     check_memory([big] + [small] * 999)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 67\.1 GiB in all"):
@@ -69,25 +68,25 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
 def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     problem = galvi.problems.outer_solar_system()
     galvi.integrate(problem, EIGHT, 10.0, 2)
-    _, run = checked(problem, EIGHT, 10.0, 4000, curves=curves)
+    run = RunRequest.checked(problem, EIGHT, 10.0, 4000, curves=curves)
     tracemalloc.start()
     galvi.integrate(problem, EIGHT, 10.0, 4000, curves=curves)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    monkeypatch.setattr(plan, "ALWAYS_FREE", 0.0)
-    monkeypatch.setattr(plan, "free_memory", lambda: 1.1 * peak)
+    monkeypatch.setattr(request, "ALWAYS_FREE", 0.0)
+    monkeypatch.setattr(request, "free_memory", lambda: 1.1 * peak)
     check_memory([run])
-    monkeypatch.setattr(plan, "free_memory", lambda: 0.9 * peak)
+    monkeypatch.setattr(request, "free_memory", lambda: 0.9 * peak)
     with pytest.raises(ValueError, match=r"^4000 steps would .* that are free on this machine"):
         check_memory([run])
-    monkeypatch.setattr(plan, "free_memory", lambda: 2.0**20)
+    monkeypatch.setattr(request, "free_memory", lambda: 2.0**20)
     with pytest.raises(ValueError, match=r"more than the 0\.000977 GiB that are free"):
         check_memory([run])
 
 
 def test_the_free_memory_is_a_part_of_all():
     everything = psutil.virtual_memory().total
-    assert 1e-3 * everything < plan.free_memory() <= everything
+    assert 1e-3 * everything < request.free_memory() <= everything
 
 
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])

@@ -106,5 +106,5 @@ def test_fixed_point_iteration_is_refused_where_there_is_none(problem, method):
         galvi.integrate,
         lambda p, *rest, **more: galvi.integrate_many([p], *rest, **more),
     ):
-        with pytest.raises(ValueError, match=r"solver fixed_point needs galvi.fast, and functions"):
+        with pytest.raises(ValueError, match=r"solver fixed_point needs functions"):
             call(problem, method, 0.1, 3, solver="fixed_point")

@@ -16,7 +16,7 @@ from mpmath import mp
 import galvi
 from galvi.diagnostics.orbits import _anomaly
 from galvi.interop import rebound as reader
-from galvi.run.plan import steps_until
+from galvi.run.request import steps_until
 from references.rebound.ias15 import IAS15
 
 matplotlib.use("Agg")

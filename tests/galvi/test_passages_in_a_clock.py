@@ -9,7 +9,7 @@ import pytest
 
 import galvi
 from galvi.kernels.forces.passages import UNRESOLVED
-from galvi.run.clocked import loop
+from galvi.run.clocked import stepper
 from references.rebound.ias15 import IAS15
 from references.stored import encounters
 from tests.galvi.clock_problems import DYNAMICAL, method
@@ -71,7 +71,7 @@ def test_the_bodies_the_distance_and_the_error_are_named(monkeypatch: pytest.Mon
     rest = galvi.resume(half, until=DURATION)
     assert rest.status == run.status  # what was seen before is kept
     # the planted fault: only steps that hold the closest approach are looked at
-    monkeypatch.setattr(loop, "compiled_note_states", lambda: lambda *given: None)
+    monkeypatch.setattr(stepper, "compiled_note_states", lambda: lambda *given: None)
     assert (
         galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION).status
         == "Completed."
