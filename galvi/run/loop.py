@@ -5,7 +5,7 @@ resulting trajectory.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -28,10 +28,10 @@ from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.plan import COUNTED, NEVER, Engine, Run, RunArrays, RunCurves
 from galvi.run.point_masses.encounters import MasslessError, massless_error
 from galvi.run.same_functions import of_run
-from galvi.run.status import ending
+from galvi.run.status import outcome_of
 from galvi.run.work_check import has_work, judge_work
 from galvi.systems.nbody import NBody
-from galvi.trajectory import Trajectory
+from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
 CALL_SECONDS = 0.1
 GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
@@ -128,7 +128,7 @@ def run_steps(
     system: Any = run.problem.system
     if watched and rescue and (asks_functions(system) or asks_force(system)):
         try:
-            done._judge()  # now: what the functions refer to may change
+            done.ending.assess()  # now: what the functions refer to may change
         except KeyboardInterrupt:
             raise Interrupted(done) from None
     return done
@@ -153,44 +153,43 @@ def _trajectory(
         q, v = work.saved_q, work.saved_v
         check = of_run(problem, q, v, times, None, bool(work.in_lanes))
         again = RedoneCurves(problem, method, step, steps, done, tuple(known), check)
-    found = Trajectory(
+    counts = _counts(engine, problem, work)
+    return Trajectory(
         problem=problem,
         t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
         velocities=_kept_velocities(problem, work),
-        counts=_counts(engine, problem, work),
+        counts=counts,
         step=step,
         method=method,
         curves=curves,
+        ending=DeferredEnding(lambda: _ending(engine, run, work, code, counts, known), start),
         again=again,
         interrupted=done < steps and code == SOLVED,
         engine="lanes" if engine.name == "general" and work.in_lanes else engine.name,
     )
-    found._judge_later(lambda: _ending(engine, run, work, code, known), start)
-    return found
 
 
 def _ending(
-    engine: Engine, run: Run, work: RunArrays, code: int, known: list[Checkpoint]
-) -> Mapping[str, Any]:
-    """The fields of a trajectory that tell how it ended."""
+    engine: Engine, run: Run, work: RunArrays, code: int, counts: dict[str, int],
+    known: list[Checkpoint],
+) -> Ending:  # fmt: skip
+    """How a run ended whose last kernel call returned ``code``."""
     start = run.start
     if has_work(run.problem.system):
         found = judge_work(engine, run, work, partial(_unwatched, engine))
     else:
         found = judge(engine, run, work)
-    end = ending(
-        engine, run, work, code, found,
-        lambda: _massless_error(engine, run, work, known),
-    )  # fmt: skip
+    outcome = outcome_of(
+        engine, run, work, code, found, counts, lambda: _massless_error(engine, run, work, known)
+    )
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
-        start.solver, start.tolerance, start.save_every, start.curves, end.energies,
+        start.solver, start.tolerance, start.save_every, start.curves, found.energies,
         read_only(work.passage[:FOUND]),
     )  # fmt: skip
-    return {"success": end.success, "status": end.status, "failed_step": end.failed_step,
-            "checkpoint": last}  # fmt: skip
+    return Ending(outcome, last)
 
 
 def _unwatched(engine: Engine, run: Run) -> Trajectory:

@@ -26,18 +26,13 @@ from galvi.trajectory import Trajectory
 
 
 class Run(NamedTuple):
-    """``steps`` steps of a problem by a method, checked, from a state with its settings.
-
-    Of a longer run, which tells its steps, ``before`` were done, of ``total``.
-    """
+    """``steps`` steps of a problem by a method, checked, from a state with its settings."""
 
     problem: Problem
     method: Galerkin
     step: float
     steps: int
     start: Checkpoint
-    before: int = 0
-    total: int = 0
 
     @property
     def begin(self) -> float:
@@ -86,7 +81,7 @@ class Engine:
     failure              (run, code, arrays) -> text: why the next step failed, and the remedy
     solvers              that it has
     exceptions           the name in a run's counts of steps that were done in another way, and what
-                         its status says of them
+                         its outcome notes of them
     name                 "general", which lanes may do faster, or "frame"
     curve_size           (problem, method) -> numbers of a curve's base, and rows of its
                          coefficients
