@@ -34,6 +34,7 @@ from galvi.interop.judge import Judged, judge
 from galvi.interop.rebound import from_rebound
 from galvi.interop.release import galvi_version as _version
 from galvi.method import Galerkin
+from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
@@ -76,11 +77,11 @@ from galvi.trajectory import Trajectory
 
 __all__ = [
     "SE2", "SE3", "SO2", "SO3", "Canonical", "Cayley", "CentralForce", "Citation", "Clock",
-    "ComponentPolynomials", "CosinePotential", "Drag", "DynamicalTime", "Ensemble", "Event",
+    "ComponentPolynomials", "CosinePotential", "Drag", "DynamicalTime", "End", "Ensemble", "Event",
     "Events", "Exponential", "Extrema", "FinalStates", "Force", "Found", "Fourier", "FreeBody",
     "Galerkin", "HarmonicFrame", "Histogram", "Joint", "Judged", "KeplerFrame", "Lagrangian",
     "LinearSpring", "Link", "ModifiedRodrigues", "MomentumBalance", "Multibody", "NBody",
-    "Oblateness", "OrbitalElements", "PiecewiseHermite", "PiecewisePolynomials",
+    "Oblateness", "OrbitalElements", "Outcome", "PiecewiseHermite", "PiecewisePolynomials",
     "PlanarChain", "PolynomialFourier", "Polynomials", "PowerLaw", "Problem", "Product",
     "QuadraticDrag", "Radiation", "Recommendation", "Relativity", "RigidBody", "Rn", "RotorDrag",
     "Rule", "SchillerNaumann", "SpringChain", "StatesAt", "Sundman", "Theory", "Tides",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,14 +14,13 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.curves.curves import Curves, FrameCurves, RedoneCurves
+from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.systems.lagrangian import velocity_at
 
 if TYPE_CHECKING:
     import pandas
 
-COMPLETED = "Completed."
-JUDGED = ("success", "status", "failed_step", "checkpoint")
 ONE_AT_A_TIME = threading.RLock()
 
 
@@ -33,47 +32,105 @@ class Restarts(NamedTuple):
     v: Array
 
 
-class Later:
-    """The value of a field that is found when it is first read."""
+class Ending(NamedTuple):
+    """How a run ended, and the state from which it continues."""
 
-    def __repr__(self) -> str:
-        return "found when it is read"
+    outcome: Outcome = Outcome()
+    checkpoint: Checkpoint | None = None
+
+    @property
+    def settings(self) -> Checkpoint | None:
+        """A state with the settings of the run's continuation."""
+        return self.checkpoint
+
+    def assess(self) -> Ending:
+        """Itself; see `DeferredEnding`."""
+        return self
 
 
-LATER: Any = Later()
+class DeferredEnding:
+    """The ending of a run, assessed when it is first asked for: once, by one thread at a time.
 
+    settings  see `Ending`; known without assessing the run
+    """
 
-class FoundLater:
-    """A field of a trajectory that may have the value `LATER`."""
+    def __init__(self, assess: Callable[[], Ending], settings: Checkpoint | None) -> None:
+        self._assess, self.settings = assess, settings
+        self._ending: Ending | None = None
 
-    def __init__(self, name: str, default: Any) -> None:
-        self._name, self._default = name, default
+    def assess(self) -> Ending:
+        """The ending itself."""
+        with ONE_AT_A_TIME:
+            if self._ending is None:
+                self._ending = self._assess()
+                del self._assess  # and the arrays of the run that it holds
+            return self._ending
 
-    def __get__(self, run: Trajectory | None, owner: type) -> Any:
-        if run is None:
-            return self._default
-        if vars(run)[self._name] is LATER:
-            run._judge()
-        return vars(run)[self._name]
+    @property
+    def is_assessed(self) -> bool:
+        """Whether it was asked for."""
+        return self._ending is not None
 
-    def __set__(self, run: Trajectory, value: Any) -> None:
-        vars(run)[self._name] = value
+    def __reduce__(self) -> tuple[type[Ending], tuple[Outcome, Checkpoint | None]]:
+        outcome, checkpoint = self.assess()
+        return Ending, (outcome, checkpoint)
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class TrajectoryFields:
+    """What a trajectory is made of, see `Trajectory`.
+
+    ``success``, ``status`` and ``failed_step`` of another method's run become its ``ending``.
+    """
+
+    problem: Problem
+    t: Array
+    q: Array
+    p: Array
+    success: InitVar[bool] = True
+    status: InitVar[str] = ""
+    failed_step: InitVar[int | None] = None
+    counts: Mapping[str, int] = field(default_factory=dict)
+    step: float | None = None
+    method: Any = None
+    curves: Curves | FrameCurves | ClockCurves | None = None
+    ending: Ending | DeferredEnding = field(default_factory=Ending)
+    interrupted: bool = False
+    velocities: Array | None = None
+    again: RedoneCurves | RedoneClockCurves | None = None
+    engine: str = ""
+    tau: Array | None = None
+    events: Any = None
+    asked: tuple[Any, ...] = ()
+    restarts: Restarts | None = None
+    origin: Problem | None = None
+    engine_reason: str = ""
+
+    def __post_init__(self, success: bool, status: str, failed_step: int | None) -> None:
+        if (success, status, failed_step) == (True, "", None):
+            return
+        outcome, checkpoint = self.ending.assess()
+        if (success, status, failed_step) != (outcome.success, str(outcome), outcome.failed_step):
+            end = End.COMPLETED if success else End.STEP_FAILED
+            outcome = Outcome(end, failed_step, sentence=status)
+            object.__setattr__(self, "ending", Ending(outcome, checkpoint))
+
+
+class Trajectory(TrajectoryFields):
     """States of one problem at increasing (or, for a negative step, decreasing) times.
 
-    success, status, failed_step and checkpoint of a run of `galvi.integrate` are found when one of
-    them is first read, by the energies of a part of its steps.
+    outcome, success, status, failed_step and checkpoint of a run of `galvi.integrate` are assessed
+    when one of them is first read, by the energies of a part of its steps. A trajectory of another
+    method that failed is made with ``success=False``, ``status``, a sentence, and ``failed_step``.
 
     problem       the problem integrated
     t             (saved,) times
     q, p          (saved, ...) configurations and conjugate momenta; NaN after a step that failed
+    outcome       how it ended, a `galvi.Outcome`
     success       whether all steps were completed and the energy, less the work of forces, was not
                   ruined: changed by more than the larger of the kinetic energy at the start and the
                   range of the potential energy while the error was below 1 % of that
-    status        a sentence saying why the run ended. It warns of a success whose energy changed
+    status        the outcome as a sentence. It warns of a success whose energy changed
                   by 1 % to 100 % of that measure, of a velocity that is damped in a small part of
                   a step, of gimbal lock, and of two point masses that passed each other too fast
                   for a step, which the energy of all bodies need not show
@@ -88,6 +145,7 @@ class Trajectory:
     method        the method or reference that computed it
     curves        the Galerkin curve of each step; None if not kept
     checkpoint    the state from which `galvi.resume` continues; None for references
+    ending        outcome and checkpoint, found when they are asked for
     interrupted   whether Ctrl-C ended the run, which can then be resumed
     again         finds the curves again where they were not kept; None for references
     engine        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for
@@ -104,46 +162,30 @@ class Trajectory:
                   continues; None: ``problem``
     """
 
-    problem: Problem
-    t: Array
-    q: Array
-    p: Array
-    success: bool = True
-    status: str = COMPLETED
-    failed_step: int | None = None
-    counts: Mapping[str, int] = field(default_factory=dict)
-    step: float | None = None
-    method: Any = None
-    curves: Curves | FrameCurves | ClockCurves | None = None
-    checkpoint: Checkpoint | None = None
-    interrupted: bool = False
-    velocities: Array | None = None
-    again: RedoneCurves | RedoneClockCurves | None = None
-    engine: str = ""
-    tau: Array | None = None
-    events: Any = None
-    asked: tuple[Any, ...] = ()
-    restarts: Restarts | None = None
-    origin: Problem | None = None
-    engine_reason: str = ""
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended."""
+        return self.ending.assess().outcome
 
-    def _judge_later(self, find: Callable[[], Mapping[str, Any]], began: Any = None) -> None:
-        """Let ``find`` tell how the run ended, once one of these fields is read; it began from a
-        state with the settings of its continuation."""
-        vars(self).update(dict.fromkeys(JUDGED, LATER), _find=find, _began=began)
+    @property
+    def success(self) -> bool:
+        """See `galvi.Outcome`."""
+        return self.outcome.success
 
-    def _judge(self) -> None:
-        """Find how the run ended, unless it is known."""
-        with ONE_AT_A_TIME:
-            find = vars(self).get("_find")
-            if find is not None:
-                vars(self).update(find())
-                vars(self).pop("_find", None)
-                vars(self).pop("_began", None)
+    @property
+    def status(self) -> str:
+        """The outcome as a sentence."""
+        return str(self.outcome)
 
-    def __getstate__(self) -> dict[str, Any]:
-        self._judge()
-        return dict(vars(self))
+    @property
+    def failed_step(self) -> int | None:
+        """See `galvi.Outcome`."""
+        return self.outcome.failed_step
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """The state from which `galvi.resume` continues."""
+        return self.ending.assess().checkpoint
 
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
@@ -224,7 +266,3 @@ class Trajectory:
             f"Trajectory({self.problem.name or 'problem'}, t = {self.t[0]:g} to {self.t[-1]:g}, "
             f"{len(self.t)} states, {self.status})"
         )
-
-
-for _name in JUDGED:
-    setattr(Trajectory, _name, FoundLater(_name, getattr(Trajectory, _name)))

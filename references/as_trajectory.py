@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import NBody, Problem, Trajectory
+from galvi import End, NBody, Outcome, Problem, Trajectory
 from galvi.arrays import Array, read_only
 from galvi.systems.lagrangian import momentum_at
-from galvi.trajectory import COMPLETED
+from galvi.trajectory import Ending
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,13 @@ def as_trajectory(
     counts: Mapping[str, int],
     step: float | None = None,
     failure: Failure | None = None,
-    status: str = COMPLETED,
-    note: str = "",
+    doubt: str = "",
+    notes: Iterable[str] = (),
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
-    note  a sentence that the status of a run without failure ends with
+    doubt  why the result of a run without failure may be wrong, as a clause; "" for nothing
+    notes  sentences that the status of a run without failure ends with; empty ones are left out
 
     A non-finite state that the engine did not report becomes a failure.
     """
@@ -65,16 +66,18 @@ def as_trajectory(
     if failure is not None:
         for states in (q, p, moving):
             states[failure.row :] = np.nan
+        outcome = Outcome(End.STEP_FAILED, failure.step, sentence=failure.why)
+    else:
+        end = End.DOUBTFUL if doubt else End.COMPLETED
+        outcome = Outcome(end, reason=doubt, notes=tuple(filter(None, notes)))
     return Trajectory(
         problem=problem,
         t=read_only(t),
         q=read_only(q),
         p=read_only(p),
-        success=failure is None,
-        status=f"{status} {note}".rstrip() if failure is None else failure.why,
-        failed_step=None if failure is None else failure.step,
         counts=dict(counts),
         step=step,
         method=method,
+        ending=Ending(outcome),
         velocities=None if velocities is None else read_only(velocities),
     )

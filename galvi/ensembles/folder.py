@@ -24,12 +24,13 @@ from numba.core.dispatcher import Dispatcher
 
 from galvi.arrays import Array
 from galvi.input_checks import shown
+from galvi.outcome import Outcome
 from galvi.whole_files import write_whole
 
 ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
 IMPORTED = time.time()
 VERSIONS = ("numba", "llvmlite", "numpy")
-Rows = tuple[tuple[Array, ...], Any, Any, dict[int, str]]  # values, failed, passes and messages
+Rows = tuple[tuple[Array, ...], Any, dict[int, Outcome]]  # values, passes and outcomes
 
 
 def identity(value: Any, version: str | None) -> Any:
@@ -180,9 +181,9 @@ class Folder:
             self.damaged += 1
             return None
         self.loaded += 1
-        failed, passes, messages = (arrays.pop(name) for name in ("failed", "passes", "messages"))
-        texts = {int(member): text for member, text in json.loads(str(messages)).items()}
-        return tuple(arrays[f"value{k}"] for k in range(len(arrays))), failed, passes, texts
+        passes, facts = arrays.pop("passes"), json.loads(str(arrays.pop("outcomes")))
+        outcomes = {int(member): Outcome.from_json(fields) for member, fields in facts.items()}
+        return tuple(arrays[f"value{k}"] for k in range(len(arrays))), passes, outcomes
 
     def _read(self, members: slice) -> dict[str, Any] | None:
         """The arrays of these members' file; None unless it is what was written."""
@@ -195,15 +196,15 @@ class Folder:
             return None
 
     def save(
-        self, members: slice, values: tuple[Array, ...], failed: Any, passes: Any,
-        messages: dict[int, str],
-    ) -> None:  # fmt: skip
+        self, members: slice, values: tuple[Array, ...], passes: Any, outcomes: dict[int, Outcome]
+    ) -> None:
         """Write what some members left, completely or not at all.
 
-        messages  by number from the first of these members
+        outcomes  by number from the first of these members
         """
         arrays: dict[str, Any] = {f"value{k}": value for k, value in enumerate(values)}
-        arrays |= {"failed": failed, "passes": passes, "messages": np.array(json.dumps(messages))}
+        facts = {member: outcome.to_json() for member, outcome in outcomes.items()}
+        arrays |= {"passes": passes, "outcomes": np.array(json.dumps(facts))}
         digest, path = np.array(self._digest(members, arrays)), self._file(members)
         try:
             write_whole(path, lambda to: np.savez(to, digest=digest, **arrays))

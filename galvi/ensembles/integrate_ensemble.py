@@ -21,6 +21,7 @@ from galvi.ensembles.result import Ensemble
 from galvi.ensembles.singles import Single, Singles, members_in_clock
 from galvi.input_checks import shown
 from galvi.method import Galerkin
+from galvi.outcome import Outcome
 from galvi.problem import Problem
 from galvi.run.engines import stepper_for
 from galvi.run.ensemble import processors
@@ -29,7 +30,7 @@ from galvi.run.in_lanes.laws import FINEST_IN_LANES, FINEST_ON_RN
 from galvi.run.in_lanes.nystrom import FINER
 from galvi.run.request import RunRequest, check_end, number_of_steps
 
-BY_ITSELF = " It was run by itself, since {why}."
+BY_ITSELF = "It was run by itself, since {why}."
 NO_LAW = "the system has no vector code"
 IN_FRAME = "methods in a frame run one member at a time"
 NOT_ITERATED = "vector code does not solve this system with the method's weights or degrees"
@@ -167,8 +168,8 @@ class _Work:
         if self.keep is not None:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
         self.values: list[Array] = []
-        self.failed, self.passes = (np.zeros(self.members, dtype=np.int64) for _ in range(2))
-        self.messages: dict[int, str] = {}
+        self.passes = np.zeros(self.members, dtype=np.int64)
+        self.outcomes: dict[int, Outcome] = {}
 
     def identity(self) -> tuple[Any, dict[str, Array]]:
         """What files are named by: what all members share, and what each has."""
@@ -203,7 +204,7 @@ class _Work:
             count(members.stop - members.start)
         values = tuple(read_only(value) for value in self.values)
         files = "" if store is None else store.summary(len(missing))
-        return Ensemble(values, self.failed, self.messages, self.passes, files)
+        return Ensemble(values, self.outcomes, self.passes, files)
 
     def first_size(
         self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
@@ -264,8 +265,9 @@ class _Work:
                 why = NOT_IN_LANES.format(step=int(kept.failed[member - members.start]))
             single = self.single(member)
             self.place(slice(member, member + 1), tuple(value[None] for value in single.values))
-            self.failed[member], self.passes[member] = single.failed, single.passes
-            self.messages[member] = single.status + BY_ITSELF.format(why=why)
+            notes = (*single.outcome.notes, BY_ITSELF.format(why=why))
+            self.outcomes[member] = replace(single.outcome, notes=notes)
+            self.passes[member] = single.passes
 
     def single(self, member: int) -> Single:
         """One member by itself; exceptions carry its number."""
@@ -295,14 +297,14 @@ class _Work:
         found = store.load(members)
         if found is None:
             return False
-        values, self.failed[members], self.passes[members], messages = found
+        values, self.passes[members], outcomes = found
         self.place(members, values)
-        self.messages |= {members.start + k: text for k, text in messages.items()}
+        self.outcomes |= {members.start + k: outcome for k, outcome in outcomes.items()}
         return True
 
     def saved(self, store: Folder, members: slice) -> None:
         """Write some members to the folder."""
         every = range(members.start, members.stop)
-        messages = {k - members.start: self.messages[k] for k in every if k in self.messages}
+        outcomes = {k - members.start: self.outcomes[k] for k in every if k in self.outcomes}
         values = tuple(rows[members] for rows in self.values)
-        store.save(members, values, self.failed[members], self.passes[members], messages)
+        store.save(members, values, self.passes[members], outcomes)

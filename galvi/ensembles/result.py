@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.trajectory import COMPLETED
+from galvi.outcome import Outcome
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,10 +17,9 @@ class Ensemble:
     """What was kept of n members, and how each ended.
 
     kept         arrays with the members in front; NaN for a member that failed, from there on
-    failed_step  (n,) the step that failed, from 1; 0 for none
-    messages     member -> how it ended, where that is not just "Completed."
-    iterations   (n,) passes of the iterations of all steps
-    files        how many files of a folder were loaded, computed or damaged; "" without a folder
+    outcomes    member -> how it ended; those that are not in it completed their steps
+    iterations  (n,) passes of the iterations of all steps
+    files       how many files of a folder were loaded, computed or damaged; "" without a folder
 
     ``np.asarray(result)`` is the array that was kept, with the members in front; several are put
     side by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of
@@ -28,8 +27,7 @@ class Ensemble:
     """
 
     kept: tuple[Array, ...]
-    failed_step: Any
-    messages: dict[int, str]
+    outcomes: dict[int, Outcome]
     iterations: Any
     files: str = ""
 
@@ -52,7 +50,15 @@ class Ensemble:
     @property
     def members(self) -> int:
         """How many there are."""
-        return len(self.failed_step)
+        return len(self.iterations)
+
+    @cached_property
+    def failed_step(self) -> Any:
+        """(n,) the step that failed, from 1; 0 for none."""
+        steps = np.zeros(self.members, dtype=np.int64)
+        for member, outcome in self.outcomes.items():
+            steps[member] = outcome.failed_step or 0
+        return steps
 
     @cached_property
     def success(self) -> Any:
@@ -62,7 +68,7 @@ class Ensemble:
     @cached_property
     def status(self) -> tuple[str, ...]:
         """How each member ended, one sentence each, with the remedy for one that failed."""
-        return tuple(self.messages.get(k, COMPLETED) for k in range(self.members))
+        return tuple(str(self.outcomes.get(k, Outcome())) for k in range(self.members))
 
     def __repr__(self) -> str:
         shapes = ", ".join(str(part.shape) for part in self.kept)

@@ -17,6 +17,7 @@ from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.input_checks import LARGEST, shown
 from galvi.method import Galerkin
+from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.ensemble import processors
 from galvi.run.integrate import prepared
@@ -24,15 +25,14 @@ from galvi.run.interruption import uninterrupted
 from galvi.run.request import RunRequest, check_memory, check_types
 from galvi.run.states import states_at
 from galvi.systems.nbody import NBody
-from galvi.trajectory import COMPLETED, Trajectory
+from galvi.trajectory import Trajectory
 
 
 class Single(NamedTuple):
     """What a run by itself leaves: values without the members' axis, and how it ended."""
 
     values: tuple[Array, ...]
-    status: str
-    failed: int
+    outcome: Outcome
     passes: int
 
 
@@ -63,10 +63,7 @@ class Singles:
         return lambda: uninterrupted(run(watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:
-        """Reduced result of one member; a refused one counts as failed at its first step.
-
-        Its status is then what refused it.
-        """
+        """Reduced result of one member; one that is refused failed at its first step."""
         plan = self.plan._replace(step=self.plan.step[member : member + 1])
         record = keep.begin(plan)
         try:
@@ -75,7 +72,7 @@ class Singles:
             q, p = np.full((1, *plan.q_shape), np.nan), np.full((1, *plan.p_shape), np.nan)
             for k in keep.steps(plan):
                 record.see(k, plan.t0 + k * plan.step, q, p)
-            return Single(_of_one(record), str(error), 1, 0)
+            return Single(_of_one(record), refused(error), 0)
         run = begun()
         for k in keep.steps(plan):
             record.see(k, run.t[k : k + 1], run.q[k : k + 1], run.p[k : k + 1])
@@ -95,12 +92,17 @@ class Singles:
         return _single((kept,), run)
 
 
+def refused(error: ValueError) -> Outcome:
+    """The outcome of a member that an error kept from its first step."""
+    return Outcome(End.STEP_FAILED, 1, reason=str(error).removesuffix("."))
+
+
 def _of_one(record: Record) -> tuple[Array, ...]:
     return tuple(value[0] for value in record.result())
 
 
 def _single(values: tuple[Array, ...], run: Trajectory) -> Single:
-    return Single(values, run.status, run.failed_step or 0, run.counts["iterations"])
+    return Single(values, run.outcome, run.counts["iterations"])
 
 
 def members_in_clock(
@@ -133,10 +135,10 @@ def members_in_clock(
             save_every=save_every,
         ))  # fmt: skip
 
-    def one(k: int) -> tuple[tuple[Array, ...] | None, str, int, int]:
+    def one(k: int) -> tuple[tuple[Array, ...] | None, Outcome, int]:
         try:
             found = uninterrupted(run(k)())
-            ending = found.status, found.failed_step or 0, found.counts["iterations"]
+            ending = found.outcome, found.counts["iterations"]
             if function is not None:
                 return (np.asarray(function(found), dtype=np.float64),), *ending
             if not found.success:
@@ -147,7 +149,7 @@ def members_in_clock(
             if function is not None:
                 error.add_note(f"This was member {k}.")
                 raise
-            return None, str(error), 1, 0
+            return None, refused(error), 0
         except Exception as error:
             error.add_note(f"This was member {k}.")
             raise
@@ -168,6 +170,5 @@ def members_in_clock(
         read_only(np.stack([np.full(shape, np.nan) if x is None else x[k] for x, *_ in found]))
         for k, shape in enumerate(shapes)
     )
-    messages = {k: status for k, (_, status, *_) in enumerate(found) if status != COMPLETED}
-    failed, passes = (np.array([one[k] for one in found], dtype=np.int64) for k in (2, 3))
-    return Ensemble(rows, failed, messages, passes)
+    outcomes = {k: outcome for k, (_, outcome, _) in enumerate(found)}
+    return Ensemble(rows, outcomes, np.array([passes for *_, passes in found], dtype=np.int64))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, cast
 
@@ -25,22 +25,26 @@ from galvi.curves.curves import RedoneCurves
 from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
 from galvi.events.search import MOST, START, Rows, Search
+from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.batches import APART
-from galvi.run.engines import motion_in_clock
+from galvi.run.clocked.run import at_step_limit
+from galvi.run.engines import formulation_of, motion_in_clock
 from galvi.run.integrate import prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.point_masses.encounters import unresolved_passage
 from galvi.run.request import RunRequest, from_start
 from galvi.run.same_functions import of_run
 from galvi.run.states import saved_velocities
+from galvi.run.status import SMALLER_STEP, notes_on_exceptions
 from galvi.systems.lagrangian import momentum_at
-from galvi.trajectory import COMPLETED, JUDGED, Restarts, Trajectory
+from galvi.trajectory import DeferredEnding, Ending, Restarts, Trajectory
 
 CHATTERS = 1000  # actions in one step
 TOO_NEAR = 1e-6  # of a step, between two actions
 FIRST = 8  # steps of the first block
 AT_ONCE = 2**21  # numbers of a block and its curves, at most
+TOO_MANY = f"more than {MOST} events"
 
 
 def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
@@ -56,32 +60,36 @@ def _watched(
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
     run = prepared(request)(progress=progress, interrupted=interrupted)
-    over = ""
+    beyond = None
     for piece in pieces(run) if run.counts["steps"] else ():
         search.on(piece)
         if search.count > MOST:
-            over = f"More than {MOST} events: none are sought after t = {piece.times[-1]:.10g}."
+            beyond = float(piece.times[-1])
             break
-    return _told(run, search, over)
+    return _with_events(run, search, beyond)
 
 
-def _told(run: Trajectory, search: Search, over: str = "") -> Trajectory:
-    """The run with its events; a status ``over`` makes it no success."""
-    own = vars(run)
-    own["events"], own["asked"] = search.found(), search.events
-    remarks = " ".join(filter(None, [over, search.status]))
-    if remarks:
-        find = own.pop("_find", None)
-        known = None if find else {name: own[name] for name in JUDGED}
+def _with_events(run: Trajectory, search: Search, beyond: float | None = None) -> Trajectory:
+    """The run with its events.
 
-        def ending() -> dict[str, Any]:
-            end = dict(known or find())
-            if over and end["success"]:
-                end |= {"success": False, "failed_step": run.counts["steps"]}
-            return end | {"status": f"{end['status']} {remarks}"}
+    beyond  the time after which none were sought, which makes it no success; None: all were
+    """
+    parts: dict[str, Any] = {field.name: getattr(run, field.name) for field in fields(run)}
+    parts |= {"events": search.found(), "asked": search.events}
+    if beyond is not None or search.status:
 
-        run._judge_later(ending)
-    return run
+        def ending() -> Ending:
+            outcome, checkpoint = run.ending.assess()
+            if beyond is not None and outcome.success:
+                outcome = Outcome(
+                    End.STEP_FAILED, run.counts["steps"], beyond, TOO_MANY, outcome.notes,
+                    outcome.steps, "None are sought later",
+                )  # fmt: skip
+            notes = filter(None, [*outcome.notes, search.status])
+            return Ending(replace(outcome, notes=tuple(notes)), checkpoint)
+
+        parts["ending"] = DeferredEnding(ending, run.ending.settings)
+    return Trajectory(**parts)
 
 
 def _row(number: float, *state: Any) -> tuple[Array, ...]:
@@ -111,6 +119,9 @@ class _Acting:
     rest                what is left of a step after an action, in the units of steps; None: nothing
     rows                kept states, the first one included
     parts               curves, and when each begins
+    end                 how the run ended before its last step or at its time; None: it did not
+    verdict             of its blocks, the first that is no success, or else the last in doubt or
+                        with a note; None: none is
     """
 
     def __init__(
@@ -138,15 +149,14 @@ class _Acting:
         self.parts: list[tuple[float, Any]] = []
         self.restarts: list[tuple[float, Array, Array]] = []
         self.counts: dict[str, int] = {}
-        self.failed: int | None = None
-        self.status = self.engine = ""
-        self.names_passage = False
-        self.ended, self.interrupted = "", False
+        self.end: Outcome | None = None
+        self.verdict: Outcome | None = None
+        self.engine, self.names_passage, self.interrupted = "", False, False
 
     def goes_on(self) -> bool:
         """Whether there is more to do."""
         self.interrupted = self.interrupted or self.stopped()
-        return self.done < self.most and not (self.ended or self.interrupted)
+        return self.done < self.most and self.end is None and not self.interrupted
 
     def block(self) -> None:
         """Some steps, up to an event that ends or changes the run."""
@@ -165,7 +175,7 @@ class _Acting:
             self.counts[name] = self.counts.get(name, 0) + value
         stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
         if self.search.count > MOST:
-            self._fail(f"Stopped after {self.done + made} steps: more than {MOST} events.")
+            self._fail(self.done + made + 1, float(part.t[-1]), TOO_MANY)
         elif stops:
             self._stop(part, found, stops[0])
             return
@@ -173,8 +183,7 @@ class _Acting:
 
     def _take(self, part: Trajectory, made: int, reached: bool, bound: bool) -> None:
         """A block without an event that ends or changes the run."""
-        rows = len(part.t) - 1
-        self._judged(part, bound)
+        rows, outcome = len(part.t) - 1, self._judged(part)
         if self.rest is None:
             self._keep(part, rows)
             self.done, self.start = self.done + made, cast(Checkpoint, part.checkpoint)
@@ -187,11 +196,11 @@ class _Acting:
             self.rows.append(_row(self.done + 0.5, *(x[-1] for x in (part.t, part.q, part.p,
                                                                        part.v))))  # fmt: skip
         if reached:
-            self.ended = COMPLETED
+            self.end = self.end or Outcome()
         elif part.interrupted:
             self.interrupted = True
         elif (self.clocked and not bound) or not (made and np.all(np.isfinite(part.q[-1]))):
-            self.ended = part.status  # at a step that failed
+            self.end = self.end or outcome  # of a step that failed
         self.after = -math.copysign(math.inf, self.task.step)
         self.chunk = min(2 * self.chunk, self.at_once)
 
@@ -206,7 +215,7 @@ class _Acting:
             self.parts[-1] = self.parts[-1][0], cut(part.curves, whole + 1)
         if self.rest is None and whole:
             steps = self._steps(whole)
-            self._judged(steps, True)
+            self._judged(steps)
             self._keep(steps, whole)
             self.done, self.start = self.done + whole, cast(Checkpoint, steps.checkpoint)
             self.before, self.within = steps, 0
@@ -217,7 +226,7 @@ class _Acting:
             self.rows.append(_row(self.done + self._share(part, whole, t), t, q, p, v))
             name = self.search.asked[found.index[k]].name_of(int(found.part[k]))
             name = name or f"number {found.index[k]}"
-            self.ended = f"Ended by the event {name}, at t = {t:.10g}."
+            self.end = Outcome(End.STOPPED_BY_EVENT, time=t, steps=self.task.steps, event=name)
             return
         for index in found.index[k:last]:
             if (one := self.search.events[index]).action is not None:
@@ -230,9 +239,9 @@ class _Acting:
         self.within += 1
         if self.within > CHATTERS or near:
             self._fail(
-                f"Stopped at t = {t:.10g}: the event {event.name} chatters, with {self.within} "
-                f"actions in a step, or two too near to tell. Let it end the run, by terminal=True."
-            )
+                self.done + 1, t, f"the event {event.name} chatters, with {self.within} actions in "
+                f"a step, or two too near to tell", "Let it end the run, by terminal=True",
+            )  # fmt: skip
         length = self.task.step if self.rest is None else self.rest
         grid = float(part.t[whole + 1])
         self.rest = length * (1.0 - self._share(part, whole, t)) if self.clocked else grid - t
@@ -254,9 +263,7 @@ class _Acting:
         start = self.start if self.rest is None else self._fresh(own)
         begin = replace(start, save_every=1, curves=True)
         step = self.task.step if self.rest is None else self.rest
-        request = RunRequest(
-            own, method, step, n, begin, self.task.until, self.before, self.done, self.most
-        )
+        request = RunRequest(own, method, step, n, begin, self.task.until, self.before)
         return prepared(request)(interrupted=self.stopped)
 
     def _fresh(self, problem: Problem, first: int = 0) -> Checkpoint:
@@ -285,22 +292,59 @@ class _Acting:
         states = part.t[kept], part.q[kept], part.p[kept], saved_velocities(part, kept)
         self.rows.append((self.done + kept, *states))
 
-    def _judged(self, part: Trajectory, bound: bool) -> None:
-        """Keep the first failure that the status of a block tells, or what it doubts."""
+    def _judged(self, part: Trajectory) -> Outcome:
+        """The outcome of a block with the numbers of the run, which becomes the verdict if it says
+        more."""
         seen = cast(Checkpoint, part.checkpoint).passage if self.clocked else NOTHING
         if seen.size and not (self.passage.size and self.passage[0] >= seen[0]):
             self.passage = seen
-        good = part.status == COMPLETED or part.interrupted or self.failed is not None
-        if good or (bound and "the bound of" in part.status):
-            return
-        self.status = part.status
-        self.names_passage = bool(unresolved_passage(self.own, None, seen))
-        if not part.success:
-            self.failed = (part.failed_step or 1) + (self.done if self.clocked else 0)
+        outcome = replace(part.outcome, steps=self.task.steps)
+        if outcome.step is not None:
+            outcome = replace(outcome, step=outcome.step + self.done)
+        of_the_block_alone = outcome.end in (End.INTERRUPTED, End.STEP_LIMIT)
+        silent = outcome.end is End.COMPLETED and not (self.clocked and outcome.notes)
+        decided = self.verdict is not None and not self.verdict.success
+        if not (of_the_block_alone or silent or decided):
+            self.verdict = outcome
+            self.names_passage = bool(unresolved_passage(self.own, None, seen))
+        return outcome
 
-    def _fail(self, status: str) -> None:
-        self.ended = self.status = status
-        self.failed = self.done + 1
+    def _fail(self, step: int, t: float, reason: str, remedy: str = "") -> None:
+        self.end = Outcome(End.STEP_FAILED, step, t, reason, steps=self.task.steps, remedy=remedy)
+
+    def _outcome(self, t: float) -> Outcome:
+        """How the run ended, at time t."""
+        task, verdict, end = self.task, self.verdict, self.end
+        if end is None and self.interrupted:
+            end = Outcome(End.INTERRUPTED, self.done + 1, t, steps=task.steps)
+        elif end is None and task.until is not None:
+            end = at_step_limit(self.done, t, self.most, task.until)
+        end = end or Outcome(steps=task.steps)
+        if not end.success:
+            if verdict is None or verdict.end is not End.RUINED:
+                return end
+            note = f"It was ruined from step {verdict.step} on: {verdict.reason}."
+            return replace(end, notes=(note,))
+        if verdict is None and not self.clocked:
+            engine = formulation_of(task.problem, task.method)
+            notes = notes_on_exceptions(engine, {**self.counts, "steps": self.done})
+            outcome = replace(end, notes=notes)
+        elif verdict is None:
+            outcome = end
+        elif end.event and verdict.success:
+            outcome = replace(
+                end, reason=verdict.reason, remedy=verdict.remedy, notes=verdict.notes
+            )
+        else:
+            outcome = replace(verdict, event=end.event, time=end.time)
+        passage = unresolved_passage(task.problem, None, self.passage) if self.clocked else ""
+        if not outcome.success or not passage or self.names_passage:
+            return outcome
+        return replace(
+            outcome, end=End.STOPPED_BY_EVENT if outcome.event else End.DOUBTFUL,
+            reason="; ".join(filter(None, [outcome.reason, passage])),
+            remedy=outcome.remedy or SMALLER_STEP,
+        )  # fmt: skip
 
     def trajectory(self) -> Trajectory:
         """What was done."""
@@ -328,7 +372,7 @@ class _Acting:
                 of_run(problem, q, p, t, task.method.clock, False),
             )
         elif not self.restarts:
-            ends = self.done + bool(self.ended and self.failed is None)
+            ends = self.done + (self.end is not None and self.end.success)
             again = RedoneCurves(
                 problem,
                 task.method,
@@ -341,21 +385,6 @@ class _Acting:
         restarts = None
         if self.restarts:
             restarts = Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
-        status, failed = self.status or self.ended or COMPLETED, self.failed
-        if self.clocked and task.until is not None and not self.ended and not self.interrupted:
-            status = (
-                f"Stopped after {self.done} steps: the bound of {task.steps} steps was reached "
-                f"before t = {task.until:.10g}. Give more steps, or a larger step."
-            )
-            failed = self.done + 1
-        elif self.interrupted and failed is None:
-            status = f"Interrupted after {self.done} steps; what was computed is kept."
-            failed = self.done + 1
-        elif self.ended and self.ended not in (COMPLETED, status):
-            status = f"{self.ended} {status}"
-        passage = unresolved_passage(problem, None, self.passage) if self.clocked else ""
-        if passage and failed is None and not self.names_passage:
-            status = f"{status.rstrip('.')}, but {passage}. Use a smaller step or a higher degree."
         tau = None
         if self.clocked:
             begin = 0.0 if task.continues is None else float(cast(Array, task.continues.tau)[-1])
@@ -365,9 +394,10 @@ class _Acting:
         old = task.start
         end = replace(self.start, save_every=old.save_every, curves=old.curves)
         run = Trajectory(
-            problem, read_only(t), read_only(q), read_only(p), failed is None, status, failed,
-            {**self.counts, "steps": self.done}, h, task.method, curves, end,
-            self.interrupted, read_only(v) if massless else None, again, self.engine,
-            None if tau is None else read_only(tau), restarts=restarts, origin=self.origin,
+            problem, read_only(t), read_only(q), read_only(p),
+            counts={**self.counts, "steps": self.done}, step=h, method=task.method, curves=curves,
+            ending=Ending(self._outcome(last), end), interrupted=self.interrupted,
+            velocities=read_only(v) if massless else None, again=again, engine=self.engine,
+            tau=None if tau is None else read_only(tau), restarts=restarts, origin=self.origin,
         )  # fmt: skip
-        return _told(run, self.search)
+        return _with_events(run, self.search)

@@ -29,7 +29,7 @@ from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.systems.system import WithLimits
-from galvi.trajectory import COMPLETED, Trajectory
+from galvi.trajectory import Trajectory
 
 TRIES = 14  # numbers of steps tried
 BUDGET_ENDED = "the budget ended"
@@ -384,4 +384,4 @@ def reached_limit(run: Trajectory) -> bool:
 
 def failure(run: Trajectory) -> str:
     """Why a run is no success or in doubt, or an empty string."""
-    return "" if run.success and run.status.startswith(COMPLETED) else run.status
+    return run.status if run.outcome.in_doubt or not run.success else ""

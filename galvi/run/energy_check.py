@@ -82,7 +82,7 @@ def judge(engine: Formulation, run: RunRequest, work: RunArrays) -> Judgement:
         try:
             energy, kinetic, fresh = start_energies(problem, forces=True)
         except Exception as error:
-            return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
+            return Judgement(energies=start.energies, unjudged=raised_at(error, problem.t0))
         known = (energy, kinetic, start.energies if start.energies.size else fresh)
         found = _judged(engine, run, work, watched_rows(engine, run, work), known)
         locked = is_locked(problem, *saved_states(engine, run, work), run.step)
@@ -112,8 +112,8 @@ def _judged(
         if told.size:
             found = judgement(steps[told], kinetic[told], potential[told], *known, floor, kick)
         first = min(raised)
-        number = int(steps[first]) - start.first + run.before
-        return found._replace(unjudged=raised_at(raised[first], number))
+        time = problem.t0 + int(steps[first]) * run.step
+        return found._replace(unjudged=raised_at(raised[first], time))
 
     found = judged(False)
     if found.error <= SMALL and not found.unknown:
@@ -121,7 +121,7 @@ def _judged(
     try:
         floor, kick = noise(problem), kick_energy(problem, run.step)
     except Exception as error:
-        return Judgement(energies=start.energies, unjudged=raised_at(error, 0))
+        return Judgement(energies=start.energies, unjudged=raised_at(error, problem.t0))
     found = judged(True, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
@@ -137,8 +137,8 @@ def _judged(
     return found._replace(ruined=earliest)
 
 
-def raised_at(error: Exception, step: int) -> str:
-    return f"at step {step}, where it raised {in_words(error)}"
+def raised_at(error: Exception, time: float) -> str:
+    return f"at t = {time:.10g}, where it raised {in_words(error)}"
 
 
 def in_words(error: Exception) -> str:

@@ -4,7 +4,7 @@ resulting trajectory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -27,11 +27,11 @@ from galvi.run.point_masses.encounters import MasslessError, massless_error
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
 from galvi.run.same_functions import of_run
-from galvi.run.status import ending
+from galvi.run.status import outcome_of
 from galvi.run.stepper import Formulation, RunCurves, Stepper
 from galvi.run.work_check import has_work, judge_work
 from galvi.systems.nbody import NBody
-from galvi.trajectory import Trajectory
+from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
 MOST_KNOWN = 512  # states from which curves can be found again
 
@@ -73,7 +73,7 @@ def run_steps(
     system: Any = request.problem.system
     if watched and (asks_functions(system) or asks_force(system)):
         try:
-            done._judge()  # now: what the functions refer to may change
+            done.ending.assess()  # now: what the functions refer to may change
         except KeyboardInterrupt:
             raise Interrupted(done) from None
     return done
@@ -97,44 +97,40 @@ def _trajectory(stepper: Stepper, code: int, known: list[Checkpoint]) -> Traject
         q, v = work.saved_q, work.saved_v
         check = of_run(problem, q, v, times, None, bool(work.in_lanes))
         again = RedoneCurves(problem, method, step, steps, done, tuple(known), check)
-    found = Trajectory(
+    counts = _counts(engine, problem, work)
+    return Trajectory(
         problem=problem,
         t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
         velocities=_kept_velocities(problem, work),
-        counts=_counts(engine, problem, work),
+        counts=counts,
         step=step,
         method=method,
         curves=curves,
+        ending=DeferredEnding(lambda: _ending(stepper, code, counts, known), start),
         again=again,
         interrupted=done < steps and code == SOLVED,
         engine=stepper.engine,
         engine_reason=stepper.engine_reason,
     )
-    found._judge_later(lambda: _ending(stepper, code, known), start)
-    return found
 
 
-def _ending(stepper: Stepper, code: int, known: list[Checkpoint]) -> Mapping[str, Any]:
-    """The fields of a trajectory that tell how it ended."""
+def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
+    """How a run ended whose last kernel call returned ``code``."""
     engine, run, work = stepper.formulation, stepper.request, stepper.work
     start = run.start
     if has_work(run.problem.system):
         found = judge_work(engine, run, work, unwatched)
     else:
         found = judge(engine, run, work)
-    end = ending(
-        engine, run, work, code, found,
-        lambda: _massless_error(stepper, known),
-    )  # fmt: skip
+    outcome = outcome_of(stepper, code, found, counts, lambda: _massless_error(stepper, known))
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
-        start.solver, start.tolerance, start.save_every, start.curves, end.energies,
+        start.solver, start.tolerance, start.save_every, start.curves, found.energies,
         read_only(work.passage[:FOUND]),
     )  # fmt: skip
-    return {"success": end.success, "status": end.status, "failed_step": end.failed_step,
-            "checkpoint": last}  # fmt: skip
+    return Ending(outcome, last)
 
 
 def unwatched(request: RunRequest) -> Trajectory:

@@ -55,8 +55,6 @@ class RunRequest(NamedTuple):
     start: Checkpoint
     until: float | None = None
     continues: Trajectory | None = None
-    before: int = 0
-    total: int = 0
 
     @classmethod
     def checked(

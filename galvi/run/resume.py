@@ -88,7 +88,7 @@ def resume(
 
 def _continuation(run: Trajectory) -> Checkpoint | None:
     """A state of a run with the settings of its continuation, without judging the run."""
-    return vars(run).get("_began") or run.checkpoint
+    return run.ending.settings
 
 
 def _check_resumed(run: Any) -> None:

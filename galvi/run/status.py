@@ -1,139 +1,133 @@
-"""How a run ended: one sentence saying why, with a remedy, and whether it can be used."""
+"""How a run ended, as a value, and whether it can be used."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
-from galvi.arrays import Array
 from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
+from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
 from galvi.run.energy_check import Judgement
 from galvi.run.gimbal_lock import LOCKED
 from galvi.run.point_masses import encounters
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import LEFT_OVER, RunArrays
-from galvi.run.stepper import Formulation
+from galvi.run.stepper import Formulation, Stepper
 from galvi.systems.lagrangian import Lagrangian
-from galvi.trajectory import COMPLETED
 
 MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
+SMALLER_STEP = "Use a smaller step or a higher degree"
+Massless = Callable[[], encounters.MasslessError | None]
 
 
-class Ending(NamedTuple):
-    """The end of a run.
+def outcome_of(
+    stepper: Stepper, code: int, judgement: Judgement, counts: Mapping[str, int],
+    massless: Massless,
+) -> Outcome:  # fmt: skip
+    """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
-    success, status, failed_step  see `galvi.Trajectory`
-    energies                      see `Checkpoint`
+    judgement  what its energies say
+    massless   () -> what a step does to bodies without mass; asked where all else is well
     """
-
-    success: bool
-    status: str
-    failed_step: int | None
-    energies: Array
-
-
-def ending(
-    engine: Formulation, run: RunRequest, work: RunArrays, code: int, found: Judgement,
-    light: Callable[[], encounters.MasslessError | None],
-) -> Ending:  # fmt: skip
-    """The end of a run whose last kernel call returned ``code``.
-
-    found  what its energies say
-    light  () -> what a step does to bodies without mass; asked where all else is well
-    """
-    done, start, before, total = work.done, run.start, run.before, run.total or run.steps
-    ruined = None if found.ruined is None else max(found.ruined - start.first, 1) + before
-    failed = ruined if done == run.steps else before + done + 1
-    if done == run.steps:
-        status = _completed(engine, run, work, found, ruined, light)
-    else:
-        t = run.problem.t0 + (start.first + done) * run.step
-        where = f"at step {failed} of {total}, from t = {t:.10g}"
-        if code == SOLVED:
-            status = f"Interrupted {where}; what was computed is kept."
-        else:
-            reason = engine.failure(run, code, work)
-            status = f"Stopped {where}: {reason}"
-        if ruined is not None:
-            status += f" It was ruined from step {ruined} on: {'; '.join(_wrong(found))}."
-        if found.unjudged:
-            status += f" Its energy {_unjudged(found)}."
-    return Ending(failed is None, status, failed, found.energies)
-
-
-def _completed(
-    engine: Formulation, run: RunRequest, work: RunArrays, found: Judgement, ruined: int | None,
-    light: Callable[[], encounters.MasslessError | None],
-) -> str:  # fmt: skip
-    """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
-    problem, step, steps = run.problem, run.step, run.total or run.steps
+    run, work = stepper.request, stepper.work
+    problem, step, steps = run.problem, run.step, cast(int, run.steps)
+    if work.done < steps:
+        end, reason = End.INTERRUPTED, ""
+        if code != SOLVED:
+            end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
+        t = problem.t0 + (run.start.first + work.done) * step
+        return Outcome(end, work.done + 1, t, reason, _notes_on_energy(run, judgement), steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
-    reasons = _wrong(found)
-    if found.unknown:
+    remedy = SMALLER_STEP
+    if passage and encounters.asks_for_a_clock(problem, step, work.passage):
+        remedy = encounters.ADAPT
+    outcome = completed(problem, judgement, run.start.first, passage, massless, remedy)
+    if outcome == Outcome():
+        outcome = Outcome(notes=notes_on_exceptions(stepper.formulation, counts))
+    return replace(outcome, steps=steps)
+
+
+def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
+    """Of a run some of whose steps were done in another way than the others: how many."""
+    name, text = formulation.in_other_way
+    return (text.format(left=counts[name], steps=counts["steps"]),) if name in counts else ()
+
+
+def completed(
+    problem: Problem, judgement: Judgement, first: int, passage: str, massless: Massless,
+    remedy: str = SMALLER_STEP,
+) -> Outcome:  # fmt: skip
+    """The outcome of a run that did all its steps.
+
+    first    steps since the problem's start before this run
+    passage  the worst one of two point masses that no step resolved, as a clause; "" for none
+    remedy   where the judgement has none
+    """
+    clauses = _wrong(judgement)
+    if judgement.unknown:
         undefined = "the energy is not a number"
         if isinstance(problem.system, Lagrangian) and conserves_energy(problem.system):
             undefined += ": L is undefined there, or no velocity has the momentum"
-        reasons.append(undefined)
-    if passage:
-        reasons.append(passage)
-    if not reasons:
-        reasons = off_without_mass(problem, light())
-    if not reasons:
-        if found.unjudged:
-            return f"Completed, but the energy {_unjudged(found)}."
-        left = int(work.counts[LEFT_OVER])
-        said = engine.in_other_way[1].format(left=left, steps=steps)
-        return f"{COMPLETED} {said}" if left else COMPLETED
-    remedy = "Use a smaller step or a higher degree"
-    if passage and encounters.asks_for_a_clock(problem, step, work.passage):
-        remedy = encounters.ADAPT
-    if found.remedy:
-        remedy = found.remedy
-    elif _given(problem):
+        clauses.append(undefined)
+    clauses += [passage] if passage else []
+    clauses = clauses or off_without_mass(problem, massless())
+    unjudged = f"energy could not be judged {judgement.unjudged}" if judgement.unjudged else ""
+    if not clauses:
+        return Outcome(End.DOUBTFUL, reason=f"the {unjudged}") if unjudged else Outcome()
+    if not judgement.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
-    if found.unjudged:
-        remedy += f". The energy {_unjudged(found)}"
-    if ruined is not None:
-        return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
-    cause = "" if LOCKED in found.said else ": the step is too large for this motion"
-    return f"Completed, but {'; '.join(reasons)}{cause}. {remedy}."
+    reason, remedy = "; ".join(clauses), judgement.remedy or remedy
+    notes = (f"The {unjudged}.",) if unjudged else ()
+    if judgement.ruined is not None:
+        ruined = max(judgement.ruined - first, 1)
+        return Outcome(End.RUINED, ruined, reason=reason, remedy=remedy, notes=notes)
+    if LOCKED not in judgement.said:
+        reason += ": the step is too large for this motion"
+    return Outcome(End.DOUBTFUL, reason=reason, remedy=remedy, notes=notes)
 
 
-def _unjudged(found: Judgement) -> str:
-    return f"could not be judged {found.unjudged}"
+def _notes_on_energy(run: RunRequest, judgement: Judgement) -> tuple[str, ...]:
+    """What a run that ended early says of its energy."""
+    notes = []
+    if judgement.ruined is not None:
+        t = run.problem.t0 + max(judgement.ruined, run.start.first + 1) * run.step
+        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(judgement))}.")
+    if judgement.unjudged:
+        notes.append(f"Its energy could not be judged {judgement.unjudged}.")
+    return tuple(notes)
 
 
-def _wrong(found: Judgement) -> list[str]:
+def _wrong(judgement: Judgement) -> list[str]:
     """What is wrong with a run, in clauses."""
-    return [*([_off(found)] if found.error > SMALL else []), *found.said]
+    return [*([_off(judgement)] if judgement.error > SMALL else []), *judgement.said]
 
 
-def _off(found: Judgement) -> str:
-    if np.isfinite(found.error):
-        return f"the energy changed by {found.error:.2g} times {MEASURE}"
+def _off(judgement: Judgement) -> str:
+    if np.isfinite(judgement.error):
+        return f"the energy changed by {judgement.error:.2g} times {MEASURE}"
     return (
-        f"the energy changed by {found.energies[WORST]:.2g}, and no step kept it to {SMALL:g} "
+        f"the energy changed by {judgement.energies[WORST]:.2g}, and no step kept it to {SMALL:g} "
         f"times {MEASURE}"
     )
 
 
-def off_without_mass(problem: Problem, found: encounters.MasslessError | None) -> list[str]:
+def off_without_mass(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
     """That steps change the energy of a body without mass, or nothing."""
-    if found is None or not found.share > encounters.COARSE:
+    if error is None or not error.share > encounters.COARSE:
         return []
-    body = encounters.body_names(problem, len(problem.q0))[found.body]
+    body = encounters.body_names(problem, len(problem.q0))[error.body]
     return [
-        f"a step changes the energy of the massless body {body} by about {found.share:.1g} of "
-        f"v^2 / 2 + G M / r (an estimate, from {found.states} of the steps)"
+        f"a step changes the energy of the massless body {body} by about {error.share:.1g} of "
+        f"v^2 / 2 + G M / r (an estimate, from {error.states} of the steps)"
     ]
 
 
-def _given(problem: Problem) -> bool:
+def _has_derivatives(problem: Problem) -> bool:
     """Whether the user gave derivatives, which may contradict the energy."""
-    given = (getattr(problem.system, name, None) for name in ("gradient", "slopes"))
-    return any(function is not None for function in given)
+    derivatives = (getattr(problem.system, name, None) for name in ("gradient", "slopes"))
+    return any(function is not None for function in derivatives)

@@ -431,12 +431,12 @@ def _explained(
     run: RunRequest, found: Judgement, worst: Change | None, fast: Unresolved | None, locked: bool
 ) -> Judgement:
     """A judgement in words, with what is fast or locked."""
-    before, said, remedy = run.start.first - run.before, [], ""
+    begin, said, remedy = run.problem.t0, [], ""
     if found.error > SMALL and worst is not None:
         which = "before it" if found.ruined == worst.step else "up to there"
         said.append(
-            f"in step {worst.step - before} the energy and the work of the forces differ by "
-            f"{found.error:.2g} times the largest energy {which}"
+            f"in the step to t = {begin + worst.step * run.step:.10g} the energy and the work of "
+            f"the forces differ by {found.error:.2g} times the largest energy {which}"
         )
     elif found.ruined is not None:
         said.append(BEFORE)
@@ -447,7 +447,7 @@ def _explained(
         off = f"about {fast.share:.1g} of" if fast.share < 1.0 else "more than"
         said.append(
             f"forces have {how} a velocity in 1/{share} of a step, which leaves it wrong by {off} "
-            f"its largest value in step {fast.step - before}"
+            f"its largest value in the step to t = {begin + fast.step * run.step:.10g}"
         )
         remedy = f"Use a step of {rounded_down(run.method.stages / abs(fast.rate)):g} or less"
     if locked:

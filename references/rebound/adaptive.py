@@ -75,7 +75,7 @@ class ReboundAdaptive:
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
-        with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as status:
+        with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as warned:
             for row, t in enumerate((times[1:] + begun).tolist(), start=1):
                 try:
                     with engine_time:
@@ -95,8 +95,7 @@ class ReboundAdaptive:
                 v,
                 counts={"steps": int(sim.engine.steps_done - taken)},
                 failure=failure,
-                status=status(),
-                note=self._accuracy_note(setting),
+                notes=[*warned(), self._accuracy_note(setting)],
             )
 
         run = ended(failure)

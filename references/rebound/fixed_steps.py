@@ -80,7 +80,7 @@ class ReboundSteps:
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         done, failure = 0, None
-        with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as status:
+        with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as warned:
             for row, target in enumerate(steps.saved[1:].tolist(), start=1):
                 while done < target and failure is None:
                     more = min(target - done, CHUNK)
@@ -108,7 +108,7 @@ class ReboundSteps:
             counts={"steps": done},
             step=steps.step,
             failure=failure,
-            status=status(),
+            notes=warned(),
         )
 
     def _refuses(self, problem: Problem, options: Mapping[str, Any], step: float) -> bool:

@@ -20,7 +20,6 @@ import numpy as np
 
 from galvi import Canonical, CentralForce, NBody, Problem
 from galvi.arrays import Array
-from galvi.trajectory import COMPLETED
 from references.newton import is_forced, replaces_force
 
 
@@ -154,10 +153,8 @@ def _c_library() -> Any:
 
 
 @contextmanager
-def messages() -> Iterator[Callable[[], str]]:
-    """Capture REBOUND's warnings; yields a function that returns the status of a completed run."""
+def messages() -> Iterator[Callable[[], list[str]]]:
+    """Capture REBOUND's warnings; yields a function that returns a sentence for each."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        yield lambda: " ".join(
-            [COMPLETED, *(f"REBOUND warned: {m}" for m in {str(w.message): 0 for w in caught})]
-        )
+        yield lambda: [f"REBOUND warned: {m}" for m in {str(w.message): 0 for w in caught}]

@@ -75,7 +75,7 @@ def run_on_coordinates(
         states[:, d:],
         counts={"force_evaluations": calls},
         failure=failure,
-        note=accuracy_note(setting),
+        notes=[accuracy_note(setting)],
     )
 
 

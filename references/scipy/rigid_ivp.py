@@ -56,7 +56,7 @@ class RigidIvp:
             p=states[:, -3:],
             counts={"force_evaluations": calls},
             failure=failure,
-            note=accuracy_note(setting),
+            notes=[accuracy_note(setting)],
         )
 
 

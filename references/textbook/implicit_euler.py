@@ -10,7 +10,6 @@ import numpy as np
 
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from galvi.trajectory import COMPLETED
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import acceleration, acceleration_jacobian, is_forced
@@ -92,7 +91,7 @@ class ImplicitEuler:
             },
             step=steps.step,
             failure=failure,
-            status=_accepted(stalled) if stalled else COMPLETED,
+            doubt=_accepted(stalled) if stalled else "",
         )
 
 
@@ -105,8 +104,8 @@ def _stalled(k: int, used: int, t0: float, h: float) -> str:
 
 def _accepted(stalled: list[int]) -> str:
     return (
-        f"Completed, but Newton's method did not converge in {len(stalled)} steps, first in step "
-        f"{stalled[0]}; from there on these are not states of implicit Euler."
+        f"Newton's method did not converge in {len(stalled)} steps, first in step "
+        f"{stalled[0]}; from there on these are not states of implicit Euler"
     )
 
 

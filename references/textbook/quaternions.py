@@ -348,7 +348,7 @@ class QuaternionDOP853:
             counts={"steps": steps, "rejected_steps": tries - steps,
                     "force_evaluations": 11 * tries + steps + 1},
             failure=failure,
-            note="" if "tolerance" in setting else LOOSE,
+            notes=[] if "tolerance" in setting else [LOOSE],
         )  # fmt: skip
 
 

@@ -228,8 +228,8 @@ ODD = {
     "no passes": lambda arrays: {name: arrays[name] for name in arrays if name != "passes"},
     "another column": lambda arrays: {**arrays, "more": arrays["passes"]},
     "no digest": lambda arrays: {name: arrays[name] for name in arrays if name != "digest"},
-    "other messages": lambda arrays: {**arrays, "messages": np.array("[]")},
-    "objects": lambda arrays: {**arrays, "failed": arrays["failed"].astype(object)},
+    "other outcomes": lambda arrays: {**arrays, "outcomes": np.array("[]")},
+    "objects": lambda arrays: {**arrays, "passes": arrays["passes"].astype(object)},
     "float32": lambda arrays: {**arrays, "value0": arrays["value0"].astype(np.float32)},
     "another number": lambda arrays: {**arrays, "passes": np.arange(len(arrays["passes"]))},
 }

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import galvi
 from galvi.run import loop
 from galvi.run.point_masses import encounters
-from galvi.trajectory import COMPLETED
 from references.rebound.ias15 import IAS15
 from references.scipy.ivp import DOP853, TIGHT
 
@@ -77,7 +76,7 @@ def test_a_step_too_large_for_a_planet_of_a_binary_is_said_to_be(steps: int) -> 
 def test_there_is_no_false_alarm(chart, e, degree, a_turn, monkeypatch) -> None:
     seen = watched(monkeypatch)
     run = galvi.integrate(comet(e), method(degree, chart), PERIOD / a_turn, 20 * a_turn)
-    assert run.status == COMPLETED
+    assert run.outcome.end is galvi.End.COMPLETED
     assert len(seen) == 1 and seen[0].share < encounters.COARSE
 
 
@@ -105,7 +104,7 @@ def test_a_step_that_was_not_taken_is_not_judged() -> None:
     problem = galvi.Problem(galvi.NBody([1.0, 0.0]), q, v)
     run = galvi.integrate(problem, method(8), 0.2, 15)
     fine = galvi.integrate(problem, method(8), 0.01, 300)
-    assert np.max(np.abs(run.q[-1] - fine.q[-1])) < 1e-10 and run.status == COMPLETED
+    assert np.max(np.abs(run.q[-1] - fine.q[-1])) < 1e-10 and run.outcome.end is galvi.End.COMPLETED
 
 
 def test_a_fast_passage_is_measured_by_its_kinetic_energy() -> None:
@@ -146,7 +145,7 @@ def test_a_body_that_a_kernel_moves_wrongly_is_named(monkeypatch) -> None:
         return estimate(wrong, states)
 
     sound = galvi.integrate(problem, method(6), 0.1, 100)
-    assert sound.status == COMPLETED
+    assert sound.outcome.end is galvi.End.COMPLETED
     monkeypatch.setattr(loop, "massless_error", planted)
     run = galvi.integrate(problem, method(6), 0.1, 100)
     assert "massless body 3 by about 0.0" in run.status

@@ -107,10 +107,10 @@ def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
         assert run.success and planted.calls >= at
         assert run.failed_step is None and not run.interrupted
         assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
-        assert run.status.startswith("Completed, but the energy could not be judged at step ")
+        assert run.outcome.end is galvi.End.DOUBTFUL
         reason = " ".join(str(error).split())
-        assert run.status.endswith(
-            f"it raised {type(error).__name__}{': ' * bool(reason)}{reason}."
+        assert run.outcome.reason.endswith(
+            f"it raised {type(error).__name__}{': ' * bool(reason)}{reason}"
         )
 
 
@@ -123,21 +123,21 @@ def test_the_steps_that_can_be_judged_are(sign):
     first = int(np.flatnonzero(np.abs(run.q[:, 0]) > 5.0)[0]) if sign < 0 else None
     assert run.success == (sign > 0) and np.all(np.isfinite(run.q))
     if sign < 0:
-        assert run.status.startswith(f"Ruined from step {run.failed_step} of {STEPS} on: ")
-        assert run.failed_step < first
-        assert (
-            f"could not be judged at step {first}, where it raised KeyError: 'off'." in run.status
+        assert run.outcome.end is galvi.End.RUINED and run.failed_step < first
+        assert run.outcome.notes == (
+            f"The energy could not be judged at t = {0.1 * first:.10g}, where it raised KeyError: "
+            "'off'.",
         )
     else:
-        assert run.status == "Completed."
+        assert run.outcome.end is galvi.End.COMPLETED
 
 
 def test_a_run_that_stops_where_its_energy_is_unknown_says_both():
     planted = Planted(spring, raising(LookupError("end")), far=lambda q: q[0] > 3.0)
     system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
-    assert run.status.startswith("Stopped at step ")
-    assert "Its energy could not be judged at step " in run.status
+    assert run.outcome.end is galvi.End.STEP_FAILED
+    assert "Its energy could not be judged at t = " in run.outcome.notes[-1]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
+from galvi.outcome import End, Outcome
 from galvi.run import energies
 from galvi.run.batches import step_in_batches
 from galvi.run.clocked.driven import motion_of_driven
@@ -35,11 +36,11 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import COUNTED
 from galvi.run.same_functions import of_run
-from galvi.run.status import off_without_mass
+from galvi.run.status import completed
 from galvi.run.stepper import Declined
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
-from galvi.trajectory import COMPLETED, Trajectory
+from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
 LOOKED_AT = 1024  # states of a run by whose energies it is judged
 TOO_LONG = "the step is too large for the clock"
@@ -98,27 +99,26 @@ def run_in_clock(
 
     Raises `Interrupted` for Ctrl-C after the last step or one that failed.
     """
-    loop, steps = stepper, stepper.request.steps
+    loop, most = stepper, stepper.request.steps or input_checks.LARGEST
     loop.start_steps()
-    most = input_checks.LARGEST if steps is None else steps
     with np.errstate(all="ignore"), defer_interrupts() as pressed:  # what is not finite is said
         stopped = interrupted or pressed
         code = step_in_batches(
             loop, lambda code: code, most, progress, lambda: loop.over or stopped()
         )
-        run = _trajectory(loop, code, steps, stepper.request.continues, stepper.request.before)
+        run = _trajectory(loop, code)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     if energies.asks_functions(cast(Hashable, stepper.problem.system)):
-        run._judge()  # now: what the functions refer to may change
+        run.ending.assess()  # now: what the functions refer to may change
     return run
 
 
-def _trajectory(
-    loop: ClockStepper, code: int, steps: int | None, first: Trajectory | None, before: int
-) -> Trajectory:
+def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
-    problem, start, h = loop.problem, loop.start, loop.step
+    problem, start, h, (steps, first) = loop.problem, loop.start, loop.step, (
+        loop.request.steps, loop.request.continues,
+    )  # fmt: skip
     end, share = loop.to_time() if loop.reached else (None, 0.0)
     if end is not None:
         loop.note_passages(end)
@@ -157,6 +157,7 @@ def _trajectory(
         step=h,
         method=loop.method,
         curves=curves,
+        ending=DeferredEnding(lambda: _ending(loop, run, end), start),
         again=None
         if curves is not None
         else RedoneClockCurves(
@@ -175,48 +176,45 @@ def _trajectory(
         engine_reason=loop.engine_reason,
         tau=read_only(tau),
     )
-    run._judge_later(lambda: _ending(loop, run, steps, end, before))
     return run
 
 
-def _ending(
-    loop: ClockStepper, run: Trajectory, steps: int | None, end: Taken | None, before: int
-) -> Mapping[str, Any]:
-    """The fields of a trajectory that tell how it ended."""
-    start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
-    where = f"after {before + loop.done} steps, at t = {float(run.t[-1]):.10g}"
-    failed: int | None = loop.done + 1
+def _ending(loop: ClockStepper, run: Trajectory, end: Taken | None) -> Ending:
+    """How the run of a loop ended."""
+    start, judgement, notes = loop.start, _judged(loop, end), []
+    steps, step, t = loop.request.steps, loop.done + 1, float(run.t[-1])
     if loop.reason:
-        status = f"Stopped {where}: {loop.reason.rstrip('.')}."
-        if before + loop.done == 0:
-            status += f" Note that {units_of_steps(loop.problem, loop.method.clock)}."
+        outcome = Outcome(End.STEP_FAILED, step, t, loop.reason.removesuffix("."), steps=steps)
+        if start.first + loop.done == 0:
+            notes.append(f"Note that {units_of_steps(loop.problem, loop.method.clock)}.")
     elif run.interrupted:
-        status = f"Interrupted {where}; what was computed is kept."
+        outcome = Outcome(End.INTERRUPTED, step, t, steps=steps)
     elif loop.time is not None and not loop.reached:
-        status = (
-            f"Stopped {where}: the bound of {steps} steps was reached before t = "
-            f"{loop.time:.10g}. Give more steps, or a larger step."
-        )
+        outcome = at_step_limit(loop.done, t, cast(int, steps), loop.time)
     else:
-        passage = unresolved_passage(loop.problem, None, loop.passage)
-        reasons = list(filter(None, [_doubts(found), passage]))
-        if not reasons:
-            reasons = off_without_mass(loop.problem, _massless_error(loop, run))
-        failed, wrong = None, "; ".join(reasons)
-        status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
-        if found.ruined is not None:
-            failed = max(found.ruined - start.first, 1)
-            status = f"Ruined from step {before + failed} on: {wrong}. {remedy}"
+        outcome = completed(
+            loop.problem, judgement, start.first,
+            unresolved_passage(loop.problem, None, loop.passage),
+            lambda: _massless_error(loop, run),
+        )  # fmt: skip
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
-        status += f" The time does not grow along step {before + int(back[0]) + 1}: {TOO_LONG}."
-    said = [loop.motion.remark]
+        begin = run.curves.times[back[0]]
+        notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
+    notes.append(loop.motion.remark)
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
-        said.append(costly_pair(loop.problem, joined(loop.seen).q))
-    last = replace(loop.state, energies=found.energies, passage=read_only(loop.passage[:FOUND]),
+        notes.append(costly_pair(loop.problem, joined(loop.seen).q))
+    outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
+    last = replace(loop.state, energies=judgement.energies, passage=read_only(loop.passage[:FOUND]),
                    save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
-    return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),
-            "failed_step": failed, "checkpoint": last}  # fmt: skip
+    return Ending(outcome, last)
+
+
+def at_step_limit(done: int, t: float, steps: int, time: float) -> Outcome:
+    """The outcome of a run whose bound of ``steps`` steps was reached at t, before ``time``."""
+    reason = f"the bound of {steps} steps was reached before t = {time:.10g}"
+    remedy = "Give more steps, or a larger step"
+    return Outcome(End.STEP_LIMIT, done + 1, t, reason, steps=steps, remedy=remedy)
 
 
 def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None:
@@ -266,14 +264,3 @@ def _judged(loop: ClockStepper, end: Taken | None) -> Judgement:
             floor, kick = energies.noise(problem), energies.kick_energy(problem, first * loop.step)
             found = judgement(*given, floor, kick)
         return found
-
-
-def _doubts(found: Judgement) -> str:
-    if found.unknown:
-        return "the energy is not a number"
-    if found.error > SMALL:
-        return (
-            f"the energy changed by {found.error:.2g} times the larger of the kinetic energy at "
-            f"the start and the range of the potential energy: the step is too large"
-        )
-    return ""

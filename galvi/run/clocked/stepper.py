@@ -22,7 +22,7 @@ STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
 SEEN = 1024  # most states by whose energies a run is judged
 LARGEST = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
-    "the clock is not positive at a stage of step {}, or its time does not grow. Use a smaller "
+    "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
 NEWTON = 20  # iterations for the length of the last step
@@ -99,7 +99,7 @@ class ClockStepper:
             found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
         elif lost.size:
             n_good = int(lost[0])
-            self.reason = NOT_POSITIVE.format(self.done + n_good + 1)
+            self.reason = NOT_POSITIVE
             found = (
                 self.motion.advance(self.state, self.step, n_good, None, keep)
                 if n_good

@@ -25,12 +25,13 @@ from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurv
 from galvi.curves.curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
+from galvi.outcome import Outcome
 from galvi.problem import Problem
 from galvi.run.engines import formulation_of, motion_in_clock
-from galvi.trajectory import Restarts, Trajectory
+from galvi.trajectory import Ending, Restarts, Trajectory
 from galvi.whole_files import write_whole
 
-VERSION = 5
+VERSION = 6
 OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # of a checkpoint
@@ -65,8 +66,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
                     "parameters": {name: _plain(x) for name, x in problem.parameters.items()}},
         "system": _written(problem.system),
         "method": _written(run.method),
-        "success": run.success, "interrupted": run.interrupted, "status": run.status,
-        "failed_step": run.failed_step,
+        "outcome": run.outcome.to_json(), "interrupted": run.interrupted,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
         "curves": getattr(run.curves, "t0", None), "engine": run.engine,
@@ -228,11 +228,12 @@ def _restored(
         origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
     return Trajectory(
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
-        facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
-        method, curves, end, facts["interrupted"],
-        read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
-        facts["engine"], read_only(arrays["tau"]) if "tau" in arrays else None,
-        Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
+        counts=facts["counts"], step=facts["step"], method=method, curves=curves,
+        ending=Ending(Outcome.from_json(facts["outcome"]), end), interrupted=facts["interrupted"],
+        velocities=read_only(arrays["velocities"]) if "velocities" in arrays else None,
+        again=again, engine=facts["engine"],
+        tau=read_only(arrays["tau"]) if "tau" in arrays else None,
+        events=Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
         if about
         else None,
         restarts=Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
