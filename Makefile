@@ -7,7 +7,7 @@ EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
     myo-sim==0.2.4
 BIN := .venv/bin
-# Tests of runs, which other kernels do without galvi.fast; other tests would only be run twice.
+# Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_slopes group_systems lagrangian_scales \
     trajectory pieces events unjudged_runs judged_when_asked problems stiff_forces external_forces \
     differences component_degrees users_errors limits_of_rounding calling own_space engines \
@@ -29,7 +29,7 @@ install: $(STAMP) ## create .venv and install galvi, the suite and the tools
 test: $(STAMP) ## run the tests except those marked slow or browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
-core: $(STAMP) ## run the tests of runs by galvi's core, without galvi.fast
+core: $(STAMP) ## run the tests of runs by the general kernel alone
 	GALVI_FAST=0 $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(CORE:%=tests/galvi/test_%.py)
 
 slow: $(STAMP) ## run the tests marked slow

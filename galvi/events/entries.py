@@ -16,6 +16,14 @@ import numpy as np
 from galvi.arrays import Array
 
 
+def _monotone(function: Any) -> Callable[[Entry], Entry]:
+    def method(self: Entry) -> Entry:
+        low = function(self.low)
+        return _exactly(low) if self.exact else Entry(low, function(self.high))
+
+    return method
+
+
 class Entry:
     """Values of many states, where ``low`` is ``high``, else bounds of them."""
 
@@ -85,6 +93,10 @@ class Entry:
             return _exactly(np.abs(self.low))
         least = np.maximum(np.maximum(self.low, -self.high), 0.0)
         return Entry(least, np.maximum(-self.low, self.high))
+
+    exp, log, sinh = _monotone(np.exp), _monotone(np.log), _monotone(np.sinh)
+    tanh, arcsin, arctan = _monotone(np.tanh), _monotone(np.arcsin), _monotone(np.arctan)
+    deg2rad, rad2deg = _monotone(np.deg2rad), _monotone(np.rad2deg)
 
     def sqrt(self) -> Entry:
         """The root; that of what may be negative from 0 on."""
@@ -168,18 +180,6 @@ def _entry(value: Any) -> Entry:
     if number.ndim or number.dtype.kind not in "biuf":
         raise TypeError(f"it computes with {type(value).__name__}")
     return _exactly(float(number))
-
-
-def _monotone(function: Any) -> Callable[[Entry], Entry]:
-    def method(self: Entry) -> Entry:
-        low = function(self.low)
-        return _exactly(low) if self.exact else Entry(low, function(self.high))
-
-    return method
-
-
-for _function in (np.exp, np.log, np.arctan, np.sinh, np.tanh, np.arcsin, np.deg2rad, np.rad2deg):
-    setattr(Entry, _function.__name__, _monotone(_function))
 
 
 def entries(values: Array, shape: tuple[int, ...]) -> Any:

@@ -26,7 +26,6 @@ FAULTS = {
     "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
     "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
-    "core": ("galvi/problem.py", "from galvi.tracing import laws"),
     "cycles": ("galvi/spaces/polynomials.py", "from galvi.spaces import fourier"),
 }
 

@@ -56,7 +56,7 @@ def test_a_saved_run_with_a_function_needs_its_problem(tmp_path):
         galvi.load(path, problem=bodies(CASES["drag"]))
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="frames are of galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_a_kepler_frame_refuses_forces_of_velocity():
     framed = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
     with pytest.raises(ValueError, match="received an NBody system with Tides"):

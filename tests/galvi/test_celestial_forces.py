@@ -269,7 +269,7 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
     "Python-False",
     "Python-True",
 )
-@pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 @pytest.mark.parametrize("plane", [False, True])
 @pytest.mark.parametrize("name", [one for one in CASES if one != "a function"])
 def test_lanes_agree_with_the_general_kernel(name, plane):

@@ -15,7 +15,7 @@ from tests.galvi.celestial_cases import MASSES, OF_VELOCITY, Q, V, bodies, drag_
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 PLAIN = galvi.Problem(galvi.NBody(MASSES), Q, V)
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 
 
 def run(forces: Any, **options: Any) -> galvi.Trajectory:

@@ -102,7 +102,7 @@ def test_a_step_whose_time_does_not_grow_is_said() -> None:
     assert isinstance(fine.curves, ClockCurves) and not fine.curves.steps_backwards().size
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_a_frame_and_a_clock_exclude_each_other() -> None:
     with pytest.raises(ValueError, match="exclude each other"):
         galvi.Galerkin(
@@ -138,7 +138,7 @@ def test_what_a_clock_cannot_do_is_refused_in_words(call: Any, words: str) -> No
         call()
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
     problem, chosen = three_bodies(), method(6, DYNAMICAL)
     q = problem.q0 + 1e-2 * np.arange(5)[:, None, None] * np.array([0.0, 1.0, -0.5])[:, None]
@@ -162,7 +162,7 @@ def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
             galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0, **more)
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="ensembles need galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
     q = KEPLER.q0 * np.array([[1.0], [1.1]])
     plain = method(6, None)

@@ -175,7 +175,7 @@ def test_burrau_ends_where_quadruple_precision_does() -> None:
     assert run.engine == "clock"
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="massless bodies need galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_sitnikovs_body_stays_on_its_axis_and_where_quadruple_precision_has_it() -> None:
     problem, duration = sitnikov(), 200.0
     run = galvi.integrate(problem, method(8, galvi.DynamicalTime()), 0.3, duration=duration)

@@ -164,7 +164,7 @@ def test_actions_on_groups_and_of_driven_systems(case: str) -> None:
 
 
 @pytest.mark.slow(beside="test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid")
-@pytest.mark.skipif(not galvi.FAST, reason="frames are of galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_a_frame_ends_at_an_event() -> None:
     planets = galvi.problems.outer_solar_system()
     frame = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
@@ -266,7 +266,7 @@ def test_several_runs_pass_their_events_on() -> None:
     assert all(abs(run.t[-1] - math.pi) < 1e-12 for run in runs)
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="ensembles are of galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_an_ensemble_keeps_events(tmp_path: Path) -> None:
     keep = galvi.Events(galvi.events.plane_crossing((0.0, 1.0)), 3)
     v = np.array([1.0, 0.999])[:, None] * ORBIT.v0

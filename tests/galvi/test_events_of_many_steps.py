@@ -14,7 +14,7 @@ from galvi.curves.curves import FrameCurves
 from galvi.events import asked as asked_module
 from galvi.run import states
 
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="frames and their kernels are of galvi.fast")
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 
 PLAIN = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FRAME = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())

@@ -14,7 +14,7 @@ from references.rebound.ias15 import IAS15
 from references.stored import encounters
 from tests.galvi.clock_problems import DYNAMICAL, method
 
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="massless bodies need galvi.fast")
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 DURATION = 6.0
 
 

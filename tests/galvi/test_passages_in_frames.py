@@ -10,7 +10,7 @@ import pytest
 import galvi
 from galvi.run.in_frame import stepper
 
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 G, MASSES = 0.01720209895**2, (1.0, 3.003e-6, 0.0)
 FRAME = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame())
 CLOCK = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12), clock=galvi.DynamicalTime())

@@ -15,7 +15,7 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 
-@pytest.mark.skipif(not galvi.FAST, reason="of galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 @pytest.mark.parametrize("stages", [3, 8, 11, 24])
 @pytest.mark.parametrize("plane", [True, False])
 def test_the_packed_kernel_does_what_the_general_one_does(stages, plane, monkeypatch):

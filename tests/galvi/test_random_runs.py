@@ -17,7 +17,7 @@ import galvi
 
 pytestmark = [
     pytest.mark.slow(beside="test_agreement.py::test_all_engines_agree"),
-    pytest.mark.skipif(not galvi.FAST, reason="there is one engine without galvi.fast"),
+    pytest.mark.skipif(not galvi.FAST, reason="there is one engine then"),
 ]
 ready = galvi.problems
 MANY, STEPS = 500, 40

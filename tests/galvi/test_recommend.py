@@ -364,7 +364,7 @@ def test_a_stop_that_no_step_cures_ends_the_search():
 
 
 @pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
-@pytest.mark.skipif(not galvi.FAST, reason="massless bodies in a clock need galvi.fast")
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_a_massless_body_is_scanned_in_a_clock() -> None:
     """A meteoroid past the Earth, for which the scan of equal steps advises the clock."""
     system = galvi.NBody([1.0, 3.003e-6, 0.0], 0.01720209895**2)

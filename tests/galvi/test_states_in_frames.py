@@ -8,7 +8,7 @@ import pytest
 import galvi
 from references.rebound.ias15 import IAS15
 
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="frames need galvi.fast")
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 G = 0.01720209895**2
 FRAME = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame())
 # A meteoroid that passes the Earth at 26,000 km with 8.5 km/s at t = 24.5 days

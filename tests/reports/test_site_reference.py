@@ -42,7 +42,7 @@ def test_most_public_names_are_used_by_a_tutorial_or_made_by_what_one_uses() -> 
 
 def test_nothing_private_stands_beside_the_api() -> None:
     for file, text in pages():
-        for inner in ("galvi.kernels", "galvi.input_checks", "galvi.arrays", "galvi.fast"):
+        for inner in ("galvi.kernels", "galvi.input_checks", "galvi.arrays", "galvi.lanes"):
             assert inner not in text, file
 
 

@@ -199,7 +199,7 @@ def refuse_massless(problem: Problem) -> None:
     """ValueError for point masses some of which have no mass."""
     if isinstance(problem.system, NBody) and problem.system.has_massless:
         raise ValueError(
-            "massless bodies have no Lagrangian of their own; in a clock they need galvi.fast, "
+            "massless bodies have no Lagrangian of their own; in a clock they need lanes: "
             "Polynomials(s) with gauss(s), DynamicalTime(), the solver auto, no tolerance, and no "
             "forces but those with an energy. Use these, or give them small masses."
         )
