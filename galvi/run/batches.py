@@ -36,19 +36,20 @@ def step_in_batches(
     stopped  returns whether to stop
     note     is called after every ``apart`` steps but the last, if that is not 0
     """
-    code, chunk = 0, 1
+    code, chunk, done = 0, 1, stepper.done
     # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
     with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
-        while code == 0 and stepper.done < steps and not stopped():
-            before, clock = stepper.done, time.perf_counter()
+        while code == 0 and done < steps and not stopped():
+            before, clock = done, time.perf_counter()
             ahead = apart - before % apart if apart else steps
             code = stepper.advance(min(chunk, ahead, steps - before))
             if code:
                 code = recover(code)
-            if apart and stepper.done % apart == 0 and before < stepper.done < steps:
+            done = stepper.done
+            if apart and done % apart == 0 and before < done < steps:
                 note()
             if bar is not None:
-                bar.update(stepper.done - before)
+                bar.update(done - before)
             more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
-            chunk = max(1, int((stepper.done - before) * min(max(more, 0.5), GROWTH)))
+            chunk = max(1, int((done - before) * min(max(more, 0.5), GROWTH)))
     return code

@@ -12,7 +12,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
+from galvi.checkpoint import NOTHING, Checkpoint
 from galvi.clocks.clock import check_step
 from galvi.input_checks import shown
 from galvi.method import Galerkin
@@ -115,7 +115,8 @@ def from_start(
     curves: bool | None = None, first: int = 0,
 ) -> Checkpoint:  # fmt: skip
     """A problem's start, with the settings of a run; ``first`` is the number of steps before it."""
-    return Checkpoint(first, *NO_STATE, solver, tolerance, save_every, curves)
+    none = NOTHING, NOTHING, NOTHING  # of energies, passages and a clock
+    return Checkpoint(first, *NO_STATE, solver, tolerance, save_every, curves, *none)
 
 
 def check_types(problem: object, method: object, call: str) -> None:

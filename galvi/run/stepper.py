@@ -127,6 +127,7 @@ class Stepper:
             start = Checkpoint(
                 start.first, *self.formulation.start(problem, method), start.solver,
                 start.tolerance, start.save_every, start.curves, start.energies, start.passage,
+                start.clock,
             )  # fmt: skip
             self.request = self.request._replace(start=start)
         size = self.formulation.curve_size(problem, method)
