@@ -16,9 +16,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from galvi.environment import NOT_INSTALLED
+
 HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
 INSTALL = "pip install 'galvi[suite]'"
+CANNOT = 2  # exit status of what cannot be carried out
 
 
 def called(program: str) -> list[str]:
@@ -28,16 +31,16 @@ def called(program: str) -> list[str]:
 
 
 def main() -> int:
-    """Run the suite's command line; returns its exit status, 2 where it cannot be imported."""
+    """Run the suite's command line; returns its exit status, also where it cannot be imported."""
     put_suite_first()
     try:
         runpy.run_module("reports", {"CALLED": called(sys.argv[0])}, "__main__", alter_sys=True)
     except ModuleNotFoundError as error:
         print(missing_package(error), file=sys.stderr)
-        return 2
+        return NOT_INSTALLED
     except ImportError as error:
         print(f"The command cannot be imported: {error}. Repair it: {INSTALL}.", file=sys.stderr)
-        return 2
+        return CANNOT
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return 0

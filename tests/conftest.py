@@ -144,16 +144,17 @@ def suite_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """`galvi.judge` and `galvi.convergence` run their commands here, without the seconds that a new
     process imports for."""
 
-    def here(command: str, arguments: list[str], pickled: bytes = b"") -> str:
-        from galvi.interop.suite_process import HANDED_OVER
+    def here(command: str, arguments: list[str], pickled: bytes = b"") -> Exception:
+        from galvi.interop.suite_process import HANDED_OVER, refusal
         from reports.cli.commands import run
 
         said = io.StringIO()
         monkeypatch.setenv(HANDED_OVER, hashlib.sha256(pickled).hexdigest() if pickled else "")
         with redirect_stdout(io.StringIO()), redirect_stderr(said):
-            run(None, [command, *arguments])  # type: ignore[arg-type]
+            status = run(None, [command, *arguments])  # type: ignore[arg-type]
         lines = said.getvalue().splitlines()
-        return "\n".join(line for line in lines if not line.startswith(f"{command}: "))
+        said_at_last = [line for line in lines if not line.startswith(f"{command}: ")]
+        return refusal("\n".join(said_at_last), status)
 
     monkeypatch.setattr("galvi.interop.suite_process.run_command", here)
 

@@ -24,12 +24,12 @@ from benchmarks.claims.kit import *
 
 FILE = Path(__file__).with_name("statements.csv")
 PAPERS = ("H", "M")
-REPRODUCED, FALSE = "reproduced", "false as printed"
+REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
 STATUSES = {  # status: the verdicts of which one is needed
     REPRODUCED: {ATTAINED, HOLDS, EXCEEDS},
     NOT_REPRODUCED: {NOT_REPRODUCED},
     FALSE: {CONTRADICTED},
-    "cannot be checked": set(),
+    UNCHECKABLE: set(),
     "future work done": set(),
     "future work not done": set(),
     "not checked": set(),
@@ -141,6 +141,6 @@ def counted(found: Sequence[Statement]) -> str:
 
 def _words(status: str, count: int) -> str:
     """The status with its verb."""
-    if status.startswith("cannot"):
+    if status == UNCHECKABLE:
         return status
     return f"{'is' if count == 1 else 'are'} {status}"

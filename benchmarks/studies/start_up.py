@@ -87,8 +87,8 @@ method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 def peak():  # MiB; rusage may count the memory of the process that started this one
     try:
-        with open("/proc/self/status") as status:
-            (line,) = [line for line in status if line.startswith("VmHWM")]
+        with open("/proc/self/status") as lines:
+            (line,) = [line for line in lines if line.startswith("VmHWM")]
         return int(line.split()[1]) / 1024
     except OSError:
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -108,7 +108,7 @@ def convergence(
             "convergence", ["--request", str(file), "--out", folder], pickled
         )
         if not result.is_file():
-            raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
+            raise refusal
         data = json.loads(result.read_text(encoding="utf-8"))
     frame = pandas.DataFrame(data.pop("table"))
     frame.attrs.update(data)

@@ -212,7 +212,7 @@ def judge(
         refusal = suite_process.run_command("judge", arguments, pickled)
         result = Path(folder) / "judge.json"
         if not result.is_file():
-            raise (ModuleNotFoundError if "not installed" in refusal else ValueError)(refusal)
+            raise refusal
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
         return Judged(json.loads(result.read_text()), page)
 

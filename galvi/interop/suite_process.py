@@ -9,13 +9,18 @@ import sys
 import time
 from collections.abc import Sequence
 
+from galvi.environment import NOT_INSTALLED
+
 HANDED_OVER = "GALVI_HANDED_OVER"  # environment variable: SHA-256 of the pickle to be loaded
 SILENT = 10.0  # seconds before lines of progress are shown
 
 
-def run_command(command: str, arguments: Sequence[str], pickled: bytes = b"") -> str:
-    """Run ``galvi COMMAND``, which finds the modules that this process finds; returns what it said
-    on stderr beside its progress, or how it ended.
+def run_command(
+    command: str, arguments: Sequence[str], pickled: bytes = b""
+) -> ModuleNotFoundError | ValueError:
+    """Run ``galvi COMMAND``, which finds the modules that this process finds; returns what is to be
+    raised where it wrote no result: what it said on stderr beside its progress, or how it ended, as
+    a ModuleNotFoundError where a package is not installed.
 
     pickled  what it is allowed to load, from a file among the arguments; empty for nothing
     """
@@ -34,4 +39,10 @@ def run_command(command: str, arguments: Sequence[str], pickled: bytes = b"") ->
                 said.append(line.rstrip())
             elif time.monotonic() - begun > SILENT:
                 print(line, end="", file=sys.stderr, flush=True)
-    return "\n".join(said) or f"the command ended with {process.returncode}."
+    return refusal("\n".join(said), process.returncode)
+
+
+def refusal(said: str, status: int) -> ModuleNotFoundError | ValueError:
+    """What a command said that ended with an exit status, as an exception."""
+    sentence = said or f"the command ended with {status}."
+    return ModuleNotFoundError(sentence) if status == NOT_INSTALLED else ValueError(sentence)

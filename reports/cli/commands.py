@@ -6,6 +6,7 @@
      or a judged run does not reach its error
 2    the command could not be carried out, for whatever reason, as that no benchmark runs on both
      sides, with one sentence why: in CI, treat it as a failure
+3    likewise, for want of a package that is not installed
 130  interrupted
 141  nobody reads the output any more, as with `head`
 """
@@ -22,9 +23,10 @@ from typing import Any
 
 import typer
 
+from galvi.command import CANNOT
 from galvi.interop.release import galvi_version
 from reports.cli import assess, kept_results, measure
-from reports.cli.endings import CANNOT, ended
+from reports.cli.endings import ended
 from reports.cli.errors import UsageError, sentence
 from reports.cli.invocation import (
     CLAIMS,

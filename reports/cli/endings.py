@@ -15,16 +15,18 @@ from typing import TextIO
 import typer
 
 from benchmarks.store.foreign_texts import visible
-from galvi.command import missing_package
+from galvi.command import CANNOT, missing_package
+from galvi.environment import NOT_INSTALLED
 
-CANNOT, INTERRUPTED, NO_READER = 2, 130, 141  # 141: what a shell reports of a closed pipe
+INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
 TRACEBACK = "GALVI_TRACEBACK"  # environment variable: where the exception was raised is shown
 LONGEST = 500  # characters of an exception's words that are shown
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def ended(command: Callable[[], int]) -> int:
-    """The exit status of a command, which is CANNOT for whatever it raises.
+    """The exit status of a command, which is CANNOT for whatever it raises, and NOT_INSTALLED for a
+    package that is missing.
 
     Characters that standard output cannot encode are replaced by "?".
     """
@@ -46,7 +48,7 @@ def ended(command: Callable[[], int]) -> int:
                 traceback.print_exception(error)
         _say(explained(error))
         _discard_output()
-        return CANNOT
+        return NOT_INSTALLED if isinstance(error, ModuleNotFoundError) else CANNOT
     return status
 
 

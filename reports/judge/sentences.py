@@ -9,6 +9,7 @@ from typing import Any
 from benchmarks.applications.judging.bodies import MOST_STATES
 from benchmarks.applications.judging.judgement import YOURS, Judgement
 from benchmarks.applications.judging.truth import Agreement, time_text
+from galvi import End
 from reports.tables.number_format import readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
@@ -56,7 +57,9 @@ def own_run(found: Judgement) -> list[str]:
             f"Run to the end without stops at these times, which shorten its steps, it is off by "
             f"{readable(own['unstopped_error'])}{length} there."
         )
-    return result + ([] if own["status"] == "Completed." else [f"Its status: {own['status']}"])
+    if own["end"] != End.COMPLETED.value or own["remarks"]:
+        result.append(f"Its status: {own['status']}")
+    return result
 
 
 def timing(row: Mapping[str, Any]) -> str:

@@ -142,8 +142,8 @@ class Group:
 GROUPS = (
     Group(
         "run", "Run", "A problem, a method and a step make a run; a run can be kept and continued.",
-        (("", ("integrate", "resume", "integrate_many", "Problem", "Trajectory", "states_at",
-              "save", "load")),),
+        (("", ("integrate", "resume", "integrate_many", "Problem", "Trajectory", "Outcome",
+              "End", "states_at", "save", "load")),),
     ),
     Group(
         "methods", "Methods", "A method is a space of curves and a quadrature rule. "
@@ -222,8 +222,8 @@ GROUPS = (
 
 # Values that galvi makes, and what makes them: readers look up their fields.
 MADE = {
-    "Trajectory": "integrate", "Ensemble": "integrate_ensemble", "Found": "find_events",
-    "Judged": "judge", "Recommendation": "recommend", "Theory": "theory",
+    "Trajectory": "integrate", "Outcome": "integrate", "Ensemble": "integrate_ensemble",
+    "Found": "find_events", "Judged": "judge", "Recommendation": "recommend", "Theory": "theory",
     "MomentumBalance": "momentum_balance", "Citation": "cite",
 }  # fmt: skip
 SPACE = ("dimension", "basis", "derivative")
@@ -231,7 +231,8 @@ SYSTEM = ("momentum", "velocity", "potential_energy")
 MEMBERS = {  # those of which users read or call more than the docstring of the class explains
     "Problem": ("p0", "with_initial_state", "body_names"),
     "Trajectory": ("__call__", "velocity", "v", "plot", "to_frame", "to_xarray", "to_scipy",
-                   "to_rebound"),
+                   "to_rebound", "outcome", "checkpoint"),
+    "Outcome": ("success", "in_doubt", "failed_step"),
     "Galerkin": ("name", "order", "symmetric", "stages", "theory", "table"),
     **dict.fromkeys(("ComponentPolynomials", "PolynomialFourier", "Fourier", "PiecewisePolynomials",
                      "PiecewiseHermite"), SPACE),

@@ -198,8 +198,8 @@ GOOD: dict[str, Mapping[str, Any]] = {
     "angle": {"joint": 0, "value": 0.5},
     "section": {"function": lambda q, v, t: q[0]},
 }  # fmt: skip
-RESULTS = {"Citation", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
-           "Recommendation", "Theory", "Trajectory"}  # fmt: skip
+RESULTS = {"Citation", "End", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
+           "Outcome", "Recommendation", "Theory", "Trajectory"}  # fmt: skip
 SLOW = {"judge", "convergence"}  # their refusals are in tests/galvi/refusals and test_convergence
 UNTRIED = {"self", "progress", "executor", "folder", "path", "name"}  # parameters
 CALLS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {

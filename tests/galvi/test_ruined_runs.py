@@ -241,7 +241,8 @@ def test_a_run_that_stops_after_it_was_ruined_says_both():
     system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2,
                              lambda q: -q if q[0] < 50.0 else q * np.nan, check=False)  # fmt: skip
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), gauss(4), 0.1, 100)
-    assert run.status.startswith("Stopped at step ") and "It was ruined from step" in run.status
+    assert run.outcome.end is galvi.End.STEP_FAILED
+    assert run.outcome.notes[0].startswith("It was ruined from t = ")
     assert run.failed_step == run.counts["steps"] + 1  # the first without a state
     with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
         galvi.resume(run, 1)

@@ -66,7 +66,7 @@ def test_a_full_disk_is_named_with_what_to_do(make_suite, tmp_path, monkeypatch,
 
 def test_a_package_that_is_missing_is_named_with_what_installs_it(tmp_path, capsys):
     error = ModuleNotFoundError("No module named 'pebble'", name="pebble")
-    assert run(raising(error), ["verify", "--out", str(tmp_path)]) == 2
+    assert run(raising(error), ["verify", "--out", str(tmp_path)]) == 3
     (line,) = capsys.readouterr().err.splitlines()
     assert "pebble is not installed. Install them: pip install 'galvi[suite]'." in line
 

@@ -247,7 +247,7 @@ def test_the_command_without_the_suite_says_what_to_install(tmp_path):
         "sys.exit(main())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 2
+    assert done.returncode == 3
     assert "pip install 'galvi[suite]'" in done.stderr
 
 

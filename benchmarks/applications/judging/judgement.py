@@ -332,6 +332,7 @@ def _own(
         "last_error": last, "unstopped_error": unstopped,
         "seconds": seconds, "seconds_low": math.nan, "seconds_high": math.nan,
         "energy": energy, "momentum": momentum_change(run), "status": run.status,
+        "end": run.outcome.end.value, "remarks": list(run.outcome.notes),
     }  # fmt: skip
     status = "" if run.success else run.status
     row = Tried(mine.label, mine.text(span, samples), mine, error, last, seconds, energy,

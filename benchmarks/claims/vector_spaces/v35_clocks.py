@@ -96,7 +96,7 @@ def _method(make_method: MakeMethod, degree: int, clock: Any) -> Any:
 
 
 def _truth(problem: Problem, duration: float) -> Array:
-    if problem.name.startswith("kepler"):
+    if KEPLER.supports(problem):
         return KEPLER.run(problem, duration, {"samples": SAMPLES}).q
     known = LAGRANGIAN_DOP853 if isinstance(problem.system, galvi.Lagrangian) else DOP853
     return known.run(problem, duration, {"samples": SAMPLES, "tolerance": 1e-13}).q
