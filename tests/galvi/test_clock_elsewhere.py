@@ -20,7 +20,7 @@ FREE = galvi.problems.free_body_se3()
 def test_a_run_becomes_an_ode_result_with_its_own_times(case: str) -> None:
     problem, clock, duration, step = CASES[case]
     run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)
-    found = galvi.to_scipy(run)
+    found = run.to_scipy()
     assert found.success and np.array_equal(found.t, run.t)
     at = 0.37 * duration
     assert np.max(np.abs(found.sol(at)[: run.q[0].size] - run(at).ravel())) < 1e-14
@@ -31,7 +31,7 @@ def test_a_run_becomes_an_ode_result_with_its_own_times(case: str) -> None:
 def test_the_end_of_a_run_becomes_a_simulation(make: Any) -> None:
     pytest.importorskip("rebound")
     run = galvi.integrate(make(), in_clock(6, DYNAMICAL), 0.3, duration=3.0)
-    sim = galvi.to_rebound(run)
+    sim = run.to_rebound()
     assert sim.t == 3.0
     assert np.array_equal([body.xyz for body in sim.particles], run.q[-1])
 
@@ -40,7 +40,7 @@ def test_what_cannot_be_handed_over_is_refused_by_name(tmp_path: Any) -> None:
     problem, clock, duration, step = CASES["elastic pendulum"]
     run = galvi.integrate(problem, in_clock(4, clock), step, duration=duration)
     with pytest.raises(ValueError, match="point masses"):
-        galvi.to_rebound(run)
+        run.to_rebound()
     with pytest.raises(ValueError, match=r"clock are galvi's own; received .*Clock\(upright\)"):
         galvi.save(run, tmp_path / "run.npz")
 
