@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array, read_only
+from galvi.environment import FAST
 from galvi.groups.group import Rn
 from galvi.kernels.lie import product
 from galvi.kernels.lie.arithmetic import two_sum
@@ -114,7 +115,7 @@ def _coupled(law: Law) -> list[tuple[int, int]]:
 
 def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     """The law of a system whose velocities have d numbers, or None if lanes cannot run it."""
-    if d > WIDEST:
+    if not FAST or d > WIDEST:
         return None
     if isinstance(system, NBody):
         if system.forces:

@@ -17,22 +17,18 @@ from galvi.input_checks import shown
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.rules.rule import gauss
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import formulation_of, motion_in_clock
-from galvi.run.in_lanes.engine import INERTIAL
+from galvi.run.in_frame.engine import in_parts
 from galvi.run.loop import unwatched
 from galvi.run.request import RunRequest, from_start
-from galvi.run.stepper import solve_steps
 from galvi.run.vector_space import VECTOR_SPACE, reaching
-from galvi.spaces.polynomials import Polynomials
 from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 AHEAD = 8  # steps in a clock that are tried at once on the way to a time
 FAR = 1e-9  # of a place: a step in a frame that ends so far from the curve missed a passage
-SUBSTEPS, SAME = (1, 4, 16, 64, 256, 1024, 4096, 16384), 1e-12  # see `_in_parts`
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
 
@@ -221,25 +217,12 @@ def _in_frame(run: Trajectory) -> bool:
 
 
 def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None:
-    """The state of point masses after a time, in the inertial frame by the fewest of so many equal
-    steps that end as a quarter of them do; None where there are none."""
-    last: Any = None
-    plain = Galerkin(Polynomials(8), gauss(8))
-    for parts in SUBSTEPS:
-        begin = from_start(save_every=parts, curves=False)
-        steps = RunRequest(here, plain, length / parts, parts, begin)
-        there, _ = solve_steps(INERTIAL, steps, retried=False)
-        work, shape = there.work, here.q0.shape
-        q, v = work.saved_q[-1].reshape(shape), work.saved_v[-1].reshape(shape)
-        end = q, there.formulation.momenta(here, work.saved_v)[-1], v
-        close = last is not None and all(
-            np.max(np.abs(a - b)) <= SAME * np.max(np.abs(a))
-            for a, b in zip(end[::2], last[::2], strict=True)
-        )
-        if close:
-            return end
-        last = end if np.all(np.isfinite(end[0])) else None
-    return None
+    """The state of point masses after a time, see `galvi.run.in_frame.engine.in_parts`."""
+    work = in_parts(here, length)
+    if work is None:
+        return None
+    q, v = (work.state[row].reshape(here.q0.shape) for row in (0, 2))
+    return q, here.system.momentum(v), v
 
 
 def _reach_in_time(run: Trajectory) -> Reach:

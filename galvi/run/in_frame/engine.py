@@ -23,7 +23,7 @@ from galvi.run.in_lanes.engine import INERTIAL
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import ROUND_OFF, RunRequest, from_start
 from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays
-from galvi.run.stepper import Declined, Start, Stepper, Substeps, first_offer
+from galvi.run.stepper import Declined, Start, Stepper, Substeps, solve_steps
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 
@@ -44,7 +44,7 @@ class InertialKernel:
         problem, step, d = run.problem, run.step, run.problem.q0.size
         number = run.start.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
-        parts = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
+        parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
         if parts is None:
             return DIVERGED
         for k in (ITERATIONS, FORCES):
@@ -63,9 +63,15 @@ class InertialKernel:
         return SOLVED
 
 
+def _start_at(problem: Problem, t: float, q: Array, v: Array) -> Problem:
+    """The problem from another state, given flat."""
+    shape = problem.q0.shape
+    return Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
+
+
 def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
     """The curves of such a step, from time 0 at its start."""
-    work = _in_parts(problem, step, t, q, v, curves=True)
+    work = in_parts(_start_at(problem, t, q, v), step, curves=True)
     assert work is not None, "the step was done before"
     size = step / len(work.bases)
     shape = problem.q0.shape
@@ -73,20 +79,16 @@ def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array)
     return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
 
 
-def _in_parts(
-    problem: Problem, step: float, t: float, q: Array, v: Array, *, curves: bool
-) -> RunArrays | None:
-    """The step in the fewest parts that end as a quarter of them do; None where there are none."""
-    here = Problem(problem.system, q.reshape(problem.q0.shape), v.reshape(problem.q0.shape), t)
+def in_parts(here: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
+    """The step from a start in the fewest parts that end as a quarter of them do, in the inertial
+    frame; None where there are none."""
     last: Array | None = None
     total = np.zeros(0, dtype=np.int64)
     for parts in PARTS:
         begin = from_start("fixed_point", ROUND_OFF, parts, curves)
         inner = RunRequest(here, PLAIN, step / parts, parts, begin)
-        stepper = first_offer(INERTIAL, inner)
-        stepper.start(watched=False)
         with np.errstate(all="ignore"):  # what is not finite is a code
-            code = stepper.advance(parts)
+            stepper, code = solve_steps(INERTIAL, inner, retried=False)
         work = stepper.work
         total = work.counts if total.size == 0 else total + work.counts
         if code != SOLVED:
