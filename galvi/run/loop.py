@@ -22,14 +22,14 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import asks_force, asks_functions
-from galvi.run.energy_check import judge
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.plan import COUNTED, NEVER, Engine, Run, RunArrays, RunCurves
 from galvi.run.point_masses.encounters import MasslessError, massless_error
+from galvi.run.run_samples import assess_run
 from galvi.run.same_functions import of_run
 from galvi.run.status import ending
-from galvi.run.work_check import has_work, judge_work
+from galvi.run.work_of_forces import assess_work, has_work
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -177,9 +177,9 @@ def _ending(
     """The fields of a trajectory that tell how it ended."""
     start = run.start
     if has_work(run.problem.system):
-        found = judge_work(engine, run, work, partial(_unwatched, engine))
+        found = assess_work(engine, run, work, partial(_unwatched, engine))
     else:
-        found = judge(engine, run, work)
+        found = assess_run(engine, run, work)
     end = ending(
         engine, run, work, code, found,
         lambda: _massless_error(engine, run, work, known),

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.kernels.energy_errors import SMALL, WORST
+from galvi.kernels.energy_errors import TOLERATED, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
-from galvi.run.energy_check import Judgement
+from galvi.run.energy_assessment import EnergyReport
 from galvi.run.gimbal_lock import LOCKED
 from galvi.run.plan import LEFT_OVER, Engine, Run, RunArrays
 from galvi.run.point_masses import encounters
@@ -36,7 +36,7 @@ class Ending(NamedTuple):
 
 
 def ending(
-    engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
+    engine: Engine, run: Run, work: RunArrays, code: int, found: EnergyReport,
     light: Callable[[], encounters.MasslessError | None],
 ) -> Ending:  # fmt: skip
     """The end of a run whose last kernel call returned ``code``.
@@ -59,13 +59,13 @@ def ending(
             status = f"Stopped {where}: {reason}"
         if ruined is not None:
             status += f" It was ruined from step {ruined} on: {'; '.join(_wrong(found))}."
-        if found.unjudged:
+        if found.unassessed:
             status += f" Its energy {_unjudged(found)}."
     return Ending(failed is None, status, failed, found.energies)
 
 
 def _completed(
-    engine: Engine, run: Run, work: RunArrays, found: Judgement, ruined: int | None,
+    engine: Engine, run: Run, work: RunArrays, found: EnergyReport, ruined: int | None,
     light: Callable[[], encounters.MasslessError | None],
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
@@ -82,7 +82,7 @@ def _completed(
     if not reasons:
         reasons = off_without_mass(problem, light())
     if not reasons:
-        if found.unjudged:
+        if found.unassessed:
             return f"Completed, but the energy {_unjudged(found)}."
         left = int(work.counts[LEFT_OVER])
         said = engine.exceptions[1].format(left=left, steps=steps)
@@ -94,28 +94,28 @@ def _completed(
         remedy = found.remedy
     elif _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
-    if found.unjudged:
+    if found.unassessed:
         remedy += f". The energy {_unjudged(found)}"
     if ruined is not None:
         return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
-    cause = "" if LOCKED in found.said else ": the step is too large for this motion"
+    cause = "" if LOCKED in found.clauses else ": the step is too large for this motion"
     return f"Completed, but {'; '.join(reasons)}{cause}. {remedy}."
 
 
-def _unjudged(found: Judgement) -> str:
-    return f"could not be judged {found.unjudged}"
+def _unjudged(found: EnergyReport) -> str:
+    return f"could not be judged {found.unassessed}"
 
 
-def _wrong(found: Judgement) -> list[str]:
+def _wrong(found: EnergyReport) -> list[str]:
     """What is wrong with a run, in clauses."""
-    return [*([_off(found)] if found.error > SMALL else []), *found.said]
+    return [*([_off(found)] if found.error > TOLERATED else []), *found.clauses]
 
 
-def _off(found: Judgement) -> str:
+def _off(found: EnergyReport) -> str:
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
     return (
-        f"the energy changed by {found.energies[WORST]:.2g}, and no step kept it to {SMALL:g} "
+        f"the energy changed by {found.energies[WORST]:.2g}, and no step kept it to {TOLERATED:g} "
         f"times {MEASURE}"
     )
 

@@ -27,6 +27,8 @@ class Taken(NamedTuple):
     coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
     rates         (n, s) g at the stages
     counts        (4,) passes and others, as in galvi.run.plan.COUNTED, of all steps
+    energy        (n,) that of the start and the work of forces since then, as the clock integrates
+                  it; None where it is that of the start
     """
 
     q: Array
@@ -36,19 +38,23 @@ class Taken(NamedTuple):
     coefficients: Array
     rates: Array
     counts: Array
+    energy: Array | None = None
 
     def rows(self, rows: Any) -> Taken:
         """Some of the steps, without their curves."""
-        v = None if self.v is None else self.v[rows]
+        v, energy = (None if x is None else x[rows] for x in (self.v, self.energy))
         none = self.coefficients[:0]
-        return Taken(self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], NO_COUNTS)
+        return Taken(
+            self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], NO_COUNTS, energy
+        )
 
 
 def joined(parts: Sequence[Taken]) -> Taken:
     """Steps one after another."""
-    arrays: Any = zip(*(part[:-1] for part in parts), strict=True)
-    whole: Any = [None if x[0] is None else np.concatenate(x) for x in arrays]
-    return Taken._make([*whole, np.sum([part.counts for part in parts], axis=0)])
+    arrays: Any = [None if x[0] is None else x for x in zip(*parts, strict=True)]
+    q, p, v, t, coefficients, rates, _, energy = (x and np.concatenate(x) for x in arrays)
+    counts = np.sum([part.counts for part in parts], axis=0)
+    return Taken(q, p, v, t, coefficients, rates, counts, energy)
 
 
 class Advanced(NamedTuple):

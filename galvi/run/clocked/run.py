@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
@@ -14,18 +14,18 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
 from galvi.environment import FAST
-from galvi.kernels.energy_errors import SMALL
+from galvi.kernels.energy_errors import TOLERATED
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run import energies
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.in_lanes import motion_in_lanes
 from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.plan import NO_COUNTS, Motion, Taken, costly_pair, joined
-from galvi.run.energy_check import Judgement, judgement
+from galvi.run.energies import States, asks_functions, has_no_force, start_energies
+from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
@@ -42,7 +42,6 @@ from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
 
-LOOKED_AT = 1024  # states of a run by whose energies it is judged
 TOO_LONG = "the step is too large for the clock"
 
 
@@ -54,7 +53,7 @@ def motion_of(
     energy  that the clock is told; None: that of the start
     """
     method.clock.rate(problem)
-    total = energies.start_energies(problem).total
+    total = start_energies(problem).total
     if not math.isfinite(total):
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
@@ -64,7 +63,7 @@ def motion_of(
         if found is not None:
             return found
     told = total if energy is None else energy
-    if not energies.has_no_force(problem.system):
+    if not has_no_force(problem.system):
         return motion_of_driven(problem, method, told, solver, tolerance)
     return motion_in_general(problem, method, told, solver, tolerance)
 
@@ -94,7 +93,8 @@ def run_in_clock(
         run = _trajectory(loop, code, steps, first, before)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
-    if energies.asks_functions(cast(Hashable, problem.system)):
+    system: Any = problem.system
+    if asks_functions(system) or getattr(system, "explicit_time", False):
         run._judge()  # now: what the functions refer to may change
     return run
 
@@ -167,7 +167,8 @@ def _ending(
     loop: Loop, run: Trajectory, steps: int | None, end: Taken | None, before: int
 ) -> Mapping[str, Any]:
     """The fields of a trajectory that tell how it ended."""
-    start, found, remedy = loop.start, _judged(loop, end), "Use a smaller step or a higher degree."
+    start, remedy = loop.start, "Use a smaller step or a higher degree."
+    report, driven = _assessed(loop, end), not has_no_force(loop.problem.system)
     where = f"after {before + loop.done} steps, at t = {float(run.t[-1]):.10g}"
     failed: int | None = loop.done + 1
     if loop.reason:
@@ -184,20 +185,22 @@ def _ending(
         )
     else:
         passage = unresolved_passage(loop.problem, None, loop.passage)
-        reasons = list(filter(None, [_doubts(found), passage]))
+        reasons = list(filter(None, [_doubts(report, driven), passage]))
         if not reasons:
             reasons = off_without_mass(loop.problem, _massless_error(loop, run))
         failed, wrong = None, "; ".join(reasons)
         status = f"Completed, but {wrong}. {remedy}" if wrong else COMPLETED
-        if found.ruined is not None:
-            failed = max(found.ruined - start.first, 1)
+        if report.ruined is not None:
+            failed = max(report.ruined - start.first, 1)
             status = f"Ruined from step {before + failed} on: {wrong}. {remedy}"
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         status += f" The time does not grow along step {before + int(back[0]) + 1}: {TOO_LONG}."
+    if report.unassessed:
+        status += f" Its energy could not be judged {report.unassessed}."
     said = [loop.motion.remark]
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
         said.append(costly_pair(loop.problem, joined(loop.seen).q))
-    last = replace(loop.state, energies=found.energies, passage=read_only(loop.passage[:FOUND]),
+    last = replace(loop.state, energies=report.energies, passage=read_only(loop.passage[:FOUND]),
                    save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
     return {"success": failed is None, "status": " ".join([status, *filter(None, said)]),
@@ -224,45 +227,42 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
     return massless_error(steps_from, states, STATES)
 
 
-def _judged(loop: Loop, end: Taken | None) -> Judgement:
+def _assessed(loop: Loop, end: Taken | None) -> EnergyReport:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
-    final = loop.last if end is None else end.rows([0])
-    parts = [*loop.seen, *([final] if final is not None else [])]
-    if not parts or not energies.has_no_force(problem.system):
-        return Judgement(energies=start.energies)
-    whole = joined(parts)
-    last = [loop.done + (end is not None)] * (final is not None)
-    numbers = np.concatenate([*loop.places, last]).astype(np.int64) + start.first
-    few = np.unique(np.linspace(0, len(numbers) - 1, LOOKED_AT).astype(np.int64))
-    seen, numbers, n = whole.rows(few), numbers[few], len(few)
-    q, p = seen.q.reshape(n, *problem.q0.shape), seen.p.reshape(n, *problem.v0.shape)
-    with np.errstate(all="ignore"):
-        known, v = energies.start_energies(problem), seen.v
-        if v is None:
-            v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
-        kinetic, potential = energies.energies(
-            problem, energies.States(q, p, v, np.full(n, problem.t0)), sharp=True
-        )
-        so_far = start.energies if start.energies.size else known.fresh
-        given = (cast(Array, numbers), kinetic, potential, known.total, known.kinetic, so_far)
-        found = judgement(*given)
-        if found.error > SMALL or found.unknown:
-            first = float(loop.motion.rate(problem.q0.ravel()))
-            floor, kick = energies.noise(problem), energies.kick_energy(problem, first * loop.step)
-            found = judgement(*given, floor, kick)
-        return found
+    parts, places = list(loop.seen), list(loop.places)
+    if end is not None:
+        parts, places = [*parts, end.rows([0])], [*places, [loop.done + 1]]
+    elif loop.done % loop.stride:
+        parts, places = [*parts, cast(Taken, loop.last)], [*places, [loop.done]]
+    if not parts:
+        return EnergyReport(energies=start.energies)
+    taken, steps = joined(parts), start.first + np.concatenate(places)
+    n, t, v = len(steps), taken.t[:, 0], taken.v
+    q, p = taken.q.reshape(n, *problem.q0.shape), taken.p.reshape(n, *problem.v0.shape)
+    if v is None:
+        with np.errstate(all="ignore"):
+            v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
+    samples = Samples(steps, States(q, p, v, t), taken.energy)
+    first = float(loop.motion.rate(problem.q0.ravel())) * loop.step
+    return assess_energy(problem, samples, start.energies, first)
 
 
-def _doubts(found: Judgement) -> str:
-    if found.unknown:
+def _doubts(report: EnergyReport, driven: bool) -> str:
+    """What a report says of a run; with ``driven``, of the energy less the work of forces."""
+    if report.unknown:
         return "the energy is not a number"
-    if found.error > SMALL:
+    if not report.error > TOLERATED:
+        return ""
+    if driven:
         return (
-            f"the energy changed by {found.error:.2g} times the larger of the kinetic energy at "
-            f"the start and the range of the potential energy: the step is too large"
+            f"the energy and the work of the forces differ by {report.error:.2g} times the largest "
+            f"energy: the step is too large"
         )
-    return ""
+    return (
+        f"the energy changed by {report.error:.2g} times the larger of the kinetic energy at the "
+        f"start and the range of the potential energy: the step is too large"
+    )
 
 
 def check_step(problem: Problem, method: Galerkin, step: float) -> None:
