@@ -66,10 +66,9 @@ class ClockCurves:
 
     def steps_backwards(self) -> Any:
         """Numbers of the steps in which t does not grow, at some of their places."""
-        n = len(self.rates)
-        index = np.repeat(np.arange(n), SAMPLES)
-        _, rate = self._time(index, np.tile(np.linspace(0.0, 1.0, SAMPLES), n))
-        return np.flatnonzero((rate.reshape(n, SAMPLES) * self.step <= 0.0).any(axis=1))
+        x, analysis = np.linspace(0.0, 1.0, SAMPLES), self.method.table.analysis
+        at_places = self.rates @ (legendre.legvander(2.0 * x - 1.0, len(analysis) - 1) @ analysis).T
+        return np.flatnonzero((at_places <= 0.0).any(axis=1))
 
     @property
     def _curves(self) -> Curves:

@@ -36,11 +36,15 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING
-from galvi.kernels.energy_errors import MEASURE, ROUND_OFF, TOLERATED, WORST, measure_errors
+from galvi.kernels.energy_errors import (
+    ROWS,
+    TOLERATED,
+    WORST,
+    assess_errors,
+    errors_since_start,
+)
 from galvi.problem import Problem
 from galvi.run.energies import Raised, Start, States, energies, kick_energy, noise, start_energies
-
-REST = 1e-9
 
 
 class Samples(NamedTuple):
@@ -94,27 +98,6 @@ class EnergyReport(NamedTuple):
         return not self.error <= TOLERATED or self.unknown
 
 
-class EnergyErrors(NamedTuple):
-    """Errors of the energy: at n samples since the start, or in n ``single`` steps.
-
-    steps      (n,) numbers of the steps at whose ends they are
-    errors     (n,)
-    ruining    (n,) the part of an error that ruins a run if it exceeds the measure
-    sizes      (n,) by which an error is measured, if they exceed the range of V
-    lowest, highest  (n,) V
-    round_off  (n,) errors up to which are none
-    """
-
-    steps: Any
-    errors: Array
-    ruining: Array
-    sizes: Array
-    lowest: Array
-    highest: Array
-    round_off: Array
-    single: bool = False
-
-
 def assess_energy(
     problem: Problem,
     samples: Samples,
@@ -151,20 +134,10 @@ def assess_energy(
         if not report.ruined or kept_before is None:
             return report
         between = kept_before(report.ruined)
-        off = np.abs(_excess(problem, between, start, True, {})[0])
+        kinetic, potential = energies(problem, between.states, sharp=True, raised={}, forces=True)
+        off = np.abs(kinetic + potential - start.total)
         ruined = between.steps[off > max(report.measure, excused[0])]
         return report._replace(ruined=int(ruined[0])) if ruined.size else report
-
-
-def _excess(
-    problem: Problem, samples: Samples, start: Start, sharp: bool, raised: Raised
-) -> tuple[Array, Array, Array]:
-    """H less what it should be, T and V, (n,) each."""
-    kinetic, potential = energies(
-        problem, samples.states, sharp, raised, forces=samples.energy is None
-    )
-    expected = start.total if samples.energy is None else samples.energy
-    return kinetic + potential - expected, kinetic, potential
 
 
 def _assess(
@@ -181,102 +154,64 @@ def _assess(
              gives in a step; None: not yet known, and nearly right velocities will do
     """
     raised: Raised = {}
-    excess, kinetic, potential = _excess(problem, samples, start, excused is not None, raised)
+    kinetic, potential = energies(
+        problem, samples.states, excused is not None, raised, forces=samples.energy is None
+    )
     unassessed = ""
     if raised:
         first = min(raised)
         unassessed = raised_at(raised[first], int(samples.steps[first]) - named_after)
-        rows = np.array([k for k in range(len(excess)) if k not in raised], dtype=np.int64)
+        rows = np.array([k for k in range(len(kinetic)) if k not in raised], dtype=np.int64)
         if not rows.size:
             return EnergyReport(energies=so_far, unassessed=unassessed)
-        samples = samples.rows(rows)
-        excess, kinetic, potential = (part[rows] for part in (excess, kinetic, potential))
-    errors, sizes = np.abs(excess), np.full(len(excess), start.kinetic)
-    if samples.energy is not None:
-        work = samples.energy - start.total
-        sizes = np.fmax(sizes, np.fmax(np.abs(kinetic), np.abs(work)))
-    lost = np.isnan(errors) & np.isfinite(start.total)
-    since_start = EnergyErrors(
-        samples.steps,
-        errors,
-        np.where(lost, np.inf, errors),
-        sizes,
-        potential,
-        potential,
-        ROUND_OFF * (np.abs(kinetic) + np.abs(potential)),
+        samples, kinetic, potential = samples.rows(rows), kinetic[rows], potential[rows]
+    expected = np.array([start.total]) if samples.energy is None else samples.energy
+    so_far, table = so_far if so_far.size else start.fresh, np.empty((ROWS, len(kinetic)))
+    kinetic, potential = np.ascontiguousarray(kinetic), np.ascontiguousarray(potential)
+    errors_since_start(
+        kinetic, potential, expected, samples.energy is not None, start.total, start.kinetic, table
     )
-    so_far = so_far if so_far.size else start.fresh
-    report = report_on(since_start, so_far, start.kinetic, *(excused or (0.0, 0.0)))
-    return report._replace(unassessed=unassessed)
+    report = report_on(samples.steps, table, False, so_far, start.kinetic, *excused or (0.0, 0.0))
+    return report._replace(unassessed=unassessed) if unassessed else report
 
 
 def assess_steps(
-    problem: Problem, step_errors: EnergyErrors, so_far: Array, step: float
+    problem: Problem, steps: Any, table: Array, so_far: Array, step: float
 ) -> EnergyReport:
-    """The report on errors of single steps after the steps ``so_far``; what the user's functions
-    raise passes through."""
+    """The report on the errors of single steps, see galvi.kernels.energy_errors, after the steps
+    ``so_far``; what the user's functions raise passes through.
+
+    steps  (n,) their numbers, since the problem's start
+    table  (8, n)
+    """
     start = start_energies(problem, forces=True)
     so_far = so_far if so_far.size else start.fresh
-    report = report_on(step_errors, so_far, start.kinetic)
+    report = report_on(steps, table, True, so_far, start.kinetic)
     if report.is_doubtful:
         excused = noise(problem), kick_energy(problem, step)
-        report = report_on(step_errors, so_far, start.kinetic, *excused)
+        report = report_on(steps, table, True, so_far, start.kinetic, *excused)
     return report
 
 
-@np.errstate(all="ignore")
 def report_on(
-    energy_errors: EnergyErrors,
+    steps: Any,
+    table: Array,
+    single: bool,
     so_far: Array,
     kinetic: float,
     floor: float = 0.0,
     kick: float = 0.0,
 ) -> EnergyReport:
-    """The report on errors after the steps ``so_far``.
-
-    kinetic  energy at the start
-    floor    errors up to which are round-off
-    kick     kinetic energy that the forces at the start give in a step
-    """
-    steps, errors, ruining, sizes, lowest, highest, round_off, single = energy_errors
-    if not len(steps):
-        ruined_before = bool(so_far[WORST] > so_far[MEASURE])
-        return EnergyReport(energies=so_far, ruined=0 if ruined_before else None)
-    errors, after = errors.copy(), so_far.copy()
-    largest, measures = np.empty((2, len(errors)))
-    measure_errors(
-        errors,
-        np.fmax(round_off, floor),
-        sizes,
-        np.ascontiguousarray(lowest),
-        np.ascontiguousarray(highest),
-        single,
-        after,
-        largest,
-        measures,
+    """The report on a table of errors, see `galvi.kernels.energy_errors.assess_errors`."""
+    after, before = so_far.copy(), so_far[WORST]
+    share, worst, ruined, unknown, measure = assess_errors(
+        table, single, kinetic, floor, kick, after
     )
-    measure, before = float(after[MEASURE]), float(so_far[WORST])
-    if single:
-        measures = np.maximum(measures, kick if kinetic <= REST * kick else 0.0)
-    else:
-        measure = kick if measure <= kinetic <= REST * kick else measure
-        largest[:] = measures[:] = measure
-        after[WORST] = np.fmax(np.fmax.reduce(errors), before)
-    ruins = np.flatnonzero((ruining > measures) & ~(errors <= TOLERATED * largest))
-    k = int(np.argmax(np.where(errors > 0.0, errors / largest, 0.0)))
-    error, limit = (errors[k], largest[k]) if single else (after[WORST], measure)
-    if single and ruins.size:
-        k, after[WORST] = int(ruins[0]), np.inf
-        error, limit = errors[k], measures[k]
-    ruined = int(steps[ruins[0]]) if ruins.size else None
-    return EnergyReport(
-        0.0 if error == 0.0 else float(error / limit) if limit > 0.0 else np.inf,
-        measure,
-        int(steps[k]),
-        0 if before > measure else ruined,
-        bool(np.isnan(errors).any()),
-        read_only(after),
-    )
+    first = int(steps[ruined]) if ruined >= 0 else None
+    if before > measure:
+        first = 0
+    number = int(steps[worst]) if len(steps) else None
+    return EnergyReport(share, measure, number, first, unknown, read_only(after))
 
 
 def raised_at(error: Exception, step: int) -> str:

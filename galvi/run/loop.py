@@ -209,14 +209,18 @@ def _massless_error(
         return None
     _, stages, solver_state = engine.start(run.problem, run.method)
 
-    def steps_from(state: Checkpoint, n: int) -> Trajectory:
+    def steps_from(state: Checkpoint, n: int) -> tuple[Array, Array] | None:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
-        return _unwatched(engine, back)
+        arrays = RunArrays.of(back, engine.velocity_row, (0, 0), watched=False)
+        if engine.stepper(back, arrays)(n) != SOLVED:
+            return None
+        q, v = arrays.saved_q[-1], arrays.saved_v[-1]
+        return q.reshape(run.problem.q0.shape), v.reshape(run.problem.v0.shape)
 
-    return massless_error(steps_from, [*known, _checkpoint(run.start, work)])
+    return massless_error(run.problem, steps_from, [*known, _checkpoint(run.start, work)])
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:

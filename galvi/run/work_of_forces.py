@@ -25,16 +25,10 @@ from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.kernels.energy_errors import ROUND_OFF, TOLERATED
+from galvi.kernels.energy_errors import REST, ROUND_OFF, ROWS, TOLERATED
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
-from galvi.run.energy_assessment import (
-    REST,
-    EnergyErrors,
-    EnergyReport,
-    assess_steps,
-    in_words,
-)
+from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
 from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
 from galvi.run.plan import NEVER, Engine, Run, RunArrays
 from galvi.run.run_samples import (
@@ -79,8 +73,9 @@ def assess_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Energy
             steps = _steps(engine, run, work, states, redo)
             fast = unresolved_rate(engine, run, steps, states, redo)
             changes = [*_of_steps(run, steps), *_of_states(run, work, states)]
-            errors = _errors(sorted(changes, key=lambda change: change.step))
-            report = assess_steps(run.problem, errors, so_far, run.step)
+            changes.sort(key=lambda change: change.step)
+            numbers = [change.step for change in changes]
+            report = assess_steps(run.problem, numbers, _table(changes), so_far, run.step)
             locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
         except Exception as error:  # of a user's function
             unassessed = f"with the work of its forces, which raised {in_words(error)}"
@@ -285,21 +280,14 @@ def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
     return np.array([np.sum(force_on(problem.system, x, w, s) * w) for x, w, s in rows])
 
 
-def _errors(changes: list[Change]) -> EnergyErrors:
-    """The errors of changes, in order."""
-    steps, kinetic, potential, work, errors, ruining = zip(*changes, strict=True)
-    lowest, highest = np.array(potential).T
-    sizes = np.fmax(kinetic, np.abs(work))
-    return EnergyErrors(
-        np.array(steps),
-        np.array(errors),
-        np.array(ruining),
-        sizes,
-        lowest,
-        highest,
-        ROUND_OFF * sizes,
-        single=True,
-    )
+def _table(changes: list[Change]) -> Array:
+    """The errors of changes, in order, as galvi.kernels.energy_errors takes them."""
+    table = np.zeros((ROWS, len(changes)))
+    for k, change in enumerate(changes):
+        size = max(change.kinetic, abs(change.work))
+        rows = change.error, change.ruining, size, *change.potential, ROUND_OFF * size
+        table[: len(rows), k] = rows
+    return table
 
 
 class Unresolved(NamedTuple):

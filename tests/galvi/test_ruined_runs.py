@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numba import njit
 
 import galvi
-from galvi.kernels.energy_errors import MEASURE
+from galvi.kernels.energy_errors import MEASURE, ROWS, errors_since_start
 from galvi.kernels.forces.passages import NEAR, UNRESOLVED, passage_error
-from galvi.run.energy_assessment import EnergyErrors, report_on
+from galvi.run.energy_assessment import report_on
 from references.rebound.ias15 import IAS15
 
 FRESH = np.array([0.0, 0.0, 0.0, 0.0])
@@ -138,10 +138,9 @@ def test_a_fall_onto_the_centre_is_never_called_good(points):
 
 def report(kinetic, potential, kinetic_at_start=0.0, floor=0.0):
     """The report on energies at steps 1, 2, ..., which are 0 at the start."""
-    errors, sizes = np.abs(kinetic + potential), np.full(len(kinetic), kinetic_at_start)
-    steps, none = np.arange(1, len(kinetic) + 1), np.zeros(len(kinetic))
-    since_start = EnergyErrors(steps, errors, errors, sizes, potential, potential, none)
-    return report_on(since_start, FRESH, kinetic_at_start, floor)
+    steps, table = np.arange(1, len(kinetic) + 1), np.empty((ROWS, len(kinetic)))
+    errors_since_start(kinetic, potential, np.zeros(1), False, 0.0, kinetic_at_start, table)
+    return report_on(steps, table, False, FRESH, kinetic_at_start, floor)
 
 
 def test_the_measure_is_not_that_of_where_a_run_went():

@@ -107,10 +107,11 @@ def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
     i, j = np.triu_indices(system.masses.size, 1)
     mass = system.G * (system.masses[i] + system.masses[j])
     i, j, mass = i[mass > 0.0], j[mass > 0.0], mass[mass > 0.0]
-    places = q.reshape(-1, *problem.q0.shape)
-    square = np.sum((places[:, i] - places[:, j]) ** 2, axis=-1)
+    places = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
+    gaps = places[:, i] - places[:, j]
+    square = (gaps * gaps).sum(axis=0)
     with np.errstate(all="ignore"):
-        return i, j, mass / square**1.5
+        return i, j, (mass[:, None] / (square * np.sqrt(square))).T
 
 
 def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:

@@ -26,7 +26,7 @@ from galvi.run.clocked.loop import Loop
 from galvi.run.clocked.plan import NO_COUNTS, Motion, Taken, costly_pair, joined
 from galvi.run.energies import States, asks_functions, has_no_force, start_energies
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
-from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
+from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import step_in_batches
 from galvi.run.nystrom_engine import ROUND_OFF
 from galvi.run.plan import COUNTED
@@ -212,19 +212,22 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
-    def steps_from(state: Checkpoint, n: int) -> Trajectory:
-        back = uninterrupted(run_in_clock(
-            loop.problem, loop.method, -loop.step / n, replace(state, save_every=n, curves=False),
-            n, None,
-        ))  # fmt: skip
-        done = back.counts["steps"] == n and bool(np.all(np.isfinite(back.q[-1])))
-        return Trajectory(  # whose own status nobody asks for
-            back.problem, back.t, back.q, back.p, velocities=back.velocities, success=done
-        )
+    motion, shape = loop.motion, loop.problem.q0.shape
+    last = motion.at(run.q[-1], run.v[-1], float(run.t[-1]))
+
+    def state_at(k: int) -> Checkpoint:
+        state = np.zeros_like(last.state)
+        state[0], state[2] = run.q[k].ravel(), run.v[k].ravel()
+        return replace(last, state=state, clock=np.array([run.t[k], 0.0, *last.clock[2:]]))
+
+    def steps_from(state: Checkpoint, n: int) -> tuple[Array, Array] | None:
+        taken, _, code, _ = motion.advance(state, -loop.step / n, n, None, False)
+        if code != SOLVED or not (taken.rates > 0.0).all():
+            return None
+        return taken.q[-1].reshape(shape), cast(Array, taken.v)[-1].reshape(shape)
 
     rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int)).tolist()
-    states = [loop.motion.at(run.q[k], run.v[k], float(run.t[k])) for k in rows]
-    return massless_error(steps_from, states, STATES)
+    return massless_error(loop.problem, steps_from, [state_at(k) for k in rows], STATES)
 
 
 def _assessed(loop: Loop, end: Taken | None) -> EnergyReport:

@@ -19,7 +19,6 @@ from galvi.checkpoint import Checkpoint
 from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRAME
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
-from galvi.trajectory import Trajectory
 
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
@@ -145,19 +144,22 @@ class MasslessError(NamedTuple):
 
 @np.errstate(all="ignore")
 def massless_error(
-    steps_from: Callable[[Checkpoint, int], Trajectory], states: Sequence[Checkpoint],
+    problem: Problem,
+    steps_from: Callable[[Checkpoint, int], tuple[Array, Array] | None],
+    states: Sequence[Checkpoint],
     least: int = 1,
-) -> MasslessError | None:  # fmt: skip
+) -> MasslessError | None:
     """The estimate for a run to the last of some states, the first of which is its start; or None.
 
-    steps_from  (a state, n) does n steps backwards, of 1 / n of the run's step
+    steps_from  (a state, n) does n steps backwards, of 1 / n of the run's step: q and v after them;
+                None where they cannot be done
     least       of the states looked at
     """
     wanted = min(STATES, max(least, 1 + (states[-1].first - states[0].first) // EACH))
     chosen = np.linspace(len(states) - 1, 0, wanted + 1).round().astype(int)[:-1]
     looked_at = [states[k] for k in dict.fromkeys(chosen.tolist())]
     pairs = [[steps_from(state, n) for n in (1, 2)] for state in looked_at]
-    errors = [_energy_change(one, two) for one, two in pairs if one.success and two.success]
+    errors = [_energy_change(problem, one, two) for one, two in pairs if one and two]
     if not errors:
         return None
     share = np.max(errors, axis=0)
@@ -165,11 +167,13 @@ def massless_error(
     return MasslessError(body, float(share[body]), len(errors))
 
 
-def _energy_change(one: Trajectory, two: Trajectory) -> Array:
-    """The difference of the ends of two runs for each body; 0 for bodies with a mass."""
-    system = one.problem.system
-    assert isinstance(system, NBody)
-    q, v = two.q[-1], two.v[-1]
+def _energy_change(
+    problem: Problem, whole: tuple[Array, Array], halves: tuple[Array, Array]
+) -> Array:
+    """What a step changes of the energy of each body beside its halves; 0 for bodies with a
+    mass."""
+    system: Any = problem.system
+    (q_1, v_1), (q, v) = whole, halves
     light = np.flatnonzero(system.masses == 0.0)
     pull, depth, speed = (np.zeros(light.size) for _ in range(3))
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
@@ -180,9 +184,7 @@ def _energy_change(one: Trajectory, two: Trajectory) -> Array:
             (pull, mu / r**2), (depth, mu / r), (speed, np.linalg.norm(v[light] - v[body], axis=1)),
         ):  # fmt: skip
             known[nearer] = found[nearer]
-    dq, dv = (
-        np.linalg.norm(x[-1, light] - y, axis=1) for x, y in ((one.q, q[light]), (one.v, v[light]))
-    )
+    dq, dv = (np.linalg.norm((x - y)[light], axis=1) for x, y in ((q_1, q), (v_1, v)))
     change = np.zeros(len(q))
     change[light] = (speed * dv + pull * dq) / (0.5 * speed**2 + depth)
     return np.nan_to_num(change)
