@@ -102,14 +102,14 @@ def assess_energy(
     problem: Problem,
     samples: Samples,
     so_far: Array,
-    step: float,
+    step: Callable[[], float],
     kept_before: Callable[[int], Samples] | None = None,
     named_after: int = 0,
 ) -> EnergyReport:
     """The report on a run so far.
 
     so_far       `Checkpoint.energies` of the steps before the samples; empty before the first
-    step         the first one, in time
+    step         () -> the first one, in time
     kept_before  (a ruined step) -> further samples before it, among which the first ruined one is
                  looked for
     named_after  how many steps precede the run that a sentence counts
@@ -127,7 +127,7 @@ def assess_energy(
         if not report.is_doubtful:
             return report
         try:
-            excused = noise(problem), kick_energy(problem, step)
+            excused = noise(problem), kick_energy(problem, step())
         except Exception as error:
             return EnergyReport(energies=so_far, unassessed=raised_at(error, 0))
         report = _assess(problem, samples, so_far, start, named_after, excused)

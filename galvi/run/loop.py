@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol, cast
 
+import numpy as np
 from tqdm import tqdm
 
 from galvi.arrays import Array, read_only
@@ -209,18 +210,19 @@ def _massless_error(
         return None
     _, stages, solver_state = engine.start(run.problem, run.method)
 
-    def steps_from(state: Checkpoint, n: int) -> tuple[Array, Array] | None:
+    def end(state: Checkpoint, n: int) -> Array:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
         arrays = RunArrays.of(back, engine.velocity_row, (0, 0), watched=False)
-        if engine.stepper(back, arrays)(n) != SOLVED:
-            return None
-        q, v = arrays.saved_q[-1], arrays.saved_v[-1]
-        return q.reshape(run.problem.q0.shape), v.reshape(run.problem.v0.shape)
+        engine.stepper(back, arrays)(n)
+        return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)
 
-    return massless_error(run.problem, steps_from, [*known, _checkpoint(run.start, work)])
+    def ends(states: list[Checkpoint], n: int) -> Array:
+        return np.stack([end(state, n) for state in states], axis=1)
+
+    return massless_error(run.problem, ends, [*known, _checkpoint(run.start, work)])
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:

@@ -34,7 +34,7 @@ def assess_run(engine: Engine, run: Run, work: RunArrays) -> EnergyReport:
         problem,
         samples,
         start.energies,
-        run.step,
+        lambda: run.step,
         lambda ruined: _kept_before(engine, run, work, ruined, samples),
         start.first - run.before,
     )

@@ -132,11 +132,11 @@ def test_a_body_that_a_kernel_moves_wrongly_is_named(monkeypatch) -> None:
     problem = galvi.Problem(galvi.NBody([1.0, 1e-3, 0.0, 0.0, 0.0]), q, v / 1.3)
     estimate = loop.massless_error
 
-    def planted(problem, steps_from, states):  # type: ignore[no-untyped-def]
-        def wrong(state, n):  # type: ignore[no-untyped-def]
-            q, v = (x.copy() for x in steps_from(state, n))
-            v[3] *= 1.01 if n == 1 else 1.0
-            return q, v
+    def planted(problem, ends, states):  # type: ignore[no-untyped-def]
+        def wrong(starts, n):  # type: ignore[no-untyped-def]
+            q, v = ends(starts, n)
+            v[:, 3] *= 1.01 if n == 1 else 1.0
+            return np.stack([q, v])
 
         return estimate(problem, wrong, states)
 

@@ -199,7 +199,8 @@ def _ending(
         status += f" Its energy could not be judged {report.unassessed}."
     said = [loop.motion.remark]
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
-        said.append(costly_pair(loop.problem, joined(loop.seen).q))
+        q = np.concatenate([part.q for part in loop.seen])
+        said.append(costly_pair(loop.problem, q))
     last = replace(loop.state, energies=report.energies, passage=read_only(loop.passage[:FOUND]),
                    save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
@@ -212,22 +213,25 @@ def _massless_error(loop: Loop, run: Trajectory) -> MasslessError | None:
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
-    motion, shape = loop.motion, loop.problem.q0.shape
-    last = motion.at(run.q[-1], run.v[-1], float(run.t[-1]))
+    last, none = loop.state, np.zeros_like
+    last = replace(last, stages=none(last.stages), solver_state=none(last.solver_state))
 
-    def state_at(k: int) -> Checkpoint:
+    def state_at(q: Array, v: Array, t: float) -> Checkpoint:
         state = np.zeros_like(last.state)
-        state[0], state[2] = run.q[k].ravel(), run.v[k].ravel()
-        return replace(last, state=state, clock=np.array([run.t[k], 0.0, *last.clock[2:]]))
+        state[0], state[2] = q.ravel(), v.ravel()
+        return replace(last, state=state, clock=np.array([t, 0.0, *last.clock[2:]]))
 
-    def steps_from(state: Checkpoint, n: int) -> tuple[Array, Array] | None:
-        taken, _, code, _ = motion.advance(state, -loop.step / n, n, None, False)
-        if code != SOLVED or not (taken.rates > 0.0).all():
-            return None
-        return taken.q[-1].reshape(shape), cast(Array, taken.v)[-1].reshape(shape)
+    def ends(states: list[Checkpoint], n: int) -> Array:
+        lengths = np.full(len(states), -loop.step / n)
+        for _ in range(n):
+            q, v, times, codes = cast(Any, loop.motion.each)(states, lengths)
+            q[codes != SOLVED] = np.nan
+            states = [state_at(*row) for row in zip(q, v, times, strict=True)]
+        return np.stack([q, v]).reshape(2, -1, *loop.problem.q0.shape)
 
-    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int)).tolist()
-    return massless_error(loop.problem, steps_from, [state_at(k) for k in rows], STATES)
+    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int))
+    states = [state_at(*row) for row in zip(run.q[rows], run.v[rows], run.t[rows], strict=True)]
+    return massless_error(loop.problem, ends, states, STATES)
 
 
 def _assessed(loop: Loop, end: Taken | None) -> EnergyReport:
@@ -247,8 +251,12 @@ def _assessed(loop: Loop, end: Taken | None) -> EnergyReport:
         with np.errstate(all="ignore"):
             v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
     samples = Samples(steps, States(q, p, v, t), taken.energy)
-    first = float(loop.motion.rate(problem.q0.ravel())) * loop.step
-    return assess_energy(problem, samples, start.energies, first)
+    return assess_energy(
+        problem,
+        samples,
+        start.energies,
+        lambda: float(loop.motion.rate(problem.q0.ravel())) * loop.step,
+    )
 
 
 def _doubts(report: EnergyReport, driven: bool) -> str:
