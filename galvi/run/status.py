@@ -108,10 +108,10 @@ def _unjudged(found: EnergyReport) -> str:
 
 def _wrong(found: EnergyReport) -> list[str]:
     """What is wrong with a run, in clauses."""
-    return [*([_off(found)] if found.error > TOLERATED else []), *found.clauses]
+    return [*([energy_clause(found)] if found.error > TOLERATED else []), *found.clauses]
 
 
-def _off(found: EnergyReport) -> str:
+def energy_clause(found: EnergyReport) -> str:
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
     return (

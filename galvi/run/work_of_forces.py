@@ -25,7 +25,7 @@ from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.kernels.energy_errors import REST, ROUND_OFF, ROWS, TOLERATED
+from galvi.kernels.energy_errors import REST, ROUND_OFF, TOLERATED
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
 from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
@@ -72,10 +72,10 @@ def assess_work(engine: Engine, run: Run, work: RunArrays, redo: Redo) -> Energy
             states = _watched(engine, run, work)
             steps = _steps(engine, run, work, states, redo)
             fast = unresolved_rate(engine, run, steps, states, redo)
-            changes = [*_of_steps(run, steps), *_of_states(run, work, states)]
-            changes.sort(key=lambda change: change.step)
-            numbers = [change.step for change in changes]
-            report = assess_steps(run.problem, numbers, _table(changes), so_far, run.step)
+            numbers, table = map(np.hstack, zip(*_changes(run, work, steps, states), strict=True))
+            order = np.argsort(numbers, kind="stable")
+            in_order = np.ascontiguousarray(table[:, order])
+            report = assess_steps(run.problem, numbers[order], in_order, so_far, run.step)
             locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
         except Exception as error:  # of a user's function
             unassessed = f"with the work of its forces, which raised {in_words(error)}"
@@ -209,53 +209,39 @@ def _watched(engine: Engine, run: Run, work: RunArrays) -> States:
     return seen._replace(v=np.vstack([v, near]))
 
 
-class Change(NamedTuple):
-    """By how much the energy changed without work.
-
-    step       number of the last step of it
-    kinetic    the largest kinetic energy at its ends
-    potential  (2,) least and largest
-    work       of the forces; 0 where it is not known
-    error      of the energy less the work
-    ruining    the part of it beyond the work in its direction, 0 where that is the larger
-    """
-
-    step: int
-    kinetic: float
-    potential: Array
-    work: float
-    error: float
-    ruining: float
-
-
-def _of_steps(run: Run, steps: Steps) -> Iterator[Change]:
-    """Of single steps, by the work along their curves."""
+def _changes(
+    run: Run, work: RunArrays, steps: Steps, states: States
+) -> Iterator[tuple[Array, Array]]:
+    """Numbers of steps (n,), and by how much the energy changed in them without work: the tables
+    (8, n) of galvi.kernels.energy_errors. What ruins is the part of an error beyond the work in its
+    direction, unless that is the larger."""
     nodes, weights = _nodes(run.method.stages)
     times = steps.t[:, None] + 0.5 * (nodes + 1.0) * run.step
     flat = steps.q.reshape(-1, *run.problem.q0.shape), steps.v.reshape(times.size, -1)
     powers = _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
-    work = powers @ (0.5 * run.step * weights)
+    done = powers @ (0.5 * run.step * weights)
     (T_0, V_0), (T_1, V_1) = (
         energies(run.problem, states, forces=True) for states in (steps.begins, steps.ends)
     )
     gained = T_1 + V_1 - T_0 - V_0
-    for k, number in enumerate(steps.numbers.tolist()):
-        error, range_ = float(abs(gained[k] - work[k])), np.sort([V_0[k], V_1[k]])
-        kinetic = float(np.maximum(abs(T_0[k]), abs(T_1[k])))
-        helped = max(0.0, float(work[k] * np.sign(gained[k])))
-        beyond = float(np.minimum(error, abs(gained[k]) - helped))
-        ruining = 0.0 if beyond <= helped else beyond
-        yield Change(number, kinetic, range_, float(work[k]), error, ruining)
+    errors, helped = np.abs(gained - done), np.fmax(0.0, done * np.sign(gained))
+    beyond = np.minimum(errors, np.abs(gained) - helped)
+    sizes = np.fmax(np.maximum(np.abs(T_0), np.abs(T_1)), np.abs(done))
+    potentials = np.sort([V_0, V_1], axis=0)
+    yield steps.numbers, _table(errors, np.where(beyond <= helped, 0.0, beyond), sizes, *potentials)
+    if isinstance(run.problem.system, Multibody) and run.problem.system.is_damped_alone:
+        yield _of_states(run, work, states)
 
 
-def _of_states(run: Run, work: RunArrays, states: States) -> Iterator[Change]:
+def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> Array:
+    return np.array([errors, ruining, sizes, *potentials, ROUND_OFF * sizes, sizes, sizes])
+
+
+def _of_states(run: Run, work: RunArrays, states: States) -> tuple[Array, Array]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
     more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
     other forces only the work in some steps is known: they may act between these."""
     problem, start = run.problem, run.start
-    system = problem.system
-    if not (isinstance(system, Multibody) and system.is_damped_alone):
-        return
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
     states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]
@@ -268,9 +254,8 @@ def _of_states(run: Run, work: RunArrays, states: States) -> Iterator[Change]:
     takes = AMPLE * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
     risen = np.sign(run.step) * (kinetic + potential - kinetic[0] - potential[0])
     errors = np.maximum(np.maximum(risen, -risen - takes), 0.0)
-    for k in range(1, len(numbers)):
-        error, here = float(errors[k]), np.repeat(potential[k], 2)
-        yield Change(int(numbers[k]), abs(float(kinetic[k])), here, 0.0, error, error)
+    table = _table(errors, errors, np.abs(kinetic), potential, potential)
+    return numbers[1:], table[:, 1:]
 
 
 def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
@@ -278,16 +263,6 @@ def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
     shaped = v.reshape(len(v), *problem.v0.shape)
     rows = zip(q, shaped, t, strict=True)
     return np.array([np.sum(force_on(problem.system, x, w, s) * w) for x, w, s in rows])
-
-
-def _table(changes: list[Change]) -> Array:
-    """The errors of changes, in order, as galvi.kernels.energy_errors takes them."""
-    table = np.zeros((ROWS, len(changes)))
-    for k, change in enumerate(changes):
-        size = max(change.kinetic, abs(change.work))
-        rows = change.error, change.ruining, size, *change.potential, ROUND_OFF * size
-        table[: len(rows), k] = rows
-    return table
 
 
 class Unresolved(NamedTuple):

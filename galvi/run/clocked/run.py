@@ -37,7 +37,7 @@ from galvi.run.point_masses.encounters import (
     unresolved_passage,
 )
 from galvi.run.same_functions import of_run
-from galvi.run.status import off_without_mass
+from galvi.run.status import energy_clause, off_without_mass
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED, Trajectory
@@ -265,15 +265,8 @@ def _doubts(report: EnergyReport, driven: bool) -> str:
         return "the energy is not a number"
     if not report.error > TOLERATED:
         return ""
-    if driven:
-        return (
-            f"the energy and the work of the forces differ by {report.error:.2g} times the largest "
-            f"energy: the step is too large"
-        )
-    return (
-        f"the energy changed by {report.error:.2g} times the larger of the kinetic energy at the "
-        f"start and the range of the potential energy: the step is too large"
-    )
+    differ = f"the energy and the work of the forces differ by {report.error:.2g} times the largest"
+    return f"{f'{differ} energy' if driven else energy_clause(report)}: the step is too large"
 
 
 def check_step(problem: Problem, method: Galerkin, step: float) -> None:
