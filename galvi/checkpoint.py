@@ -28,7 +28,7 @@ class Checkpoint:
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last
     curves        whether curves are kept; None: only when save_every is 1
-    energies      (4,) of the steps so far, see galvi.run.energy_check; empty before the first
+    energies      (4,) of the steps so far, see galvi.kernels.energy_errors; empty before the first
     passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
     clock         (4,) in a clock: the time, its low part, the energy at the start, its low part, of
                   point masses in lanes in the frame of their centre of mass; else empty

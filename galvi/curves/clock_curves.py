@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from galvi.curves.curves import (
 )
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.tableau import Tableau
 
 PASSES = 60  # of a bracketed Newton iteration
 SAMPLES = 9  # places of a step at which its t is seen to grow
@@ -66,10 +68,8 @@ class ClockCurves:
 
     def steps_backwards(self) -> Any:
         """Numbers of the steps in which t does not grow, at some of their places."""
-        n = len(self.rates)
-        index = np.repeat(np.arange(n), SAMPLES)
-        _, rate = self._time(index, np.tile(np.linspace(0.0, 1.0, SAMPLES), n))
-        return np.flatnonzero((rate.reshape(n, SAMPLES) * self.step <= 0.0).any(axis=1))
+        rates = self.rates @ _to_samples(self.method.table)
+        return np.flatnonzero((rates <= 0.0).any(axis=1))
 
     @property
     def _curves(self) -> Curves:
@@ -114,6 +114,13 @@ class ClockCurves:
             x = new
         ends = (since == 0.0) | (since == whole)
         return np.where(ends, np.where(since == 0.0, 0.0, 1.0), x)
+
+
+@lru_cache(maxsize=32)
+def _to_samples(table: Tableau) -> Array:
+    """(s, SAMPLES) from the values at the stages of a step to those at even places of it."""
+    legendres = legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES), len(table.analysis) - 1)
+    return read_only((legendres @ table.analysis).T)
 
 
 def _each(basis: Any, series: Any) -> Array:

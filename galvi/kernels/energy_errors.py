@@ -1,4 +1,15 @@
-"""The errors of the energy at some steps of a run, and what they are measured by."""
+"""Errors of the energy: what they are measured by, and when they are too large.
+
+Rows of a table of n errors, (8, n):
+
+ERROR            those up to ROUNDING become 0; NaN where an energy is unknown
+RUINING          the part of an error that ruins a run where it exceeds the measure
+SIZE             by which an error is measured if it exceeds the range of V
+LEAST, GREATEST  V there
+ROUNDING         errors up to which are none
+LARGEST          the measure if that sample is good; filled by `assess_errors`, as the next is
+LIMIT            the measure after it
+"""
 
 from __future__ import annotations
 
@@ -6,43 +17,99 @@ import math
 
 from galvi.kernels.compile.jit import jit
 
-LOWEST, HIGHEST, MEASURE, WORST = range(4)
-SMALL = 0.01  # share of its measure below which an error is not reported
-CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
+ERROR, RUINING, SIZE, LEAST, GREATEST, ROUNDING, LARGEST, LIMIT, ROWS = range(9)
+LOWEST, HIGHEST, MEASURE, WORST = range(4)  # of `Checkpoint.energies`
+TOLERATED = 0.01  # share of its measure up to which an error is not reported
 ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
+REST = 1e-9  # share of what a step gives below which a kinetic energy is none
 
 
 @jit
-def energy_errors(kinetic, potential, energy, kinetic_at_start, floor, so_far, errors):
-    """errors (n,) <- |T + V - energy| of T and V (n,), 0 up to round-off; returns the largest.
+def errors_since_start(kinetic, potential, energies, driven, start, start_kinetic, table):
+    """table (8, n) <- the errors of T + V, (n,) each, since the start.
 
-    NaN, also as the largest, where an energy is unknown.
-
-    energy            that of the start
-    kinetic_at_start  its size
-    floor             errors up to which are round-off
-    so_far            (4,) least and greatest V, measure and largest error of the steps before;
-                      the first three become those of these steps too. A step whose error is small,
-                      and below the measure of the steps before it, adds to the measure
+    energies       (n,) or (1,) what T + V should be
+    driven         whether errors are measured by T and the work since the start too
+    start          the energy there, of it ``start_kinetic`` the size of T
     """
-    lowest, highest, measure = so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE]
-    largest = 0.0
-    for k in range(errors.size):
-        here, error = potential[k], abs(kinetic[k] + potential[k] - energy)
-        round_off = max(floor, ROUND_OFF * (abs(kinetic[k]) + abs(here)))
-        if error <= round_off:
-            error = 0.0
-        if here < lowest or math.isnan(lowest):
-            lowest = here
-        if here > highest or math.isnan(highest):
-            highest = here
-        reached = highest - lowest
-        if not reached > kinetic_at_start:
-            reached = kinetic_at_start
-        if error <= SMALL * reached and (error <= measure or measure <= round_off):
-            measure = max(measure, reached)
-        if not (error <= largest or math.isnan(largest)):
-            largest = error
-        errors[k] = error
-    so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE] = lowest, highest, measure
-    return largest
+    for k in range(kinetic.size):
+        energy = energies[min(k, energies.size - 1)]
+        error = abs(kinetic[k] + potential[k] - energy)
+        table[ERROR, k] = table[RUINING, k] = error
+        if math.isnan(error) and math.isfinite(start):
+            table[RUINING, k] = math.inf
+        size = start_kinetic
+        if driven and abs(kinetic[k]) > size:
+            size = abs(kinetic[k])
+        if driven and abs(energy - start) > size:
+            size = abs(energy - start)
+        table[SIZE, k] = size
+        table[LEAST, k] = table[GREATEST, k] = potential[k]
+        table[ROUNDING, k] = ROUND_OFF * (abs(kinetic[k]) + abs(potential[k]))
+
+
+@jit
+def share_of(error, measure):
+    """error / measure; 0 for no error, infinite without a measure."""
+    if not error > 0.0:
+        return 0.0
+    return error / measure if measure > 0.0 else math.inf
+
+
+@jit
+def assess_errors(table, single, start_kinetic, floor, kick, so_far):
+    """The largest error over its measure, its index, that of the first error that ruins the run or
+    -1, whether one is NaN, and the measure of the run.
+
+    table          (8, n), in the order of the run
+    single         whether these are errors of single steps, each good if small, and measured by
+                   what was up to it. One since the start must not exceed the measure before it
+                   either, and is measured by the whole run: a run that jumps into a deep well is
+                   not measured by its depth
+    start_kinetic  the size of T at the start
+    floor          a larger ROUNDING
+    kick           the kinetic energy that the forces at the start give in a step
+    so_far         (4,) least and greatest V, measure and largest error of the steps before; they
+                   become those of these too, the last one infinite where a single step ruins
+    """
+    low, high, measure, before = so_far
+    unknown = False
+    for k in range(table.shape[1]):
+        rounding = max(floor, table[ROUNDING, k])
+        if table[ERROR, k] <= rounding:
+            table[ERROR, k] = 0.0
+        error, reached = table[ERROR, k], table[SIZE, k]
+        unknown = unknown or math.isnan(error)
+        if table[LEAST, k] < low or math.isnan(low):
+            low = table[LEAST, k]
+        if table[GREATEST, k] > high or math.isnan(high):
+            high = table[GREATEST, k]
+        if high - low > reached:
+            reached = high - low
+        table[LARGEST, k] = reached if reached > measure else measure
+        if error <= TOLERATED * table[LARGEST, k] and (
+            single or error <= measure or measure <= rounding
+        ):
+            measure = table[LARGEST, k]
+        table[LIMIT, k] = measure
+    so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE] = low, high, measure
+    at_rest = start_kinetic <= REST * kick
+    if not single and at_rest and measure <= start_kinetic:
+        measure = kick
+    share, worst, ruined = 0.0, 0, -1
+    for k in range(table.shape[1]):
+        error, largest, limit = table[ERROR, k], measure, measure
+        if single:
+            largest, limit = table[LARGEST, k], table[LIMIT, k]
+            if at_rest and kick > limit:
+                limit = kick
+        if ruined < 0 and table[RUINING, k] > limit and not error <= TOLERATED * largest:
+            ruined = k
+        if single and ruined == k:
+            so_far[WORST], worst = math.inf, k
+            return share_of(error, limit), worst, ruined, unknown, measure
+        if share_of(error, largest) > share:
+            share, worst = share_of(error, largest), k
+        if not single and error > so_far[WORST]:
+            so_far[WORST] = error
+    return max(share, share_of(before, measure)), worst, ruined, unknown, measure

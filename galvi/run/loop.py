@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
+import numpy as np
+
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves
@@ -20,16 +22,16 @@ from galvi.run.batches import APART, step_in_batches
 from galvi.run.clocked.run import run_in_clock
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.energies import asks_force, asks_functions
-from galvi.run.energy_check import judge
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import MasslessError, massless_error
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
+from galvi.run.run_samples import assess_run
 from galvi.run.same_functions import of_run
 from galvi.run.status import outcome_of
-from galvi.run.stepper import Formulation, RunCurves, Stepper
-from galvi.run.work_check import has_work, judge_work
+from galvi.run.stepper import Formulation, RunCurves, Stepper, solve_steps
+from galvi.run.work_of_forces import assess_work, has_work
 from galvi.systems.nbody import NBody
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
@@ -121,13 +123,13 @@ def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Che
     engine, run, work = stepper.formulation, stepper.request, stepper.work
     start = run.start
     if has_work(run.problem.system):
-        found = judge_work(engine, run, work, unwatched)
+        report = assess_work(engine, run, work, unwatched)
     else:
-        found = judge(engine, run, work)
-    outcome = outcome_of(stepper, code, found, counts, lambda: _massless_error(stepper, known))
+        report = assess_run(engine, run, work)
+    outcome = outcome_of(stepper, code, report, counts, lambda: _massless_error(stepper, known))
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
-        start.solver, start.tolerance, start.save_every, start.curves, found.energies,
+        start.solver, start.tolerance, start.save_every, start.curves, report.energies,
         read_only(work.passage[:FOUND]),
     )  # fmt: skip
     return Ending(outcome, last)
@@ -150,14 +152,18 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         return None
     _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
 
-    def steps_from(state: Checkpoint, n: int) -> Trajectory:
+    def end(state: Checkpoint, n: int) -> Array:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
-        return unwatched(back)
+        arrays = solve_steps(ENGINES, back, retried=False)[0].work
+        return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)
 
-    return massless_error(steps_from, [*known, _checkpoint(run.start, work)])
+    def ends(states: list[Checkpoint], n: int) -> Array:
+        return np.stack([end(state, n) for state in states], axis=1)
+
+    return massless_error(run.problem, ends, [*known, _checkpoint(run.start, work)])
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:

@@ -8,12 +8,12 @@ from typing import cast
 
 import numpy as np
 
-from galvi.kernels.energy_errors import SMALL, WORST
+from galvi.kernels.energy_errors import TOLERATED, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
-from galvi.run.energy_check import Judgement
+from galvi.run.energy_assessment import EnergyReport
 from galvi.run.gimbal_lock import LOCKED
 from galvi.run.point_masses import encounters
 from galvi.run.request import RunRequest
@@ -26,13 +26,13 @@ Massless = Callable[[], encounters.MasslessError | None]
 
 
 def outcome_of(
-    stepper: Stepper, code: int, judgement: Judgement, counts: Mapping[str, int],
+    stepper: Stepper, code: int, report: EnergyReport, counts: Mapping[str, int],
     massless: Massless,
 ) -> Outcome:  # fmt: skip
     """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
-    judgement  what its energies say
-    massless   () -> what a step does to bodies without mass; asked where all else is well
+    report    what its energies say
+    massless  () -> what a step does to bodies without mass; asked where all else is well
     """
     run, work = stepper.request, stepper.work
     problem, step, steps = run.problem, run.step, cast(int, run.steps)
@@ -41,12 +41,12 @@ def outcome_of(
         if code != SOLVED:
             end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
         t = problem.t0 + (run.start.first + work.done) * step
-        return Outcome(end, work.done + 1, t, reason, _notes_on_energy(run, judgement), steps)
+        return Outcome(end, work.done + 1, t, reason, _notes_on_energy(run, report), steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
-    outcome = completed(problem, judgement, run.start.first, passage, massless, remedy)
+    outcome = completed(problem, report, run.start.first, passage, massless, remedy)
     if outcome == Outcome():
         outcome = Outcome(notes=notes_on_exceptions(stepper.formulation, counts))
     return replace(outcome, steps=steps)
@@ -59,60 +59,66 @@ def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> 
 
 
 def completed(
-    problem: Problem, judgement: Judgement, first: int, passage: str, massless: Massless,
+    problem: Problem, report: EnergyReport, first: int, passage: str, massless: Massless,
     remedy: str = SMALLER_STEP,
 ) -> Outcome:  # fmt: skip
     """The outcome of a run that did all its steps.
 
     first    steps since the problem's start before this run
     passage  the worst one of two point masses that no step resolved, as a clause; "" for none
-    remedy   where the judgement has none
+    remedy   where the report has none
     """
-    clauses = _wrong(judgement)
-    if judgement.unknown:
+    clauses = _wrong(report)
+    if report.unknown:
         undefined = "the energy is not a number"
         if isinstance(problem.system, Lagrangian) and conserves_energy(problem.system):
             undefined += ": L is undefined there, or no velocity has the momentum"
         clauses.append(undefined)
     clauses += [passage] if passage else []
     clauses = clauses or off_without_mass(problem, massless())
-    unjudged = f"energy could not be judged {judgement.unjudged}" if judgement.unjudged else ""
+    unassessed = f"energy could not be judged {report.unassessed}" if report.unassessed else ""
     if not clauses:
-        return Outcome(End.DOUBTFUL, reason=f"the {unjudged}") if unjudged else Outcome()
-    if not judgement.remedy and _has_derivatives(problem):
+        return Outcome(End.DOUBTFUL, reason=f"the {unassessed}") if unassessed else Outcome()
+    if not report.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
-    reason, remedy = "; ".join(clauses), judgement.remedy or remedy
-    notes = (f"The {unjudged}.",) if unjudged else ()
-    if judgement.ruined is not None:
-        ruined = max(judgement.ruined - first, 1)
+    reason, remedy = "; ".join(clauses), report.remedy or remedy
+    notes = (f"The {unassessed}.",) if unassessed else ()
+    if report.ruined is not None:
+        ruined = max(report.ruined - first, 1)
         return Outcome(End.RUINED, ruined, reason=reason, remedy=remedy, notes=notes)
-    if LOCKED not in judgement.said:
+    if LOCKED not in report.clauses:
         reason += ": the step is too large for this motion"
     return Outcome(End.DOUBTFUL, reason=reason, remedy=remedy, notes=notes)
 
 
-def _notes_on_energy(run: RunRequest, judgement: Judgement) -> tuple[str, ...]:
+def _notes_on_energy(run: RunRequest, report: EnergyReport) -> tuple[str, ...]:
     """What a run that ended early says of its energy."""
     notes = []
-    if judgement.ruined is not None:
-        t = run.problem.t0 + max(judgement.ruined, run.start.first + 1) * run.step
-        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(judgement))}.")
-    if judgement.unjudged:
-        notes.append(f"Its energy could not be judged {judgement.unjudged}.")
-    return tuple(notes)
+    if report.ruined is not None:
+        t = run.problem.t0 + max(report.ruined, run.start.first + 1) * run.step
+        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(report))}.")
+    return (*notes, *note_unassessed(report))
 
 
-def _wrong(judgement: Judgement) -> list[str]:
+def note_unassessed(report: EnergyReport) -> tuple[str, ...]:
+    """That the energy of a run that ended early is not known, if so."""
+    return (f"Its energy could not be judged {report.unassessed}.",) if report.unassessed else ()
+
+
+def _wrong(report: EnergyReport) -> list[str]:
     """What is wrong with a run, in clauses."""
-    return [*([_off(judgement)] if judgement.error > SMALL else []), *judgement.said]
+    return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
 
 
-def _off(judgement: Judgement) -> str:
-    if np.isfinite(judgement.error):
-        return f"the energy changed by {judgement.error:.2g} times {MEASURE}"
+def _energy_clause(report: EnergyReport) -> str:
+    change, measure = "the energy changed", MEASURE
+    if report.driven:
+        change, measure = "the energy and the work of the forces differ", "the largest energy"
+    if np.isfinite(report.error):
+        return f"{change} by {report.error:.2g} times {measure}"
     return (
-        f"the energy changed by {judgement.energies[WORST]:.2g}, and no step kept it to {SMALL:g} "
-        f"times {MEASURE}"
+        f"{change} by {report.energies[WORST]:.2g}, and no step kept it to {TOLERATED:g} times "
+        f"{measure}"
     )
 
 

@@ -25,8 +25,9 @@ from galvi.run.clocked.in_lanes import (
     mean_velocity,
     motion_in_lanes,
 )
-from galvi.run.clocked.plan import Taken
+from galvi.run.clocked.plan import Motion, Taken
 from galvi.run.request import ROUND_OFF
+from galvi.run.stepper import Declined
 from galvi.systems.nbody import NBody
 
 # Burrau's problem at t = 63, the first body: quadruple precision, another engine.
@@ -57,7 +58,7 @@ def begin(problem: galvi.Problem, s: int, energy: float = np.nan) -> tuple[Any, 
 
 def advance(problem: galvi.Problem, s: int) -> Any:
     motion = motion_in_lanes(problem, gauss(s), None)
-    assert motion is not None
+    assert isinstance(motion, Motion)
 
     def step(
         state: Array, stages: Array, known: Any, clock: Array, h: float, n: int, keep: bool
@@ -282,22 +283,26 @@ def test_a_step_that_fails_leaves_those_before_it() -> None:
 
 def test_only_collocation_at_gauss_points_of_bodies_that_attract_is_taken() -> None:
     problem, light = burrau(), several([1.0], 2)
-    assert motion_in_lanes(several([1.0, 0.5], 2, 1.0, FLAT), gauss(4), None) is not None
+    assert isinstance(motion_in_lanes(several([1.0, 0.5], 2, 1.0, FLAT), gauss(4), None), Motion)
     for force in (galvi.Drag([0.1, 0.1]), galvi.Force(lambda q: 0.0 * q)):
-        assert motion_in_lanes(several([1.0, 0.5], 2, 1.0, force), gauss(4), None) is None
-    assert motion_in_lanes(light, gauss(4), None) is None
-    assert motion_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), None) is None
-    assert motion_in_lanes(problem, gauss(60), None) is None
+        assert isinstance(
+            motion_in_lanes(several([1.0, 0.5], 2, 1.0, force), gauss(4), None), Declined
+        )
+    assert isinstance(motion_in_lanes(light, gauss(4), None), Declined)
+    assert isinstance(
+        motion_in_lanes(galvi.problems.harmonic_oscillator(), gauss(4), None), Declined
+    )
+    assert isinstance(motion_in_lanes(problem, gauss(60), None), Declined)
     for space, rule in ((4, galvi.gauss(5)), (4, galvi.lobatto(5))):
         method = galvi.Galerkin(galvi.Polynomials(space), rule, clock=galvi.DynamicalTime())
-        assert motion_in_lanes(problem, method, None) is None
+        assert isinstance(motion_in_lanes(problem, method, None), Declined)
 
 
 def drift(problem: galvi.Problem, blocks: int = 60, steps: int = 2000) -> tuple[float, float]:
     """The mean change of K = g (H - E0) in a step, in units of g |E0|, and its standard error."""
     system: Any = problem.system
     motion = motion_in_lanes(problem, gauss(8), None)
-    assert motion is not None
+    assert isinstance(motion, Motion)
     state = motion.at(problem.q0, problem.v0, problem.t0)
     masses = masses_in_clock(system, problem.q0.shape[1])
     K = [0.0]

@@ -21,13 +21,13 @@ KEPLER = galvi.problems.kepler(0.6)
 def judgements(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[float]]:
     """Times at which runs were judged, in steps done."""
     seen: list[float] = []
-    judge = loop.judge
+    assess_run = loop.assess_run
 
     def counted(engine, run, work):
         seen.append(work.done)
-        return judge(engine, run, work)
+        return assess_run(engine, run, work)
 
-    monkeypatch.setattr(loop, "judge", counted)
+    monkeypatch.setattr(loop, "assess_run", counted)
     yield seen
 
 
@@ -108,15 +108,15 @@ def test_a_status_does_not_change_with_what_a_function_refers_to(monkeypatch, ki
 
 
 def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch):
-    run, judge = galvi.integrate(KEPLER, EIGHT, 0.1, 50), loop.judge
+    run, assess_run = galvi.integrate(KEPLER, EIGHT, 0.1, 50), loop.assess_run
 
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(loop, "judge", interrupted)
+    monkeypatch.setattr(loop, "assess_run", interrupted)
     with pytest.raises(KeyboardInterrupt):
         print(run.success)
-    monkeypatch.setattr(loop, "judge", judge)
+    monkeypatch.setattr(loop, "assess_run", assess_run)
     assert run.success
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -133,16 +131,13 @@ def test_a_body_that_a_kernel_moves_wrongly_is_named(monkeypatch) -> None:
     problem = galvi.Problem(galvi.NBody([1.0, 1e-3, 0.0, 0.0, 0.0]), q, v / 1.3)
     estimate = loop.massless_error
 
-    def planted(steps_from, states):  # type: ignore[no-untyped-def]
-        def wrong(state, n):  # type: ignore[no-untyped-def]
-            run = steps_from(state, n)
-            if n == 1:
-                v = run.v.copy()
-                v[:, 3] *= 1.01
-                run = replace(run, velocities=v)
-            return run
+    def planted(problem, ends, states):  # type: ignore[no-untyped-def]
+        def wrong(starts, n):  # type: ignore[no-untyped-def]
+            q, v = ends(starts, n)
+            v[:, 3] *= 1.01 if n == 1 else 1.0
+            return np.stack([q, v])
 
-        return estimate(wrong, states)
+        return estimate(problem, wrong, states)
 
     sound = galvi.integrate(problem, method(6), 0.1, 100)
     assert sound.outcome.end is galvi.End.COMPLETED

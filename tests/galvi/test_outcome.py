@@ -173,8 +173,13 @@ def test_an_outcome_is_assessed_by_one_thread_at_a_time(monkeypatch):
 
     from galvi.run import loop
 
-    assessed, judge = [], loop.judge
-    monkeypatch.setattr(loop, "judge", lambda *args: assessed.append(args) or judge(*args))
+    assessed, assess_run = [], loop.assess_run
+
+    def counted(*arguments):
+        assessed.append(arguments)
+        return assess_run(*arguments)
+
+    monkeypatch.setattr(loop, "assess_run", counted)
     run = galvi.integrate(KEPLER, EIGHT, 0.1, 2000)
     with ThreadPoolExecutor(4) as pool:
         outcomes = list(pool.map(lambda _: run.outcome, range(16)))

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numba import njit
 
 import galvi
-from galvi.kernels.energy_errors import MEASURE
+from galvi.kernels.energy_errors import MEASURE, ROWS, errors_since_start
 from galvi.kernels.forces.passages import NEAR, UNRESOLVED, passage_error
-from galvi.run.energy_check import judgement
+from galvi.run.energy_assessment import report_on
 from references.rebound.ias15 import IAS15
 
 FRESH = np.array([0.0, 0.0, 0.0, 0.0])
@@ -136,18 +136,25 @@ def test_a_fall_onto_the_centre_is_never_called_good(points):
     assert ruined
 
 
+def report(kinetic, potential, kinetic_at_start=0.0, floor=0.0):
+    """The report on energies at steps 1, 2, ..., which are 0 at the start."""
+    steps, table = np.arange(1, len(kinetic) + 1), np.empty((ROWS, len(kinetic)))
+    errors_since_start(kinetic, potential, np.zeros(1), False, 0.0, kinetic_at_start, table)
+    return report_on(steps, table, False, FRESH, kinetic_at_start, floor)
+
+
 def test_the_measure_is_not_that_of_where_a_run_went():
     """Planted energies: a jump into a well that is deeper than its error, and one that returns."""
-    steps, rest = np.arange(1, 7), np.zeros(6)
+    rest = np.zeros(6)
     fall = np.array([-1.0, -2.0, -1e5, -3.0, -3.0, -2.0])
-    jump = judgement(steps, np.array([1.0, 2.0, 1e5 + 500, 503, 503, 502]), fall, 0.0, 0.0, FRESH)
+    jump = report(np.array([1.0, 2.0, 1e5 + 500, 503, 503, 502]), fall)
     assert jump.ruined == 3 and jump.energies[MEASURE] == 2.0
-    back = judgement(steps, np.array([1.0, 2.0, 1e5 + 500, 3, 3, 2]), fall, 0.0, 0.0, FRESH)
+    back = report(np.array([1.0, 2.0, 1e5 + 500, 3, 3, 2]), fall)
     assert back.ruined is None and back.energies[MEASURE] == 1e5 - 1.0 + 1.0
-    slight = judgement(steps, -fall + 0.02 * np.arange(6), fall, 0.0, 10.0, FRESH)
+    slight = report(-fall + 0.02 * np.arange(6), fall, 10.0)
     assert slight.ruined is None and slight.error < 0.01
-    assert judgement(steps, rest + 1e-16, rest, 0.0, 0.0, FRESH, 1e-15).ruined is None
-    assert judgement(steps, rest + 1e-16, rest, 0.0, 0.0, FRESH).ruined == 1  # no floor
+    assert report(rest + 1e-16, rest, floor=1e-15).ruined is None
+    assert report(rest + 1e-16, rest).ruined == 1  # no floor
 
 
 @pytest.mark.slow_cases(but=["1-0.5-2-False", "4-3.14-3-False"])

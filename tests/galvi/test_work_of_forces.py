@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run import work_check
+from galvi.run import work_of_forces
 
 
 def method(s: int, rule: Any = None) -> galvi.Galerkin:
@@ -217,7 +217,7 @@ def test_a_resumed_run_that_was_ruined_is_ruined() -> None:
 @pytest.mark.parametrize("z", [0.1, 1.0, 7.0, 1000.0])
 def test_growth_is_what_a_step_does(s: int, z: float) -> None:
     run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
-    assert run.p[-1, 0] == pytest.approx(work_check.growth(method(s).table, z), abs=1e-10)
+    assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
 
 
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
@@ -316,6 +316,6 @@ def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.Mo
     """Gauss's method keeps a quadratic energy less the work by its own rule, for any step."""
     problem = wrist(2.0)
     assert galvi.integrate(problem, method(8), 0.02, 10).status.startswith("Completed, but")
-    monkeypatch.setattr(work_check, "unresolved_rate", lambda *arguments: None)
+    monkeypatch.setattr(work_of_forces, "unresolved_rate", lambda *arguments: None)
     blind = galvi.integrate(problem, method(8), 0.02, 10)
     assert blind.status.startswith("Completed. ")

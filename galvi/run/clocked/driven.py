@@ -168,17 +168,17 @@ def motion_of_driven(
             )  # fmt: skip
             q, p = state.state[:1, :r], state.state[1:2, :d]
             kept = found.coefficients[: 1 if keep else 0]
+            clock = found.clock[None]
             rows.append(
-                Taken(q, p, None, found.clock[None, :2], kept, found.rates[None], found.counts)
+                Taken(q, p, None, clock[:, :2], kept, found.rates[None], found.counts, clock[:, 2])
             )
         code = DIVERGED if reason else SOLVED
         if not rows:
             m = method.space.dimension - 1
             shapes = (0, r), (0, d), (0, 2), (0, d, m), (0, s)
             q, p, t, coefficients, rates = map(np.zeros, shapes)
-            return Advanced(
-                Taken(q, p, None, t, coefficients, rates, NO_COUNTS), state, code, reason
-            )
+            none = Taken(q, p, None, t, coefficients, rates, NO_COUNTS, np.zeros(0))
+            return Advanced(none, state, code, reason)
         return Advanced(joined(rows), state, code, reason)
 
     def at(q: Array, v: Array, t: float) -> Checkpoint:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,9 @@ class Taken(NamedTuple):
     t             (n, 2) time and its low part after each step
     coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
     rates         (n, s) g at the stages
-    counts        (4,) passes and others, as in galvi.run.plan.COUNTED, of all steps
+    counts        (4,) passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
+    energy        (n,) that of the start and the work of forces since then, as the clock integrates
+                  it; None where it is that of the start
     """
 
     q: Array
@@ -36,19 +39,23 @@ class Taken(NamedTuple):
     coefficients: Array
     rates: Array
     counts: Array
+    energy: Array | None = None
 
     def rows(self, rows: Any) -> Taken:
         """Some of the steps, without their curves."""
-        v = None if self.v is None else self.v[rows]
+        v, energy = (None if x is None else x[rows] for x in (self.v, self.energy))
         none = self.coefficients[:0]
-        return Taken(self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], NO_COUNTS)
+        return Taken(
+            self.q[rows], self.p[rows], v, self.t[rows], none, self.rates[rows], NO_COUNTS, energy
+        )
 
 
 def joined(parts: Sequence[Taken]) -> Taken:
     """Steps one after another."""
-    arrays: Any = zip(*(part[:-1] for part in parts), strict=True)
-    whole: Any = [None if x[0] is None else np.concatenate(x) for x in arrays]
-    return Taken._make([*whole, np.sum([part.counts for part in parts], axis=0)])
+    arrays: Any = [None if x[0] is None else x for x in zip(*parts, strict=True)]
+    q, p, v, t, coefficients, rates, _, energy = (x and np.concatenate(x) for x in arrays)
+    counts = np.sum([part.counts for part in parts], axis=0)
+    return Taken(q, p, v, t, coefficients, rates, counts, energy)
 
 
 class Advanced(NamedTuple):
@@ -93,37 +100,44 @@ class Motion:
 
 
 COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
+PACED = 128  # states, of up to 1024, at which the pair is looked for
 
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
-    """The pairs i, j of bodies, and G (m_i + m_j) / r^3 of them, (n, pairs), at flat q (n, r)."""
+    """The pairs i, j of bodies, and G (m_i + m_j) / r^3 of them, (pairs, n), at flat q (n, r)."""
     system: Any = problem.system
+    i, j, mass = _pairs(system)
+    places = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
+    gaps = places[:, i] - places[:, j]
+    square = (gaps * gaps).sum(axis=0)
+    with np.errstate(all="ignore"):
+        return i, j, mass / (square * np.sqrt(square))
+
+
+@lru_cache(maxsize=32)
+def _pairs(system: Any) -> tuple[Any, Any, Array]:
+    """The pairs i, j of bodies that attract, and G (m_i + m_j), (pairs, 1)."""
     i, j = np.triu_indices(system.masses.size, 1)
     mass = system.G * (system.masses[i] + system.masses[j])
-    i, j, mass = i[mass > 0.0], j[mass > 0.0], mass[mass > 0.0]
-    places = q.reshape(-1, *problem.q0.shape)
-    square = np.sum((places[:, i] - places[:, j]) ** 2, axis=-1)
-    with np.errstate(all="ignore"):
-        return i, j, mass / square**1.5
+    return i[mass > 0.0], j[mass > 0.0], read_only(mass[mass > 0.0, None])
 
 
 def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
     """The names of the bodies that set the clock at q."""
     i, j, pace = paces(problem, q)
-    pair, names = int(np.argmax(pace[0])), problem.body_names()
+    pair, names = int(np.argmax(pace[:, 0])), problem.body_names()
     return names[i[pair]], names[j[pair]]
 
 
 def costly_pair(problem: Problem, q: Array) -> str:
     """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
-    i, j, pace = paces(problem, q)
-    if pace.shape[1] < 2:
+    i, j, pace = paces(problem, q[:: -(-len(q) // PACED)])
+    if len(pace) < 2:
         return ""
-    pair = int(np.bincount(np.argmax(pace, axis=1)).argmax())
+    pair = int(np.bincount(np.argmax(pace, axis=0)).argmax())
     with np.errstate(all="ignore"):
-        whole = np.sqrt(pace.sum(axis=1))
-        others = np.sqrt(np.delete(pace, pair, axis=1).sum(axis=1))
-    times = 1.0 / float(np.median(others / whole))
+        others = pace[:pair].sum(axis=0) + pace[pair + 1 :].sum(axis=0)
+        times = 1.0 / np.sqrt(np.median(others / (others + pace[pair])))
     if not times > COSTLY:
         return ""
     names = problem.body_names()

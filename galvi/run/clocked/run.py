@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,19 +14,18 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import units_of_steps
 from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
-from galvi.kernels.energy_errors import SMALL
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
-from galvi.run import energies
 from galvi.run.batches import step_in_batches
 from galvi.run.clocked.driven import motion_of_driven
 from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.in_lanes import motion_in_lanes
 from galvi.run.clocked.plan import NO_COUNTS, Taken, costly_pair, joined
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.energy_check import Judgement, judgement
-from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
+from galvi.run.energies import States, asks_functions, has_no_force, start_energies
+from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
+from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.point_masses.encounters import (
     STATES,
     MasslessError,
@@ -36,13 +35,12 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import COUNTED
 from galvi.run.same_functions import of_run
-from galvi.run.status import completed
+from galvi.run.status import completed, note_unassessed
 from galvi.run.stepper import Declined
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-LOOKED_AT = 1024  # states of a run by whose energies it is judged
 TOO_LONG = "the step is too large for the clock"
 
 
@@ -53,7 +51,7 @@ def clock_energy(request: RunRequest) -> float | None:
     """
     problem, start = request.problem, request.start
     request.method.clock.rate(problem)
-    total = energies.start_energies(problem).total
+    total = start_energies(problem).total
     if not math.isfinite(total):
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
@@ -84,8 +82,8 @@ CLOCK = Clock()
 def in_transformed_time(request: RunRequest) -> ClockStepper:
     """A stepper for any clock, by the general kernel in transformed time."""
     problem, method, energy = request.problem, request.method, clock_energy(request)
-    told = energies.start_energies(problem).total if energy is None else energy
-    free = energies.has_no_force(problem.system)
+    told = start_energies(problem).total if energy is None else energy
+    free = has_no_force(problem.system)
     motion = motion_in_general if free else motion_of_driven
     start = request.start
     return ClockStepper(request, motion(problem, method, told, start.solver, start.tolerance))
@@ -109,7 +107,8 @@ def run_in_clock(
         run = _trajectory(loop, code)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
-    if energies.asks_functions(cast(Hashable, stepper.problem.system)):
+    system: Any = stepper.problem.system
+    if asks_functions(system) or getattr(system, "explicit_time", False):
         run.ending.assess()  # now: what the functions refer to may change
     return run
 
@@ -181,19 +180,22 @@ def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
 
 def _ending(loop: ClockStepper, run: Trajectory, end: Taken | None) -> Ending:
     """How the run of a loop ended."""
-    start, judgement, notes = loop.start, _judged(loop, end), []
+    start, report, notes = loop.start, _assessed(loop, end), []
     steps, step, t = loop.request.steps, loop.done + 1, float(run.t[-1])
+    unassessed = note_unassessed(report)
     if loop.reason:
-        outcome = Outcome(End.STEP_FAILED, step, t, loop.reason.removesuffix("."), steps=steps)
+        reason = loop.reason.removesuffix(".")
+        outcome = Outcome(End.STEP_FAILED, step, t, reason, unassessed, steps)
         if start.first + loop.done == 0:
             notes.append(f"Note that {units_of_steps(loop.problem, loop.method.clock)}.")
     elif run.interrupted:
-        outcome = Outcome(End.INTERRUPTED, step, t, steps=steps)
+        outcome = Outcome(End.INTERRUPTED, step, t, notes=unassessed, steps=steps)
     elif loop.time is not None and not loop.reached:
         outcome = at_step_limit(loop.done, t, cast(int, steps), loop.time)
+        outcome = replace(outcome, notes=unassessed)
     else:
         outcome = completed(
-            loop.problem, judgement, start.first,
+            loop.problem, report, start.first,
             unresolved_passage(loop.problem, None, loop.passage),
             lambda: _massless_error(loop, run),
         )  # fmt: skip
@@ -202,9 +204,10 @@ def _ending(loop: ClockStepper, run: Trajectory, end: Taken | None) -> Ending:
         notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
     notes.append(loop.motion.remark)
     if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
-        notes.append(costly_pair(loop.problem, joined(loop.seen).q))
+        q = np.concatenate([part.q for part in loop.seen])
+        notes.append(costly_pair(loop.problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
-    last = replace(loop.state, energies=judgement.energies, passage=read_only(loop.passage[:FOUND]),
+    last = replace(loop.state, energies=report.energies, passage=read_only(loop.passage[:FOUND]),
                    save_every=start.save_every,
                    curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
     return Ending(outcome, last)
@@ -222,45 +225,47 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
-    def steps_from(state: Checkpoint, n: int) -> Trajectory:
-        begin = replace(state, save_every=n, curves=False)
-        request = RunRequest(loop.problem, loop.method, -loop.step / n, n, begin)
-        back = uninterrupted(run_in_clock(ClockStepper(request, loop.motion)))
-        done = back.counts["steps"] == n and bool(np.all(np.isfinite(back.q[-1])))
-        return Trajectory(  # whose own status nobody asks for
-            back.problem, back.t, back.q, back.p, velocities=back.velocities, success=done
-        )
+    last, none = loop.state, np.zeros_like
+    last = replace(last, stages=none(last.stages), solver_state=none(last.solver_state))
 
-    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int)).tolist()
-    states = [loop.motion.at(run.q[k], run.v[k], float(run.t[k])) for k in rows]
-    return massless_error(steps_from, states, STATES)
+    def state_at(q: Array, v: Array, t: float) -> Checkpoint:
+        state = np.zeros_like(last.state)
+        state[0], state[2] = q.ravel(), v.ravel()
+        return replace(last, state=state, clock=np.array([t, 0.0, *last.clock[2:]]))
+
+    def ends(states: list[Checkpoint], n: int) -> Array:
+        lengths = np.full(len(states), -loop.step / n)
+        for _ in range(n):
+            q, v, times, codes = cast(Any, loop.motion.each)(states, lengths)
+            q[codes != SOLVED] = np.nan
+            states = [state_at(*row) for row in zip(q, v, times, strict=True)]
+        return np.stack([q, v]).reshape(2, -1, *loop.problem.q0.shape)
+
+    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int))
+    states = [state_at(*row) for row in zip(run.q[rows], run.v[rows], run.t[rows], strict=True)]
+    return massless_error(loop.problem, ends, states, STATES)
 
 
-def _judged(loop: ClockStepper, end: Taken | None) -> Judgement:
+def _assessed(loop: ClockStepper, end: Taken | None) -> EnergyReport:
     """What the energies of some steps say."""
     problem, start = loop.problem, loop.start
-    final = loop.last if end is None else end.rows([0])
-    parts = [*loop.seen, *([final] if final is not None else [])]
-    if not parts or not energies.has_no_force(problem.system):
-        return Judgement(energies=start.energies)
-    whole = joined(parts)
-    last = [loop.done + (end is not None)] * (final is not None)
-    numbers = np.concatenate([*loop.places, last]).astype(np.int64) + start.first
-    few = np.unique(np.linspace(0, len(numbers) - 1, LOOKED_AT).astype(np.int64))
-    seen, numbers, n = whole.rows(few), numbers[few], len(few)
-    q, p = seen.q.reshape(n, *problem.q0.shape), seen.p.reshape(n, *problem.v0.shape)
-    with np.errstate(all="ignore"):
-        known, v = energies.start_energies(problem), seen.v
-        if v is None:
-            v = velocity_at(problem.system, q, p, problem.t0, problem.v0).reshape(n, -1)
-        kinetic, potential = energies.energies(
-            problem, energies.States(q, p, v, np.full(n, problem.t0)), sharp=True
-        )
-        so_far = start.energies if start.energies.size else known.fresh
-        given = (cast(Array, numbers), kinetic, potential, known.total, known.kinetic, so_far)
-        found = judgement(*given)
-        if found.error > SMALL or found.unknown:
-            first = float(loop.motion.rate(problem.q0.ravel()))
-            floor, kick = energies.noise(problem), energies.kick_energy(problem, first * loop.step)
-            found = judgement(*given, floor, kick)
-        return found
+    parts, places = list(loop.seen), list(loop.places)
+    if end is not None:
+        parts, places = [*parts, end.rows([0])], [*places, [loop.done + 1]]
+    elif loop.done % loop.stride:
+        parts, places = [*parts, cast(Taken, loop.last)], [*places, [loop.done]]
+    if not parts:
+        return EnergyReport(energies=start.energies)
+    taken, steps = joined(parts), start.first + np.concatenate(places)
+    n, t, v = len(steps), taken.t[:, 0], taken.v
+    q, p = taken.q.reshape(n, *problem.q0.shape), taken.p.reshape(n, *problem.v0.shape)
+    if v is None:
+        with np.errstate(all="ignore"):
+            v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
+    samples = Samples(steps, States(q, p, v, t), taken.energy)
+    return assess_energy(
+        problem,
+        samples,
+        start.energies,
+        lambda: float(loop.motion.rate(problem.q0.ravel())) * loop.step,
+    )

@@ -19,7 +19,6 @@ from galvi.checkpoint import Checkpoint
 from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRAME
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
-from galvi.trajectory import Trajectory
 
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
@@ -145,44 +144,46 @@ class MasslessError(NamedTuple):
 
 @np.errstate(all="ignore")
 def massless_error(
-    steps_from: Callable[[Checkpoint, int], Trajectory], states: Sequence[Checkpoint],
+    problem: Problem,
+    ends: Callable[[list[Checkpoint], int], Array],
+    states: Sequence[Checkpoint],
     least: int = 1,
-) -> MasslessError | None:  # fmt: skip
+) -> MasslessError | None:
     """The estimate for a run to the last of some states, the first of which is its start; or None.
 
-    steps_from  (a state, n) does n steps backwards, of 1 / n of the run's step
-    least       of the states looked at
+    ends   (k states, n) -> (2, k, bodies, dimension) q and v after n steps backwards, of 1 / n of
+           the run's step; NaN where these cannot be done
+    least  of the states looked at
     """
     wanted = min(STATES, max(least, 1 + (states[-1].first - states[0].first) // EACH))
     chosen = np.linspace(len(states) - 1, 0, wanted + 1).round().astype(int)[:-1]
     looked_at = [states[k] for k in dict.fromkeys(chosen.tolist())]
-    pairs = [[steps_from(state, n) for n in (1, 2)] for state in looked_at]
-    errors = [_energy_change(one, two) for one, two in pairs if one.success and two.success]
-    if not errors:
+    whole, halves = (ends(looked_at, n) for n in (1, 2))
+    done = np.isfinite(whole + halves).all(axis=(0, 2, 3))
+    if not done.any():
         return None
-    share = np.max(errors, axis=0)
+    share = _energy_changes(problem, whole[:, done], halves[:, done]).max(axis=0)
     body = int(np.argmax(share))
-    return MasslessError(body, float(share[body]), len(errors))
+    return MasslessError(body, float(share[body]), int(np.count_nonzero(done)))
 
 
-def _energy_change(one: Trajectory, two: Trajectory) -> Array:
-    """The difference of the ends of two runs for each body; 0 for bodies with a mass."""
-    system = one.problem.system
-    assert isinstance(system, NBody)
-    q, v = two.q[-1], two.v[-1]
-    light = np.flatnonzero(system.masses == 0.0)
-    pull, depth, speed = (np.zeros(light.size) for _ in range(3))
+def _energy_changes(problem: Problem, whole: Array, halves: Array) -> Array:
+    """What a step changes of the energy of each body beside its halves, (k, bodies); 0 for bodies
+    with a mass."""
+    system: Any = problem.system
+    light, (q, v) = np.flatnonzero(system.masses == 0.0), halves
+    pull, depth, speed = np.zeros((3, len(q), light.size))
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
-        r = np.linalg.norm(q[light] - q[body], axis=1)
+        r = _lengths(q[:, light] - q[:, body, None])
         mu = system.G * system.masses[body]
         nearer = mu / r**2 > pull
-        for known, found in (
-            (pull, mu / r**2), (depth, mu / r), (speed, np.linalg.norm(v[light] - v[body], axis=1)),
-        ):  # fmt: skip
-            known[nearer] = found[nearer]
-    dq, dv = (
-        np.linalg.norm(x[-1, light] - y, axis=1) for x, y in ((one.q, q[light]), (one.v, v[light]))
-    )
-    change = np.zeros(len(q))
-    change[light] = (speed * dv + pull * dq) / (0.5 * speed**2 + depth)
-    return np.nan_to_num(change)
+        speed = np.where(nearer, _lengths(v[:, light] - v[:, body, None]), speed)
+        pull, depth = np.where(nearer, mu / r**2, pull), np.where(nearer, mu / r, depth)
+    dq, dv = _lengths((whole - halves)[:, :, light])
+    changes = np.zeros(q.shape[:2])
+    changes[:, light] = (speed * dv + pull * dq) / (0.5 * speed**2 + depth)
+    return np.nan_to_num(changes)
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.sqrt((vectors * vectors).sum(axis=-1))

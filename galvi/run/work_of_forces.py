@@ -1,4 +1,4 @@
-"""Judges a run with forces by its energy less their work.
+"""Assesses a run of equal steps with forces by its energy less their work.
 
 In some steps, the first ones among them, the work is integrated along the step's curve with more
 nodes than the rule has: a difference from the change of the energy shows a curve that the step does
@@ -24,29 +24,20 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
-from galvi.kernels.energy_errors import HIGHEST, LOWEST, MEASURE, ROUND_OFF, SMALL, WORST
+from galvi.kernels.energy_errors import REST, ROUND_OFF, TOLERATED
 from galvi.problem import Problem, WithFunctions
-from galvi.run.energies import (
-    States,
-    energies,
-    kick_energy,
-    noise,
-    start_energies,
-    working_force,
-)
-from galvi.run.energy_check import (
-    REST,
-    Judgement,
-    in_words,
+from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
+from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
+from galvi.run.request import RunRequest, from_start
+from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.run_samples import (
     near_velocities,
     saved_states,
     states_of,
     steps_of,
     watched_rows,
 )
-from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
-from galvi.run.request import RunRequest, from_start
-from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian, velocity_at
 from galvi.systems.multibody import Multibody
@@ -58,7 +49,6 @@ RATES_AT = 2  # of these steps, in which rates of damping are found
 DAMPED_AT, AMPLE = 8, 10.0  # states at which damping is looked at, see `_of_states`
 MORE_NODES = 3  # than a method's rule has
 SHORT = 2.0**-6  # a step that resolves a rate, times that rate
-AT_REST = 1e-9  # share of its velocity with all kinetic energy at which a component is at rest
 BEFORE = "the steps before these had ruined it"
 Redo = Callable[[RunRequest], Trajectory]
 
@@ -70,26 +60,28 @@ def has_work(system: Any) -> bool:
     return working_force(system) is not None
 
 
-def judge_work(engine: Formulation, run: RunRequest, work: RunArrays, redo: Redo) -> Judgement:
-    """The judgement of a run so far, with forces that do work.
+def assess_work(engine: Formulation, run: RunRequest, work: RunArrays, redo: Redo) -> EnergyReport:
+    """The report on a run so far, with forces that do work.
 
     redo  does a run of one step again
     """
-    energies_so_far = run.start.energies
+    so_far = run.start.energies
     if work.done == 0 or work.watch == NEVER:
-        return Judgement(energies=energies_so_far)
+        return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
             states = _watched(engine, run, work)
             steps = _steps(engine, run, work, states, redo)
             fast = unresolved_rate(engine, run, steps, states, redo)
-            changes = [*_of_steps(run, steps), *_of_states(run, work, states)]
-            found, worst = _judged(run, sorted(changes, key=lambda change: change.step))
+            numbers, table = map(np.hstack, zip(*_changes(run, work, steps, states), strict=True))
+            order = np.argsort(numbers, kind="stable")
+            in_order = np.ascontiguousarray(table[:, order])
+            report = assess_steps(run.problem, numbers[order], in_order, so_far, run.step)
             locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
         except Exception as error:  # of a user's function
-            unjudged = f"with the work of its forces, which raised {in_words(error)}"
-            return Judgement(energies=energies_so_far, unjudged=unjudged)
-        return _explained(run, found, worst, fast, locked)
+            unassessed = f"with the work of its forces, which raised {in_words(error)}"
+            return EnergyReport(energies=so_far, unassessed=unassessed)
+        return _explained(run, report, fast, locked)
 
 
 class Steps(NamedTuple):
@@ -221,53 +213,39 @@ def _watched(engine: Formulation, run: RunRequest, work: RunArrays) -> States:
     return seen._replace(v=np.vstack([v, near]))
 
 
-class Change(NamedTuple):
-    """By how much the energy changed without work.
-
-    step       number of the last step of it
-    kinetic    the largest kinetic energy at its ends
-    potential  (2,) least and largest
-    work       of the forces; 0 where it is not known
-    error      of the energy less the work
-    ruining    the part of it beyond the work in its direction, 0 where that is the larger
-    """
-
-    step: int
-    kinetic: float
-    potential: Array
-    work: float
-    error: float
-    ruining: float
-
-
-def _of_steps(run: RunRequest, steps: Steps) -> Iterator[Change]:
-    """Of single steps, by the work along their curves."""
+def _changes(
+    run: RunRequest, work: RunArrays, steps: Steps, states: States
+) -> Iterator[tuple[Array, Array]]:
+    """Numbers of steps (n,), and by how much the energy changed in them without work: the tables
+    (8, n) of galvi.kernels.energy_errors. What ruins is the part of an error beyond the work in its
+    direction, unless that is the larger."""
     nodes, weights = _nodes(run.method.stages)
     times = steps.t[:, None] + 0.5 * (nodes + 1.0) * run.step
     flat = steps.q.reshape(-1, *run.problem.q0.shape), steps.v.reshape(times.size, -1)
     powers = _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
-    work = powers @ (0.5 * run.step * weights)
+    done = powers @ (0.5 * run.step * weights)
     (T_0, V_0), (T_1, V_1) = (
         energies(run.problem, states, forces=True) for states in (steps.begins, steps.ends)
     )
     gained = T_1 + V_1 - T_0 - V_0
-    for k, number in enumerate(steps.numbers.tolist()):
-        error, range_ = float(abs(gained[k] - work[k])), np.sort([V_0[k], V_1[k]])
-        kinetic = float(np.maximum(abs(T_0[k]), abs(T_1[k])))
-        helped = max(0.0, float(work[k] * np.sign(gained[k])))
-        beyond = float(np.minimum(error, abs(gained[k]) - helped))
-        ruining = 0.0 if beyond <= helped else beyond
-        yield Change(number, kinetic, range_, float(work[k]), error, ruining)
+    errors, helped = np.abs(gained - done), np.fmax(0.0, done * np.sign(gained))
+    beyond = np.minimum(errors, np.abs(gained) - helped)
+    sizes = np.fmax(np.maximum(np.abs(T_0), np.abs(T_1)), np.abs(done))
+    potentials = np.sort([V_0, V_1], axis=0)
+    yield steps.numbers, _table(errors, np.where(beyond <= helped, 0.0, beyond), sizes, *potentials)
+    if isinstance(run.problem.system, Multibody) and run.problem.system.is_damped_alone:
+        yield _of_states(run, work, states)
 
 
-def _of_states(run: RunRequest, work: RunArrays, states: States) -> Iterator[Change]:
+def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> Array:
+    return np.array([errors, ruining, sizes, *potentials, ROUND_OFF * sizes, sizes, sizes])
+
+
+def _of_states(run: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
     more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
     other forces only the work in some steps is known: they may act between these."""
     problem, start = run.problem, run.start
-    system = problem.system
-    if not (isinstance(system, Multibody) and system.is_damped_alone):
-        return
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
     states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]
@@ -280,9 +258,8 @@ def _of_states(run: RunRequest, work: RunArrays, states: States) -> Iterator[Cha
     takes = AMPLE * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
     risen = np.sign(run.step) * (kinetic + potential - kinetic[0] - potential[0])
     errors = np.maximum(np.maximum(risen, -risen - takes), 0.0)
-    for k in range(1, len(numbers)):
-        error, here = float(errors[k]), np.repeat(potential[k], 2)
-        yield Change(int(numbers[k]), abs(float(kinetic[k])), here, 0.0, error, error)
+    table = _table(errors, errors, np.abs(kinetic), potential, potential)
+    return numbers[1:], table[:, 1:]
 
 
 def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
@@ -290,52 +267,6 @@ def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
     shaped = v.reshape(len(v), *problem.v0.shape)
     rows = zip(q, shaped, t, strict=True)
     return np.array([np.sum(force_on(problem.system, x, w, s) * w) for x, w, s in rows])
-
-
-def force_on(system: Any, q: Array, v: Array, t: float) -> Array:
-    """The force without potential at one state, of the shape of v."""
-    force = working_force(system)
-    found = force(q, v, float(t)) if system.timed_force else force(q, v)
-    return np.asarray(found, dtype=np.float64).reshape(v.shape)
-
-
-def _judged(run: RunRequest, changes: list[Change]) -> tuple[Judgement, Change | None]:
-    """The judgement of all changes, in order, and that which is worst, or ruins the run."""
-    so_far = run.start.energies
-    known = so_far.copy() if so_far.size else start_energies(run.problem, forces=True).fresh.copy()
-    measure, share, floor, kick = float(known[MEASURE]), 0.0, -1.0, 0.0
-    ruined: int | None = 0 if known[WORST] == math.inf else None
-    worst: Change | None = None
-    for change in changes:
-        known[LOWEST] = min(known[LOWEST], *change.potential)
-        known[HIGHEST] = max(known[HIGHEST], *change.potential)
-        sizes = change.kinetic, known[HIGHEST] - known[LOWEST], abs(change.work)
-        largest, error = float(max(measure, *sizes)), change.error
-        if error > max(ROUND_OFF * float(np.sum(sizes)), SMALL * largest):
-            if floor < 0.0:
-                floor, kick = noise(run.problem), _kick(run)
-            error = 0.0 if error <= floor else error
-        if not error > SMALL * largest:
-            measure = max(measure, largest)
-        elif ruined is None and not change.ruining <= max(measure, kick):
-            ruined, worst, share = change.step, change, error / max(measure, kick)
-        if ruined is None and largest > 0.0 and error / largest > share:
-            worst, share = change, error / largest
-    known[MEASURE], known[WORST] = measure, known[WORST] if ruined is None else math.inf
-    unknown = any(np.isnan(change.error) for change in changes)
-    return Judgement(share, measure, ruined, unknown, read_only(known)), worst
-
-
-def _kick(run: RunRequest) -> float:
-    """The kinetic energy that the forces at a start at rest, and the potential, give in a step: a
-    coarse step from there may err by as much. 0 from a start that moves."""
-    problem, system = run.problem, cast(Any, run.problem.system)
-    q, v, t = problem.q0, problem.v0, problem.t0
-    mass, flat = _mass(problem, q, v, t), np.ravel(v)
-    force = np.ravel(force_on(system, q, 0.0 * v, t))
-    kick = 0.5 * run.step**2 * float(force @ np.linalg.solve(mass, force))
-    kick += kick_energy(problem, run.step)
-    return kick if 0.5 * float(flat @ mass @ flat) <= REST * kick else 0.0
 
 
 class Unresolved(NamedTuple):
@@ -383,9 +314,9 @@ def unresolved_rate(
             for r in rates[fast]
         ]
         error = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
-        alone = np.sqrt(2.0 * largest / np.diag(_mass(problem, q, v, t)))
-        share = float(np.max(np.abs(error) / np.maximum(fastest, AT_REST * alone)))
-        if share > SMALL and (found is None or share > found.share):
+        alone = np.sqrt(2.0 * largest / np.diag(mass_matrix(problem, q, v, t)))
+        share = float(np.max(np.abs(error) / np.maximum(fastest, REST * alone)))
+        if share > TOLERATED and (found is None or share > found.share):
             found = Unresolved(rate, share, int(steps.numbers[k]))
     return found
 
@@ -404,19 +335,11 @@ def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array
             force_on(system, q, v + sign * nudge.reshape(v.shape), t) for sign in (1.0, -1.0)
         )
         damping[:, k] = np.ravel(behind - ahead) / (2.0 * nudge[k])
-    rates = np.linalg.solve(_mass(problem, q, v, t), damping)
+    rates = np.linalg.solve(mass_matrix(problem, q, v, t), damping)
     if not np.isfinite(rates).all():
         return np.zeros(n), np.eye(n)
     values, modes = np.linalg.eig(rates)
     return values.real, modes
-
-
-def _mass(problem: Problem, q: Array, v: Array, t: float) -> Array:
-    """The mass matrix (d, d) at a state."""
-    system: Any = problem.system
-    if isinstance(system, Lagrangian):
-        return system.mass(q, v, t)
-    return system.momentum(np.eye(v.size).reshape(-1, *v.shape)).reshape(v.size, v.size).T
 
 
 def growth(table: Tableau, z: float) -> float:
@@ -428,32 +351,33 @@ def growth(table: Tableau, z: float) -> float:
 
 
 def _explained(
-    run: RunRequest, found: Judgement, worst: Change | None, fast: Unresolved | None, locked: bool
-) -> Judgement:
-    """A judgement in words, with what is fast or locked."""
-    begin, said, remedy = run.problem.t0, [], ""
-    if found.error > SMALL and worst is not None:
-        which = "before it" if found.ruined == worst.step else "up to there"
-        said.append(
-            f"in the step to t = {begin + worst.step * run.step:.10g} the energy and the work of "
-            f"the forces differ by {found.error:.2g} times the largest energy {which}"
+    run: RunRequest, report: EnergyReport, fast: Unresolved | None, locked: bool
+) -> EnergyReport:
+    """A report in words, with what is fast or locked."""
+    begin, clauses, remedy = run.problem.t0, [], ""
+    if report.ruined == 0:
+        clauses.append(BEFORE)
+    elif report.error > TOLERATED:
+        which = "before it" if report.ruined == report.worst else "up to there"
+        end = begin + cast(int, report.worst) * run.step
+        clauses.append(
+            f"in the step to t = {end:.10g} the energy and the work of the forces differ by "
+            f"{report.error:.2g} times the largest energy {which}"
         )
-    elif found.ruined is not None:
-        said.append(BEFORE)
     if fast is not None:
         times = abs(run.step * fast.rate)
         share = f"{times:.2g}" if times < 100.0 else f"{times:,.0f}"
         how = "damped" if fast.rate * run.step > 0.0 else "increased"
         off = f"about {fast.share:.1g} of" if fast.share < 1.0 else "more than"
-        said.append(
+        clauses.append(
             f"forces have {how} a velocity in 1/{share} of a step, which leaves it wrong by {off} "
             f"its largest value in the step to t = {begin + fast.step * run.step:.10g}"
         )
         remedy = f"Use a step of {rounded_down(run.method.stages / abs(fast.rate)):g} or less"
     if locked:
-        said.append(LOCKED)
+        clauses.append(LOCKED)
         remedy = BALL_JOINT
-    return found._replace(error=0.0, said=tuple(said), remedy=remedy)
+    return report._replace(error=0.0, clauses=tuple(clauses), remedy=remedy)
 
 
 def rounded_down(x: float) -> float:

@@ -1,0 +1,223 @@
+"""Assesses the energy of a run: one evaluator for equal steps and clocks, with forces and without.
+
+Where the forces have a potential, the energy of each sample is that of the start. Where the work of
+other forces since then is known, as in a clock, which integrates it along the run, it is that much
+more. Where it is known in some steps alone (galvi.run.work_of_forces), these are assessed.
+
+The measure of an error since the start is the larger of the kinetic energy at the start and the
+range of the potential energy over the samples up to the last good one, whose error is below 1 % of
+that measure; where forces do work, also the kinetic energy there and their work. So a fall of any
+depth is measured by its depth, but a run that goes astray not by where it went: a sample whose
+error exceeds the measure of those before it is not good. If none is good and the run starts at
+rest, the measure is the kinetic energy that the force at the start gives in a step, or the
+potential energy that is lost on that way if it is less, since a coarse step may come to rest again.
+A run is ruined by steps whose error exceeds its measure. What a change of the position by its
+round-off would do to the energy is not an error.
+
+The thresholds, each with one name:
+
+TOLERATED  1 %, of the measure, above which an error is reported; a run is ruined from 100 % on
+ROUND_OFF  2^-40 of |T| + |V|: the rounding of their sum, after many steps
+NUDGE, NUDGE_AT_REST  of galvi.run.energies: the rounding of a position, and its growth from rest
+CLOSE      of galvi.run.energies: 3 %, the error of a velocity whose energy is known to 0.1 %
+REST       1e-9 of what a step gives, below which a kinetic energy is none
+
+They were chosen, and hold where they were tried: right runs are called good, and planted faults are
+found, in tests/galvi/test_ruined_runs.py and test_work_of_forces.py, and in clocks with forces in
+test_energy_in_a_clock.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import NOTHING
+from galvi.kernels.energy_errors import (
+    ROWS,
+    TOLERATED,
+    WORST,
+    assess_errors,
+    errors_since_start,
+)
+from galvi.problem import Problem
+from galvi.run.energies import Raised, Start, States, energies, kick_energy, noise, start_energies
+
+
+class Samples(NamedTuple):
+    """Some states of a run.
+
+    steps   (n,) numbers of the steps that end there, since the problem's start
+    states  n of them, with their times
+    energy  (n,) what it should be, of L or V alone: that of the start and the work of all forces
+            since then; None: there are none but such with a potential, whose energy counts
+    """
+
+    steps: Any
+    states: States
+    energy: Array | None = None
+
+    def rows(self, rows: Any) -> Samples:
+        """Some of them."""
+        states = States(*(part[rows] for part in self.states))
+        return Samples(self.steps[rows], states, None if self.energy is None else self.energy[rows])
+
+
+class EnergyReport(NamedTuple):
+    """What the energies say of a run.
+
+    error       largest error of the energy so far, over its measure
+    measure     that measure
+    worst       number of the step where it is, since the problem's start
+    ruined      number of the first step seen to be ruined; None: none is
+    unknown     whether the energy is not a number at some step; if it was one at the start, such a
+                step is ruined
+    energies    (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
+                measure, largest error
+    unassessed  why the energy of some steps is not known, as a clause; "" where that of all is
+    driven      whether the error is that of the energy less the work of all forces since the start
+    clauses     what else is wrong
+    remedy      for these; "": that of `galvi.run.status`
+    """
+
+    error: float = 0.0
+    measure: float = 0.0
+    worst: int | None = None
+    ruined: int | None = None
+    unknown: bool = False
+    energies: Array = NOTHING
+    unassessed: str = ""
+    driven: bool = False
+    clauses: tuple[str, ...] = ()
+    remedy: str = ""
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether an error is to be reported."""
+        return not self.error <= TOLERATED or self.unknown
+
+
+def assess_energy(
+    problem: Problem,
+    samples: Samples,
+    so_far: Array,
+    step: Callable[[], float],
+    kept_before: Callable[[int], Samples] | None = None,
+) -> EnergyReport:
+    """The report on a run so far.
+
+    so_far       `Checkpoint.energies` of the steps before the samples; empty before the first
+    step         () -> the first one, in time
+    kept_before  (a ruined step) -> further samples before it, among which the first ruined one is
+                 looked for
+
+    Samples at which the user's functions raise are left out, and ``unassessed`` names the first.
+    """
+    if len(samples.steps) == 0:
+        return EnergyReport(energies=so_far)
+    with np.errstate(all="ignore"):
+        try:
+            start = start_energies(problem, forces=samples.energy is None)
+        except Exception as error:
+            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+        report = _assess(problem, samples, so_far, start)
+        if not report.is_doubtful:
+            return report
+        try:
+            excused = noise(problem), kick_energy(problem, step())
+        except Exception as error:
+            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+        report = _assess(problem, samples, so_far, start, excused)
+        if not report.ruined or kept_before is None:
+            return report
+        between = kept_before(report.ruined)
+        kinetic, potential = energies(problem, between.states, sharp=True, raised={}, forces=True)
+        off = np.abs(kinetic + potential - start.total)
+        ruined = between.steps[off > max(report.measure, excused[0])]
+        return report._replace(ruined=int(ruined[0])) if ruined.size else report
+
+
+def _assess(
+    problem: Problem,
+    samples: Samples,
+    so_far: Array,
+    start: Start,
+    excused: tuple[float, float] | None = None,
+) -> EnergyReport:
+    """As `assess_energy`.
+
+    excused  errors up to which are round-off, and the kinetic energy that the force at the start
+             gives in a step; None: not yet known, and nearly right velocities will do
+    """
+    raised: Raised = {}
+    kinetic, potential = energies(
+        problem, samples.states, excused is not None, raised, forces=samples.energy is None
+    )
+    unassessed = ""
+    if raised:
+        first = min(raised)
+        unassessed = raised_at(raised[first], float(samples.states.t[first]))
+        rows = np.array([k for k in range(len(kinetic)) if k not in raised], dtype=np.int64)
+        if not rows.size:
+            return EnergyReport(energies=so_far, unassessed=unassessed)
+        samples, kinetic, potential = samples.rows(rows), kinetic[rows], potential[rows]
+    expected = np.array([start.total]) if samples.energy is None else samples.energy
+    so_far, table = so_far if so_far.size else start.fresh, np.empty((ROWS, len(kinetic)))
+    kinetic, potential = np.ascontiguousarray(kinetic), np.ascontiguousarray(potential)
+    errors_since_start(
+        kinetic, potential, expected, samples.energy is not None, start.total, start.kinetic, table
+    )
+    report = report_on(samples.steps, table, False, so_far, start.kinetic, *excused or (0.0, 0.0))
+    return report._replace(unassessed=unassessed, driven=samples.energy is not None)
+
+
+def assess_steps(
+    problem: Problem, steps: Any, table: Array, so_far: Array, step: float
+) -> EnergyReport:
+    """The report on the errors of single steps, see galvi.kernels.energy_errors, after the steps
+    ``so_far``; what the user's functions raise passes through.
+
+    steps  (n,) their numbers, since the problem's start
+    table  (8, n)
+    """
+    start = start_energies(problem, forces=True)
+    so_far = so_far if so_far.size else start.fresh
+    report = report_on(steps, table, True, so_far, start.kinetic)
+    if report.is_doubtful:
+        excused = noise(problem), kick_energy(problem, step)
+        report = report_on(steps, table, True, so_far, start.kinetic, *excused)
+    return report
+
+
+def report_on(
+    steps: Any,
+    table: Array,
+    single: bool,
+    so_far: Array,
+    kinetic: float,
+    floor: float = 0.0,
+    kick: float = 0.0,
+) -> EnergyReport:
+    """The report on a table of errors, see `galvi.kernels.energy_errors.assess_errors`."""
+    after, before = so_far.copy(), so_far[WORST]
+    share, worst, ruined, unknown, measure = assess_errors(
+        table, single, kinetic, floor, kick, after
+    )
+    first = int(steps[ruined]) if ruined >= 0 else None
+    if before > measure:
+        first = 0
+    number = int(steps[worst]) if len(steps) else None
+    return EnergyReport(share, measure, number, first, unknown, read_only(after))
+
+
+def raised_at(error: Exception, time: float) -> str:
+    return f"at t = {time:.10g}, where it raised {in_words(error)}"
+
+
+def in_words(error: Exception) -> str:
+    """The kind of an exception, and its message on one line."""
+    reason = " ".join(str(error).split())
+    return f"{type(error).__name__}{': ' if reason else ''}{reason}"

@@ -1,0 +1,113 @@
+"""The samples of a run of equal steps by which its energy is assessed, and the report on it.
+
+Energies are evaluated at each step of up to 127, at 16 to 2047 evenly spread steps of a longer run,
+whichever states it keeps, and at its end; where a run is ruined, also at the kept states before
+that. An error that comes and goes between two of these steps is not seen.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.energies import States, conserves_energy, velocities_at_the_end
+from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
+from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.stepper import Formulation
+from galvi.systems.lagrangian import Lagrangian
+
+VELOCITIES = 2  # the row of the state that has them
+
+
+def assess_run(engine: Formulation, run: RunRequest, work: RunArrays) -> EnergyReport:
+    """The report on a run so far; nothing of a system that does not conserve its energy."""
+    problem, start = run.problem, run.start
+    if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
+        return EnergyReport(energies=start.energies)
+    samples = samples_of(engine, run, work)
+    report = assess_energy(
+        problem,
+        samples,
+        start.energies,
+        lambda: run.step,
+        lambda ruined: _kept_before(engine, run, work, ruined, samples),
+    )
+    with np.errstate(all="ignore"):
+        locked = is_locked(problem, *saved_states(engine, run, work), run.step)
+    return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT) if locked else report
+
+
+def samples_of(engine: Formulation, run: RunRequest, work: RunArrays) -> Samples:
+    """Those of the watched steps, and the last."""
+    problem, rows = run.problem, watched_rows(engine, run, work)
+    states = states_of(engine, problem, rows)
+    if isinstance(problem.system, Lagrangian):
+        states = states._replace(v=near_velocities(problem, run.method, rows))
+    steps = steps_of(run.start, work)
+    return Samples(steps, states._replace(t=problem.t0 + steps * run.step))
+
+
+def saved_states(engine: Formulation, run: RunRequest, work: RunArrays) -> tuple[Array, Array]:
+    """The saved configurations (n, ...) and momenta."""
+    shape = (-1, *run.problem.q0.shape)
+    return work.saved_q.reshape(shape), engine.momenta(run.problem, work.saved_v)
+
+
+def watched_rows(engine: Formulation, run: RunRequest, work: RunArrays) -> Array:
+    """The watched rows, and the last state in the row after them."""
+    first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
+    last = first + work.done
+    n = (last >> work.watch) - (first >> work.watch)
+    if n == 0 or last & ((1 << work.watch) - 1) != 0:
+        row = work.seen[n]
+        row[:r], row[r : r + d] = work.state[0, :r], work.state[engine.velocity_row, :d]
+        if row.size > r + d:
+            row[r + d :] = work.stages.ravel()
+        n += 1
+    return work.seen[:n]
+
+
+def near_velocities(problem: Problem, method: Galerkin, seen: Array) -> Array:
+    """Velocities (n, d) of a Lagrangian at the ends of the steps, from those at the stages."""
+    d = problem.v0.size
+    stages = seen[:, problem.q0.size + d :].reshape(len(seen), d, method.stages)
+    return velocities_at_the_end(method.table, stages)
+
+
+def steps_of(start: Checkpoint, work: RunArrays) -> Any:
+    """The numbers of the steps of ``watched_rows``, since the problem's start."""
+    last = start.first + work.done
+    steps = np.arange((start.first >> work.watch) + 1, (last >> work.watch) + 1) << work.watch
+    return steps if len(steps) and steps[-1] == last else np.append(steps, last)
+
+
+def _kept_before(
+    engine: Formulation, run: RunRequest, work: RunArrays, ruined: int, samples: Samples
+) -> Samples:
+    """The kept states between the last sample before step ``ruined`` and that one."""
+    problem, start, steps = run.problem, run.start, samples.steps
+    before = max([start.first, *steps[steps < ruined].tolist()])
+    kept = start.first + work.saved_steps
+    rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
+    states = states_of(engine, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
+    if isinstance(problem.system, Lagrangian):
+        near = np.broadcast_to(samples.states.v[steps == ruined], (len(rows), problem.v0.size))
+        states = states._replace(v=near)
+    return Samples(kept[rows], states._replace(t=problem.t0 + kept[rows] * run.step))
+
+
+def states_of(engine: Formulation, problem: Problem, rows: Array) -> States:
+    """The states of rows (n, r + d or more), all at t0, without the velocities of a Lagrangian."""
+    n, r, d = len(rows), problem.q0.size, problem.v0.size
+    v = rows[:, r : r + d]
+    p = engine.momenta(problem, v)
+    if engine.velocity_row != VELOCITIES and not isinstance(problem.system, Lagrangian):
+        v = problem.system.velocity(p)
+    return States(rows[:, :r].reshape(n, *problem.q0.shape), p, v, np.full(n, problem.t0))
