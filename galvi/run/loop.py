@@ -150,12 +150,13 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
     run, work = stepper.request, stepper.work
     if work.watch == NEVER or not _has_massless(run.problem):
         return None
-    _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
+    begin, stages, solver_state = stepper.formulation.start(run.problem, run.method)
 
     def end(state: Checkpoint, n: int) -> Array:
         there = Checkpoint(
-            -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
-        )
+            -n * state.first, state.state if state.state.size else begin, stages, solver_state,
+            "auto", state.tolerance, n, False,
+        )  # fmt: skip
         back = run._replace(step=-run.step / n, steps=n, start=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)

@@ -26,8 +26,8 @@ from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked_ahead
 from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
-from galvi.run.stepper import BY_NEWTON, Start, Substeps, curves_in, fixed
+from galvi.run.run_arrays import LEFT_OVER, RunArrays, State, fixed, run_plan
+from galvi.run.stepper import BY_NEWTON, Substeps, curves_in
 from galvi.run.vector_space import kernel_tableau
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
@@ -105,7 +105,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 
 
 @lru_cache(maxsize=32)
-def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
+def _start_of(problem: Problem, stages: int, found: Traces) -> State:
     """The state before the first step, which depends on the system's traces."""
     p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
@@ -153,7 +153,7 @@ class OnGroup:
     velocity_row, guess_kind = 1, RATES
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> Start:
+    def start(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return _start_of(problem, method.stages, traces(problem.system))
 

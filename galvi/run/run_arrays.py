@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
@@ -21,6 +21,14 @@ FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to 
 CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
 NEVER = 62  # watches every 2^62-th step, which is none
+
+
+State = tuple[Array, Array, npt.NDArray[Any]]  # state, stages and solver_state, see `Checkpoint`
+
+
+def fixed(*state: Any) -> State:
+    """The same arrays, not writeable."""
+    return cast(State, tuple(read_only(array) for array in state))
 
 
 class RunArrays(NamedTuple):
@@ -61,10 +69,12 @@ class RunArrays(NamedTuple):
 
     @classmethod
     def of(
-        cls, run: RunRequest, row: int, curve_size: tuple[int, int], watched: bool = True
-    ) -> RunArrays:
+        cls, run: RunRequest, state: State, row: int, curve_size: tuple[int, int],
+        watched: bool = True,
+    ) -> RunArrays:  # fmt: skip
         """Arrays for the equal steps of a run from a state, whose ``row`` is the first saved_v.
 
+        state       from which it begins
         curve_size  numbers of a curve's base, and rows of its coefficients
         watched     whether states are kept to judge the energy
         """
@@ -72,8 +82,8 @@ class RunArrays(NamedTuple):
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
-        saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
-        solver_state = start.solver_state.copy()
+        saved_q[0], saved_v[0] = state[0][0, :r], state[0][row, :d]
+        solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
         watch = watched_steps(steps) if watched else NEVER
@@ -85,7 +95,7 @@ class RunArrays(NamedTuple):
             system = problem.system
             passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
         return cls(
-            start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
+            state[0].copy(), state[1].copy(), solver_state, np.zeros(1),
             np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
             np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
             watch, np.full((seen, r + d + stages), np.nan), passage,

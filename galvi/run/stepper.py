@@ -10,28 +10,19 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol, cast
 
-import numpy.typing as npt
-
-from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
+from galvi.arrays import Array
 from galvi.curves.curves import Curves, FrameCurves, LocalChart
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import RunArrays
+from galvi.run.run_arrays import RunArrays, State
 
 RunCurves = Curves | FrameCurves
-Start = tuple[Array, Array, npt.NDArray[Any]]  # state, stages and solver_state, see `Checkpoint`
 BY_NEWTON = (
     "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
     "iteration did not converge there. A smaller step may take less time."
 )
-
-
-def fixed(*start: Any) -> Start:
-    """The same arrays, not writeable."""
-    return cast(Start, tuple(read_only(array) for array in start))
 
 
 class Kernel(Protocol):
@@ -57,7 +48,7 @@ class Formulation(Protocol):
     guess_kind: int
     in_other_way: tuple[str, str]
 
-    def start(self, problem: Problem, method: Galerkin) -> Start:
+    def start(self, problem: Problem, method: Galerkin) -> State:
         """The state before the first step; the same arrays for each run, which copies them."""
 
     def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
@@ -92,7 +83,7 @@ def curves_in(
 class Stepper:
     """The equal steps of one run by one engine.
 
-    request      what the run is asked to do; once started, from a state with entries
+    request      what the run is asked to do
     formulation  what its state is
     engine       "lanes", "frame" or "general", for `galvi.Trajectory.engine`
     reason       why this engine does it
@@ -122,17 +113,12 @@ class Stepper:
 
     def start(self, *, watched: bool = True) -> None:
         """Make the arrays; ``watched``: keep states by which the energy is assessed."""
-        problem, method, _, _, start, *_ = self.request
+        (problem, method, _, _, start, *_), formulation = self.request, self.formulation
+        state = start.state, start.stages, start.solver_state
         if not start.state.size:
-            start = Checkpoint(
-                start.first, *self.formulation.start(problem, method), start.solver,
-                start.tolerance, start.save_every, start.curves, start.energies, start.passage,
-                start.clock,
-            )  # fmt: skip
-            self.request = self.request._replace(start=start)
-        size = self.formulation.curve_size(problem, method)
-        row = self.formulation.velocity_row
-        self.work = RunArrays.of(self.request, row, size, watched)
+            state = formulation.start(problem, method)
+        size = formulation.curve_size(problem, method)
+        self.work = RunArrays.of(self.request, state, formulation.velocity_row, size, watched)
         self.advance = self._kernel(self.request, self.work).advance
 
     def retry(self, engines: Sequence[Engine], code: int) -> int:

@@ -19,8 +19,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import RunRequest, from_start
-from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.run.stepper import BY_NEWTON, Start, Substeps, curves_in, fixed
+from galvi.run.run_arrays import RunArrays, State, fixed, run_plan
+from galvi.run.stepper import BY_NEWTON, Substeps, curves_in
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
@@ -93,7 +93,7 @@ TRIED = {
 
 
 @lru_cache(maxsize=32)
-def nystrom_start(problem: Problem, stages: int) -> Start:
+def nystrom_start(problem: Problem, stages: int) -> State:
     """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
     d = problem.q0.size
     state = np.zeros((4, d))
@@ -110,7 +110,7 @@ class VectorSpace:
     velocity_row, guess_kind = 2, GUESS
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> Start:
+    def start(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return nystrom_start(problem, method.stages)
 

@@ -201,8 +201,7 @@ def _some(n: int) -> Any:
 def _watched(engine: Formulation, run: RunRequest, work: RunArrays) -> States:
     """The state at the begin of a run, and the watched ones."""
     problem, r, d = run.problem, run.problem.q0.size, run.problem.v0.size
-    state, rows = run.start.state, watched_rows(engine, run, work)
-    first = np.concatenate([state[0, :r], state[engine.velocity_row, :d]])
+    rows, first = watched_rows(engine, run, work), np.append(work.saved_q[0], work.saved_v[0])
     seen = states_of(engine, problem, np.vstack([first, rows[:, : r + d]]))
     if not isinstance(problem.system, Lagrangian):
         return seen

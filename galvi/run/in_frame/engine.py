@@ -22,8 +22,8 @@ from galvi.run.in_frame import stepper as steppers
 from galvi.run.in_lanes.engine import INERTIAL
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import ROUND_OFF, RunRequest, from_start
-from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays
-from galvi.run.stepper import Declined, Start, Stepper, Substeps, solve_steps
+from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays, State
+from galvi.run.stepper import Declined, Stepper, Substeps, solve_steps
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 
@@ -122,7 +122,7 @@ class InFrame:
     velocity_row, guess_kind = 2, 0
     in_other_way = "inertial_steps", ELSEWHERE
 
-    def start(self, problem: Problem, method: Galerkin) -> Start:
+    def start(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return steppers.frame_start(problem, method)
 

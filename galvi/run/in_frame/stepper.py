@@ -11,7 +11,6 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from galvi.arrays import Array
-from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, FrameCurves
 from galvi.frames.frame import Frame, Motion, revolution
 from galvi.frames.kepler_frame import KeplerFrame
@@ -31,9 +30,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes
-from galvi.run.request import ROUND_OFF, RunRequest
-from galvi.run.run_arrays import FORCES_IN_LANES, NEVER, RunArrays, run_plan
-from galvi.run.stepper import Start, fixed
+from galvi.run.request import ROUND_OFF, RunRequest, from_start
+from galvi.run.run_arrays import FORCES_IN_LANES, NEVER, RunArrays, State, fixed, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import tabulate
@@ -309,9 +307,8 @@ def _probed(
     states: list[Array] | None = None,
 ) -> list[Probe]:  # fmt: skip
     """The first steps of a run, each from its own state if given, up to one that fails."""
-    begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
-    run = RunRequest(problem, method, step, PROBED, begin)
-    work = RunArrays.of(run, 2, (0, 0), watched=False)
+    run = RunRequest(problem, method, step, PROBED, from_start(curves=False))
+    work = RunArrays.of(run, frame_start(problem, method), 2, (0, 0), watched=False)
     kernel = FrameKernel(run, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
     n, found = sizes.size // 2, []
@@ -340,7 +337,7 @@ def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array
 
 
 @lru_cache(maxsize=32)
-def frame_start(problem: Problem, method: Galerkin) -> Start:
+def frame_start(problem: Problem, method: Galerkin) -> State:
     """State, stages and solver_state before the first step."""
     state = frame_of(method).enter(problem, problem.q0, problem.v0)
     solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
