@@ -20,7 +20,7 @@ from galvi.groups.group import Group
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.general import lagrangian_of
+from galvi.run.clocked.lagrangians import lagrangian_of
 from galvi.run.energies import start_energies
 from galvi.run.engines import motion_in_clock
 from galvi.run.group_system import group_system

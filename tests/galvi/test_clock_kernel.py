@@ -17,7 +17,6 @@ from galvi.extended_precision import decimals, extended_precision
 from galvi.kernels.forces.celestial import pulls
 from galvi.lanes.clocks.rows import COLUMNS, TURN
 from galvi.run.clocked import in_lanes as clock_stepper
-from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.in_lanes import (
     as_moving,
     energy_of,
@@ -26,6 +25,7 @@ from galvi.run.clocked.in_lanes import (
     motion_in_lanes,
 )
 from galvi.run.clocked.plan import Motion, Taken
+from galvi.run.clocked.transformed import motion_in_transformed_time
 from galvi.run.request import ROUND_OFF
 from galvi.run.stepper import Declined
 from galvi.systems.nbody import NBody
@@ -177,7 +177,7 @@ def test_the_law_of_the_kernel_is_that_of_the_general_engines(forces: Any) -> No
         E = told * energy(problem, problem.q0, problem.v0)
         ways = (
             motion_in_lanes(problem, gauss(8), E),
-            motion_in_general(problem, gauss(8), E, "auto", ROUND_OFF),
+            motion_in_transformed_time(problem, gauss(8), E, "auto", ROUND_OFF),
             motion_in_lanes(*given, E),
         )
         fast, general, plain = (

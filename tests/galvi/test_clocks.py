@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import galvi
-from galvi.run.clocked import general
+from galvi.run.clocked import transformed
 from references.stored.encounters import burrau, sitnikov
 from references.stored.planets import STORED_TRUTH
 from tests.galvi.clock_problems import (
@@ -80,9 +80,8 @@ def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) 
 
 @pytest.mark.slow(beside="test_a_step_is_symplectic_in_the_extended_phase_space")
 def test_a_clock_without_the_slope_of_g_is_not_symplectic(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fixed(problem: galvi.Problem, clock: Any, energy: float) -> galvi.Problem:
-        base, rate = general.lagrangian_of(problem.system, problem), clock.rate(problem)
-        known = base.builtin.slopes
+    def fixed(in_tau: transformed.LagrangianInTau, driven: bool, t0: float) -> galvi.Problem:
+        base, rate, known = in_tau.base, in_tau.rate, in_tau.base.builtin.slopes
 
         def slopes(q: Any, u: Any) -> Any:
             g, both = rate(q), None
@@ -90,16 +89,12 @@ def test_a_clock_without_the_slope_of_g_is_not_symplectic(monkeypatch: pytest.Mo
             both[q.size :] *= g
             return both
 
-        def L(q: Any, u: Any) -> Any:
-            g = rate(q)
-            return g * (base.function(q, u / g) + energy)
-
-        found = galvi.Lagrangian(L, base.group, slopes, check=False)
-        return galvi.Problem(found, problem.q0, rate(problem.q0) * problem.v0)
+        found = galvi.Lagrangian(in_tau.value, base.group, slopes, check=False)
+        return galvi.Problem(found, *in_tau.start, t0)
 
     problem, clock, _, step = CASES["elastic pendulum"]
     assert galvi.symplecticity_defect(problem, method(2, clock), step) < 1e-10
-    monkeypatch.setattr(general, "in_clock", fixed)
+    monkeypatch.setattr(transformed, "in_clock", fixed)
     assert galvi.symplecticity_defect(problem, method(2, clock), step) > 1e-6
 
 

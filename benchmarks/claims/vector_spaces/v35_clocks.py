@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import copy
 
 from benchmarks.claims.kit import *
-from galvi.run.clocked.general import lagrangian_of
+from galvi.run.clocked.transformed import LagrangianInTau
 from references.closed_forms.kepler import KEPLER
 from references.scipy.ivp import DOP853
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
@@ -175,9 +175,9 @@ def _checks() -> Iterator[Check]:
 def _without_slope(sound: Callable[..., Any]) -> Callable[..., Any]:
     """L_tau with g held where it is differentiated: an adaptive step chosen from outside."""
 
-    def wrong(problem: Problem, clock: Any, energy: float) -> Problem:
-        inner = sound(problem, clock, energy)
-        base, rate = lagrangian_of(problem.system, problem), clock.rate(problem)
+    def wrong(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
+        inner = sound(in_tau, driven, t0)
+        base, rate = in_tau.base, in_tau.rate
         value, d = base.function, base.group.dimension
 
         def slopes(q: Array, u: Array) -> Array:
@@ -198,7 +198,7 @@ def _slope_of(function: Callable[[float], float], far: float = 1e-3) -> float:
     return float(ends[0] - ends[1]) / (12.0 * far)
 
 
-GENERAL = "galvi.run.clocked.general"
+TRANSFORMED = "galvi.run.clocked.transformed"
 V35 = scalars(
     "V35",
     "Constant steps in a clock keep order, form, momenta and the direction of time",
@@ -214,7 +214,7 @@ V35 = scalars(
             "g without its slope",
             {f"{DEFECT}, Sundman"},
             wrong={
-                f"{GENERAL}.in_clock": _without_slope,
+                f"{TRANSFORMED}.in_clock": _without_slope,
                 **fewer(__name__, FEW=400.0 * STEP),
                 f"{__name__}.clocks": lambda sound: lambda: {"Sundman": sound()["Sundman"]},
             },
@@ -224,7 +224,7 @@ V35 = scalars(
             {f"{ORDER}, {name}, 3 stages" for name in ("DynamicalTime", "Sundman")},
             wrong={
                 "galvi.run.clocked.in_lanes.energy_of": scaled(1.0 + 1e-6),
-                "galvi.run.clocked.run.motion_in_general": given(
+                "galvi.run.clocked.run.motion_in_transformed_time": given(
                     lambda problem, method, energy, *more: (
                         problem, method, energy * (1.0 + 1e-6), *more,
                     )

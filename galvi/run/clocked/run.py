@@ -18,12 +18,11 @@ from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
 from galvi.run.batches import step_in_batches
-from galvi.run.clocked.driven import motion_of_driven
-from galvi.run.clocked.general import motion_in_general
 from galvi.run.clocked.in_lanes import motion_in_lanes
 from galvi.run.clocked.plan import NO_COUNTS, Taken, costly_pair, joined
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.energies import States, asks_functions, has_no_force, start_energies
+from galvi.run.clocked.transformed import motion_in_transformed_time
+from galvi.run.energies import States, asks_functions, start_energies
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.point_masses.encounters import (
@@ -82,11 +81,9 @@ CLOCK = Clock()
 def in_transformed_time(request: RunRequest) -> ClockStepper:
     """A stepper for any clock, by the general kernel in transformed time."""
     problem, method, energy = request.problem, request.method, clock_energy(request)
-    told = start_energies(problem).total if energy is None else energy
-    free = has_no_force(problem.system)
-    motion = motion_in_general if free else motion_of_driven
-    start = request.start
-    return ClockStepper(request, motion(problem, method, told, start.solver, start.tolerance))
+    total = start_energies(problem).total if energy is None else energy
+    settings = request.start.solver, request.start.tolerance
+    return ClockStepper(request, motion_in_transformed_time(problem, method, total, *settings))
 
 
 def run_in_clock(

@@ -1,0 +1,412 @@
+"""Steps in a clock of what has no lanes there: by the general kernel, in transformed time.
+
+With u = dq/dtau, the energy E and an external force F, these are steps of
+
+    L_tau(q, u) = g (L(q, u/g, t) + E), with the force g F,    t' = g,    E' = g (F . v - dL/dt)
+
+Without a force and explicit time E stays as it is, and t is a quadrature of g after the steps,
+which are done in lanes where L_tau can be traced. Otherwise the problem is driven: t and E are
+collocated at the stages. With Gauss s and degree s, or Lobatto s + 1 and degree s, this is a
+(partitioned) Runge-Kutta method of order 2 s; other methods are refused. A step is done by passes
+until t and E settle, in each of which the kernel solves for the curve. With Gauss and a constant
+mass this is the collocation of
+
+    q' = g v,    p' = g (dL/dq + F) - (H - E) dg/dq,    p = M v
+
+so that a pass improves q, p, t and E at once, and a step takes a seventh to a fiftieth of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import accumulate
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.clocks.clock import AnyClock
+from galvi.curves.curves import GroupChart, IdentityChart
+from galvi.environment import FAST
+from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import DIVERGED, GOING, SOLVED, decide
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss, lobatto
+from galvi.run.clocked.lagrangians import lagrangian_of
+from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
+from galvi.run.energies import has_no_force
+from galvi.run.general import inertial_formulation
+from galvi.run.in_lanes.engine import INERTIAL
+from galvi.run.request import RunRequest, from_start
+from galvi.run.run_arrays import COUNTED
+from galvi.run.stepper import Declined, solve_steps
+from galvi.spaces.polynomials import Polynomials
+from galvi.systems.canonical import Canonical
+from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.forces.external_force import force_at
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+
+REASON = "its steps are those of the general kernel, in transformed time"
+PASSES = 60  # over the stages of a step
+NUDGE = 2.0**-4  # of the step in time, to differ L by t
+UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
+
+
+class StageClock:
+    """Times and energies (2, s) at the stages of the step that is being solved.
+
+    nodes  (s,) of the rule, as shares of the step, whose length in tau is ``step``
+    """
+
+    def __init__(self, nodes: Array, t: float, energy: float) -> None:
+        self.nodes, self.step = nodes, 1.0
+        self.values = np.repeat([[t], [energy]], nodes.size, axis=1)
+
+    def at(self, tau: float = 0.0) -> tuple[float, float]:
+        """E and t at the stage next to a time in tau since the step's start."""
+        stage = int(np.argmin(np.abs(self.nodes * self.step - float(tau))))
+        return float(self.values[1, stage]), float(self.values[0, stage])
+
+
+class LagrangianInTau:
+    """L_tau, its slopes and its force as functions of (q, u), and of tau where E and t change.
+
+    base   the Lagrangian L; ``base_slopes`` are its slopes, None where they are not known
+    start  q and u
+    """
+
+    def __init__(self, problem: Problem, clock: AnyClock, stages: StageClock) -> None:
+        self.base, self.stages = lagrangian_of(problem.system, problem), stages
+        self.rate, self.slope = clock.rate(problem), clock.slope(problem)
+        q, v = problem.q0.reshape(self.base.group.shape), problem.v0.ravel()
+        self.start = q, self.rate(q.reshape(-1)) * v
+        self.base_slopes: Any = self.base.euclidean_slopes(q, v, problem.t0)
+
+    def value(self, q: Any, u: Any, *tau: float) -> Any:
+        """L_tau."""
+        energy, *t = self.stages.at(*tau)[: 1 + self.base.explicit_time]
+        g = self.rate(q.reshape(-1))
+        return g * (self.base.function(q, u / g, *t) + energy)
+
+    def slopes(self, q: Array, u: Array, *tau: float) -> Array:
+        """By u and by q: dL/dv, and g dL/dq - (H - E) dg/dq."""
+        energy, *t = self.stages.at(*tau)[: 1 + self.base.explicit_time]
+        flat, d = q.reshape(-1), self.base.group.dimension
+        g = self.rate(flat)
+        both = np.array(self.base_slopes(q, u / g, *t), dtype=np.float64)
+        excess = float(both[:d] @ u) / g - float(self.base.function(q, u / g, *t)) - energy
+        both[d:] = g * both[d:] - excess * self.slope(flat)
+        return both
+
+    def force(self, q: Array, u: Array, tau: float) -> Array:
+        """g F, (d,)."""
+        g = self.rate(q.reshape(-1))
+        return np.asarray(g * force_at(self.base, q, u / g, self.stages.at(tau)[1]))
+
+    def by_time(self, q: Array, v: Array, t: float, dt: float) -> float:
+        """dL/dt at one state, by differences over a part of dt."""
+        if not self.base.explicit_time:
+            return 0.0
+        L, nudge = self.base.function, NUDGE * dt
+        ends = [L(q, v, t + k * nudge) - L(q, v, t - k * nudge) for k in (1, 2, 3, 4)]
+        return float(np.dot(WEIGHTS, ends)) / nudge
+
+
+def in_clock(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
+    """The problem in tau, from t0 on, or if it is driven from 0 on in each step. Its functions are
+    called, with slopes where these are known, if it is driven or they cannot be traced."""
+    base, value = in_tau.base, in_tau.value
+    if not driven:
+        inner = Problem(Lagrangian(value, base.group, check=False), *in_tau.start, t0)
+        if (FAST and not cast(Lagrangian, inner.system).untraced) or in_tau.base_slopes is None:
+            return inner
+    slopes = in_tau.slopes if in_tau.base_slopes is not None else None
+    force = in_tau.force if base.force is not None else None
+    return Problem(Lagrangian(
+        value, base.group, slopes, force, explicit_time=driven, timed_force=force is not None,
+        check=False,
+    ), *in_tau.start, 0.0 if driven else t0)  # fmt: skip
+
+
+class TransformedTime:
+    """The motion of a problem in a method's clock, in transformed time.
+
+    driven       whether the energy changes
+    stages       times and energies at the stages; those of the start where the energy is kept
+    inner        the problem in tau; ``plain`` is the method without its clock, ``formulation``
+                 that of both
+    integral     (s, s) of a driven problem: from values at the stages to integrals, from 0 to each
+                 node, of the polynomial through them
+    tries_passes whether steps of a driven problem are tried by passes
+
+    Raises ValueError for massless bodies, and for a method or solver that cannot do it.
+    """
+
+    def __init__(
+        self, problem: Problem, method: Galerkin, energy: float, solver: str, tolerance: float
+    ) -> None:
+        self.driven = not has_no_force(problem.system)
+        _refuse(problem, method if self.driven else None)
+        if self.driven:
+            self.integral = Galerkin(Polynomials(method.stages), method.rule).table.integral
+        self.problem, self.energy, self.solver, self.tolerance = problem, energy, solver, tolerance
+        clock, self.table = cast(AnyClock, method.clock), method.table
+        self.stages = StageClock(self.table.c, problem.t0, energy)
+        self.in_tau = LagrangianInTau(problem, clock, self.stages)
+        self.rate, self.vectorized = self.in_tau.rate, clock.vectorized
+        self.inner = in_clock(self.in_tau, self.driven, problem.t0)
+        self.plain = Galerkin(method.space, method.rule, method.group_chart)
+        self.formulation = inertial_formulation(self.inner, self.plain)
+        constant = isinstance(problem.system, Canonical | NBody)
+        iterates = constant and method.rule == gauss(method.stages)
+        if not self.driven:
+            asked = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
+            iterates = not isinstance(INERTIAL[0].offers(asked), Declined)
+        if solver == "fixed_point" and not iterates:
+            raise ValueError(_no_fixed_point(problem, method, self.driven))
+        self.tries_passes = iterates and solver != "newton"
+
+    def at(self, q: Array, v: Array, t: float) -> Checkpoint:
+        """As `galvi.run.clocked.plan.Motion`; where the energy changes, with that of the state."""
+        energy, q = self.energy, q.reshape(self.inner.q0.shape)
+        if self.driven:
+            energy = float(self.in_tau.base.energy(q, v.ravel(), t))
+            self.stages.values[:] = [[t], [energy]]
+        u = self.rate(q.ravel()) * v.ravel()
+        start = self.formulation.start(Problem(self.inner.system, q, u, self.inner.t0), self.plain)
+        clock = np.array([t, 0.0, energy, 0.0])
+        return Checkpoint(0, *start, self.solver, self.tolerance, clock=clock)
+
+    def advance(
+        self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
+    ) -> Advanced:
+        """As `galvi.run.clocked.plan.Advance`."""
+        if not self.driven:
+            return self._block(state, h, n, time, keep)
+        (m, s), r, d = self.table.C.shape, self.problem.q0.size, self.problem.v0.size
+        q, p, t, curves, rates = (np.zeros((0, *x)) for x in ((r,), (d,), (2,), (d, m), (s,)))
+        steps, reason = [Taken(q, p, None, t, curves, rates, NO_COUNTS, np.zeros(0))], ""
+        for _ in range(n):
+            step = self._by_passes(state, h) if self.tries_passes else UNSETTLED
+            if isinstance(step, str) and self.solver != "fixed_point":
+                step = self._by_kernel(state, h)
+            if isinstance(step, str):
+                reason = step
+                break
+            if time is not None and (step.after.clock[0] - time) * h > 0.0:
+                break
+            steps.append(step.taken if keep else step.taken._replace(coefficients=curves))
+            state = step.after
+        return Advanced(joined(steps), state, DIVERGED if reason else SOLVED, reason)
+
+    def _block(
+        self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
+    ) -> Advanced:
+        """Up to n steps by the engine, with t by quadrature and E as it is."""
+        begin = state.state, state.stages, state.solver_state
+        start = Checkpoint(0, *begin, self.solver, self.tolerance, curves=True)
+        stepper, code = solve_steps(INERTIAL, RunRequest(self.inner, self.plain, h, n, start))
+        work = stepper.work
+        coefficients = work.coefficients[: work.done]
+        curves, stages = self._curves(work.bases[: work.done], coefficients, h)
+        rates = self._rates(curves.places(*stages)).reshape(work.done, self.table.c.size)
+        # One after another: the bits of a product of matrices depend on their sizes.
+        lengths = h * sum(b * g for b, g in zip(self.table.b, rates.T, strict=True))
+        t = added(state.clock[:2], lengths)
+        past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
+        if past.size and past[0]:
+            return self._block(state, h, int(past[0]), None, keep)
+        done = 0 if past.size else work.done
+        taken = Taken(
+            work.saved_q[1 : done + 1], work.saved_v[1 : done + 1], None, t[:done],
+            coefficients[: done if keep else 0], rates[:done],
+            work.counts[: len(COUNTED)].astype(np.float64),
+        )  # fmt: skip
+        if past.size:
+            return Advanced(taken, state, SOLVED)
+        after = replace(
+            state, first=state.first + done, state=read_only(work.state),
+            stages=read_only(work.stages), solver_state=work.solver_state,
+            clock=np.append(t[-1] if done else state.clock[:2], state.clock[2:]),
+        )  # fmt: skip
+        return Advanced(taken, after, code, stepper.failure(code) if code else "")
+
+    def _by_kernel(self, state: Checkpoint, h: float) -> Advanced | str:
+        """One step of a driven problem by the engine, for times and energies that settle with it;
+        why there is none."""
+        q0, steps = state.state[:1, : self.problem.q0.size], []
+
+        def slopes(y: Array) -> tuple[Array, float]:
+            self.stages.values, self.stages.step = y.T, h
+            steps.append(self._block(state, h, 1, None, True))
+            taken = steps[-1].taken
+            if steps[-1].reason:
+                return np.full(y.shape, np.nan), 0.0
+            curves, stages = self._curves(q0, taken.coefficients, h)
+            q, g = curves.places(*stages), taken.rates[0]
+            v = curves.velocities(*stages) / g[:, None]
+            return self._driving(q, v, g, h)[1], float(taken.p[0] @ v[-1])
+
+        guess = np.outer(np.ones(self.table.c.size), [self._rates(q0)[0], 0.0])
+        end = self._collocated(slopes, state.clock.reshape(2, 2).T, guess, h)
+        taken, after, _, reason = steps[-1]
+        if end is None:
+            return reason or UNSETTLED
+        clock, counts = end[0].T.ravel(), [step.taken.counts for step in steps]
+        taken = taken._replace(t=clock[None, :2], counts=np.sum(counts, axis=0), energy=clock[2:3])
+        return Advanced(taken, replace(after, clock=clock), SOLVED)
+
+    def _by_passes(self, state: Checkpoint, h: float) -> Advanced | str:
+        """One step of a driven problem of constant mass by passes over all of y = (q, p, t, E); why
+        there is none."""
+        table, d, clock = self.table, self.problem.v0.size, state.clock.reshape(2, 2).T
+        u = state.stages.T
+        if state.solver_state[HOLDS] == LAST_STEP:
+            u = table.extrapolation @ (table.analysis[: table.growth.size] @ u)
+        rates = np.outer(np.ones(len(u)), [self._rates(state.state[0])[0], 0.0])
+        guess = np.hstack([u, np.zeros_like(u), rates])
+        y = np.hstack([state.state.reshape(2, 2 * d), clock])
+        end = self._collocated(partial(self._slopes, h), y, guess, h)
+        if end is None:
+            return f"{UNSETTLED}, or the solver auto"
+        (y, slopes, passes), solver_state = end, state.solver_state.copy()
+        arrays, u, solver_state[HOLDS] = y[:, :-2].reshape(4, d), slopes[:, :d].T, LAST_STEP
+        after = replace(
+            state, first=state.first + 1, state=arrays, stages=u, solver_state=solver_state,
+            clock=y[:, -2:].T.ravel(),
+        )  # fmt: skip
+        taken = Taken(
+            arrays[:1], arrays[1:2], None, after.clock[None, :2],
+            h * (u @ table.projection.T)[None], slopes[None, :, -2],
+            passes * np.array([1.0, len(slopes), 0.0, 0.0]), after.clock[2:3],
+        )  # fmt: skip
+        return Advanced(taken, after, SOLVED)
+
+    def _slopes(self, h: float, y: Array) -> tuple[Array, float]:
+        """y' (s, 2 d + 2) at the stages of a step of constant mass, and p . v at the last one."""
+        d, system = self.problem.v0.size, cast(Any, self.problem.system)
+        q, p, self.stages.values, self.stages.step = y[:, :d], y[:, d:-2], y[:, -2:].T, h
+        v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(p.shape)
+        g = self._rates(q)
+        u = g[:, None] * v
+        pushes, rates = self._driving(q, v, g, h)
+        rows = zip(q, u, h * self.table.c, strict=True)
+        falls = np.array([self.in_tau.slopes(*row)[d:] for row in rows])
+        return np.hstack([u, falls + g[:, None] * pushes, rates]), float(p[-1] @ v[-1])
+
+    def _driving(self, q: Array, v: Array, g: Array, h: float) -> tuple[Array, Array]:
+        """F (s, d), and (t', E') (s, 2), at the stages of a step."""
+        in_tau, states = self.in_tau, list(zip(q, v, self.stages.values[0].tolist(), strict=True))
+        pushes = np.array([force_at(in_tau.base, *state) for state in states])
+        by_time = np.array([in_tau.by_time(*state, h * g[0]) for state in states])
+        return pushes, np.column_stack([g, g * (np.sum(pushes * v, axis=1) - by_time)])
+
+    def _collocated(
+        self, slopes: Callable[[Array], tuple[Array, float]], y: Array, guess: Array, h: float
+    ) -> tuple[Array, Array, int] | None:
+        """y after a step, y' at its stages, and after how many passes they settled; None if not.
+
+        slopes  y (s, k) -> y' (s, k), and p . v at the last stage; y ends with t and E
+        y       (2, k) before the step, and its low part
+        guess   (s, k) of y'
+        """
+        (start, low), last = y, guess
+        history, d = np.array([np.inf, 1.0, np.inf, 0.0]), start.size // 2 - 1
+        for passes in range(1, PASSES + 1):
+            stages = start + (low + h * (self.integral @ last))
+            if not np.all(np.isfinite(stages)):
+                return None
+            new, twice = slopes(stages)
+            size = (abs(start[-1]) + abs(twice)) / abs(h)
+            parts = (slice(d), 0.0), (slice(d, -2), 0.0), (-2, 0.0), (-1, size)
+            change = sum(relative_change(new[:, k], last[:, k], least) for k, least in parts)
+            code, last = decide(change, self.tolerance, history), new
+            if code == SOLVED:
+                kick = low + h * (self.table.b @ new)
+                end = start + kick
+                return np.stack([end, kick - (end - start)]), new, passes
+            if code != GOING:
+                break
+        return None
+
+    def _curves(self, bases: Array, x: Array, h: float) -> tuple[Any, tuple[Any, Array]]:
+        """The curves of steps in tau, and the numbers and shares of their stages."""
+        curves = self.formulation.curves(self.inner, self.plain, h, self.inner.t0, bases, x)
+        n, c = len(x), self.table.c
+        return curves, (np.repeat(np.arange(n), c.size), np.tile(c, n))
+
+    def _rates(self, q: Array) -> Array:
+        """g (k,) at configurations (k, ...)."""
+        flat = q.reshape(-1, self.problem.q0.size)
+        if self.vectorized:
+            return np.asarray(self.rate(flat.T))
+        return np.array([float(self.rate(place)) for place in flat])
+
+
+def motion_in_transformed_time(
+    problem: Problem, method: Galerkin, energy: float, solver: str, tolerance: float
+) -> Motion:
+    """The motion of a problem in a method's clock without lanes of its own.
+
+    energy  that the clock is told
+    """
+    motion = TransformedTime(problem, method, energy, solver, tolerance)
+    group, chart = getattr(problem.system, "group", None), IdentityChart(problem.q0.shape)
+    of_curves = chart if group is None else GroupChart(group, method.group_chart)
+    return Motion(motion.advance, motion.at, motion.rate, of_curves, REASON)
+
+
+def relative_change(new: Array, last: Array, size: float) -> float:
+    """The largest change, relative to the largest entry or to a larger size."""
+    change, entry = (float(np.max(np.abs(x), initial=0.0)) for x in (new - last, new))
+    return change / (max(entry, size) or 1.0)
+
+
+def added(start: Array, changes: Any) -> Array:
+    """(n, 2) sums with their low parts, of a number and its low part (2,) and changes (n,)."""
+
+    def plus(last: tuple[float, float], change: float) -> tuple[float, float]:
+        total, low = last[0], last[1] + change
+        return total + low, low - ((total + low) - total)
+
+    sums = accumulate(np.asarray(changes).tolist(), plus, initial=tuple(start.tolist()))
+    return np.array(list(sums)[1:]).reshape(-1, 2)
+
+
+def _refuse(problem: Problem, driven_by: Galerkin | None) -> None:
+    """ValueError for point masses some of which have no mass, and for a method that moves a driven
+    problem unless it collocates t and E."""
+    if isinstance(problem.system, NBody) and problem.system.has_massless:
+        raise ValueError(
+            "massless bodies have no Lagrangian of their own; in a clock they need lanes: "
+            "Polynomials(s) with gauss(s), DynamicalTime(), the solver auto, no tolerance, and no "
+            "forces but those with an energy. Use these, or give them small masses."
+        )
+    if driven_by is None:
+        return
+    degree = driven_by.space.degree
+    collocated = driven_by.rule == gauss(degree) or driven_by.rule == lobatto(degree + 1)
+    if not collocated or driven_by.space != Polynomials(degree):
+        raise ValueError(
+            f"with an external force or explicit time a clock needs Polynomials(s) with gauss(s) "
+            f"or lobatto(s + 1), which collocate t and the energy; received {driven_by.name}."
+        )
+
+
+def _no_fixed_point(problem: Problem, method: Galerkin, driven: bool) -> str:
+    """Why fixed-point iteration is not there, and the remedy."""
+    if not driven:
+        return (
+            "in this clock the solver fixed_point needs functions that can be traced. Use the "
+            "solver auto."
+        )
+    return (
+        f"with an external force or explicit time the solver fixed_point needs a constant mass "
+        f"and gauss(s) in a clock; received a {type(problem.system).__name__} system and "
+        f"{method.name}. Use the solver auto."
+    )
