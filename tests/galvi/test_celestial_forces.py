@@ -25,7 +25,6 @@ from tests.galvi.celestial_cases import (
 )
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-IN_THE_PLANE = galvi.Relativity | galvi.PowerLaw | galvi.Radiation | galvi.Drag
 
 
 @pytest.mark.slow_cases("a function of time")
@@ -153,7 +152,7 @@ def test_other_wrong_forces_are_refused():
         galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)
 
 
-@pytest.mark.slow(beside="test_lanes_agree_with_the_general_kernel")
+@pytest.mark.slow(beside="test_agreement.py::test_every_problem_agrees")
 def test_in_the_plane_a_run_is_that_of_space():
     forces = (galvi.Oblateness(0, 1e-3, 0.3), galvi.Tides(0, 0.3, 0.3, 0.01, spin=(0, 0, 2)))
     flat = galvi.integrate(bodies(forces, plane=True), METHOD, 0.05, 20)
@@ -163,30 +162,6 @@ def test_in_the_plane_a_run_is_that_of_space():
 
 
 IN_CLOCK = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=galvi.DynamicalTime())
-
-
-@pytest.mark.slow_cases("one source", "a function of time", "Python", "a function")
-@pytest.mark.parametrize("name", CASES)
-def test_a_clock_takes_forces(name):
-    problem = bodies(CASES[name])
-    run = galvi.integrate(problem, IN_CLOCK, 0.1, duration=1.0)
-    true = galvi.integrate(problem, METHOD, 1.0 / 64, 64)
-    assert run.success, run.status
-    assert np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-9
-
-
-@pytest.mark.slow_cases("one source")
-@pytest.mark.parametrize("name", ["one source", "drag"])
-def test_passes_of_a_driven_clock_solve_what_newtons_method_does(name):
-    problem = bodies(CASES[name])
-    passes, newton = (
-        galvi.integrate(problem, IN_CLOCK, 0.3, 4, solver=solver) for solver in ("auto", "newton")
-    )
-    assert passes.counts["linear_solves"] == 0 < newton.counts["linear_solves"]
-    for one, other in ((passes.q, newton.q), (passes.p, newton.p), (passes.t, newton.t)):
-        assert np.max(np.abs(one - other)) < 1e-14 * np.max(np.abs(one))
-    parts = galvi.resume(galvi.integrate(problem, IN_CLOCK, 0.3, 2), steps=2)
-    assert np.array_equal(parts.q[-1], passes.q[-1])
 
 
 def eccentric(force):
@@ -217,17 +192,6 @@ def test_a_force_that_does_no_work_settles_in_a_clock(charges):
         assert np.max(np.abs(energy - energy[0])) < 1e-13 * abs(energy[0])  # 4e-15
 
 
-@pytest.mark.slow_cases(but=["0.6"])
-@pytest.mark.parametrize("step", [0.6, 1.5, 1.9])
-def test_long_steps_in_a_clock_are_solved_to_rounding(step):
-    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
-    problem = eccentric(galvi.Relativity(1e2))
-    passes, newton = (
-        galvi.integrate(problem, eight, step, 6, solver=solver) for solver in ("auto", "newton")
-    )
-    assert np.max(np.abs(passes.q - newton.q)) < 3e-14 * np.max(np.abs(newton.q))  # 2e-15
-
-
 def test_a_clock_with_a_force_refuses_what_it_cannot_do():
     lobatto = galvi.Galerkin(galvi.Polynomials(2), galvi.lobatto(3), clock=galvi.DynamicalTime())
     with pytest.raises(ValueError, match=r"solver fixed_point needs a constant mass and gauss"):
@@ -237,7 +201,7 @@ def test_a_clock_with_a_force_refuses_what_it_cannot_do():
         galvi.integrate(problem, IN_CLOCK, 0.1, 1)
 
 
-@pytest.mark.slow(beside="test_passes_of_a_driven_clock_solve_what_newtons_method_does")
+@pytest.mark.slow(beside="test_agreement.py::test_every_problem_agrees")
 def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
     long, newton = (
@@ -256,30 +220,6 @@ def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
 
     problem = bodies(galvi.Force(along, takes_velocity=True))
     assert galvi.integrate(problem, METHOD, 0.05, 3).success
-
-
-@pytest.mark.slow_cases(
-    "one source-False",
-    "one source-True",
-    "EIH-False",
-    "EIH-True",
-    "radiation-True",
-    "drag-True",
-    "a function of time-False",
-    "Python-False",
-    "Python-True",
-)
-@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
-@pytest.mark.parametrize("plane", [False, True])
-@pytest.mark.parametrize("name", [one for one in CASES if one != "a function"])
-def test_lanes_agree_with_the_general_kernel(name, plane):
-    forces = [one for one in CASES[name] if not plane or isinstance(one, IN_THE_PLANE)]
-    masses = MASSES if name in OF_VELOCITY else [1.0, 1e-3, 0.0]
-    problem = bodies(forces or galvi.Oblateness(0, 1e-3, 0.3), masses, plane)
-    lanes = galvi.integrate(problem, METHOD, 0.05, 40)
-    general = galvi.integrate(problem, METHOD, 0.05, 40, solver="newton")
-    assert (lanes.engine, general.engine) == ("lanes", "general")
-    assert np.max(np.abs(lanes.q[-1] - general.q[-1])) < 1e-13
 
 
 def test_a_force_that_pushes_a_body_without_mass_later_ends_the_run_in_words():

@@ -11,10 +11,9 @@ from numba import njit
 
 import galvi
 from galvi.tracing import traced_lagrangian
-from tests.galvi.celestial_cases import MASSES, OF_VELOCITY, Q, V, bodies, drag_in_python
+from tests.galvi.celestial_cases import OF_VELOCITY, bodies, drag_in_python
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-PLAIN = galvi.Problem(galvi.NBody(MASSES), Q, V)
 pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 
 
@@ -33,28 +32,6 @@ def test_a_law_too_long_to_be_written_out_gives_the_same_run_in_the_general_kern
     assert (written.engine, called.engine) == ("lanes", "general")
     assert written.counts["linear_solves"] == 0
     assert np.max(np.abs(written.q - called.q)) < 1e-14
-
-
-@pytest.mark.slow_cases(but=["1.0"])
-@pytest.mark.parametrize("power", [0.5, 1.0, 1.3, 2.0, 3.0])
-def test_a_drag_has_a_value_at_rest(power: float) -> None:
-    system = galvi.NBody(MASSES, forces=galvi.Drag([1e-3] * 3, power))
-    problem = galvi.Problem(system, Q, 0.0 * V)
-    lanes = galvi.integrate(problem, METHOD, 0.02, 10)
-    general = galvi.integrate(problem, METHOD, 0.02, 10, solver="newton")
-    assert (lanes.engine, general.engine) == ("lanes", "general")
-    assert np.max(np.abs(lanes.q - general.q)) < 1e-13
-
-
-@pytest.mark.parametrize("power", [-4, -3, -2.5, -2, 0.25, 1, 2, 7, -2.13, 0.7, 40.3])
-def test_a_power_in_lanes_is_that_of_the_c_library(power: float) -> None:
-    system = galvi.NBody(MASSES, forces=galvi.PowerLaw(0, -(0.1 ** (2 + abs(power) / 3)), power))
-    problem = galvi.Problem(system, Q, V)
-    lanes = galvi.integrate(problem, METHOD, 0.01, 5)
-    general = galvi.integrate(problem, METHOD, 0.01, 5, solver="newton")
-    assert (lanes.engine, general.engine) == ("lanes", "general") and lanes.success
-    assert np.max(np.abs(lanes.q - galvi.integrate(PLAIN, METHOD, 0.01, 5).q)) > 1e-9
-    assert np.max(np.abs(lanes.q - general.q)) < 2e-15
 
 
 def test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes() -> None:

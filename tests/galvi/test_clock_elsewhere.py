@@ -53,15 +53,6 @@ def called(q: Any) -> Any:
     return along(q) if q[0, 1] < 1e9 else 1.0
 
 
-@pytest.mark.slow_cases("called")
-@pytest.mark.parametrize("function", [along, called])
-def test_a_body_that_moves_freely_does_so_in_any_clock(function: Any) -> None:
-    run = galvi.integrate(FREE, in_clock(6, galvi.Clock(function)), 0.1, duration=2.0)
-    plain = galvi.integrate(FREE, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8)), 0.02, 100)
-    assert np.max(np.abs(run.q[-1] - plain.q[-1])) < 1e-13
-    assert np.ptp(galvi.energy(run)) < 1e-13 * galvi.energy(run)[0]
-
-
 @pytest.mark.slow_cases(but=["1e+100-along", "-1e+300-along"])
 @pytest.mark.parametrize("function", [along, called])
 @pytest.mark.parametrize("step", [3.0, -5.0, 1e3, 1e100, -1e300])

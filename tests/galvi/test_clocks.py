@@ -61,15 +61,6 @@ def test_a_run_ends_at_its_time_with_the_order_of_the_method(case: str, kind: st
     assert 3.6 < order < 4.7, (errors, order)
 
 
-@pytest.mark.slow_cases("elastic pendulum", "3D pendulum")
-@each
-def test_a_run_in_a_clock_is_the_motion_that_steps_in_time_find(case: str) -> None:
-    problem, _clock, duration, _ = CASES[case]
-    plain = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    run = galvi.integrate(problem, plain, duration / 400, 400)
-    assert np.max(np.abs(ends(case, 8, GAUSS, 0.1) - run.q[-1])) < 1e-11
-
-
 @pytest.mark.slow_cases(but=["three bodies-gauss"])
 @pytest.mark.parametrize("kind", [GAUSS, LOBATTO, MORE])
 @each

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
-from tests.galvi.ensemble_cases import CASES
 
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
@@ -81,33 +80,6 @@ def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path
     assert np.array_equal(galvi.resume(part, 15).q, whole.q[25:])
     assert np.array_equal(part(step * 7.3), whole(step * 7.3))
     assert np.array_equal(galvi.energy(part), galvi.energy(whole)[:26])
-
-
-@pytest.mark.slow_cases(
-    but=[
-        "kepler-4",
-        "kepler-5",
-        "henon_heiles-4",
-        "henon_heiles-5",
-        "double_pendulum-5",
-        "sympy-4",
-        "sympy-5",
-        "traced-4",
-        "traced-5",
-        "polar-4",
-        "polar-5",
-        "free_body-4",
-        "pendulum_3d-5",
-    ]
-)
-@pytest.mark.parametrize("points", [4, 5])
-@pytest.mark.parametrize("name", CASES)
-def test_a_resumed_run_of_every_law_is_the_long_one_to_the_bit(name, points):
-    problem, step = CASES[name]
-    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(points))
-    whole = galvi.integrate(problem, method, step, 24)
-    rest = galvi.resume(galvi.integrate(problem, method, step, 9), 15)
-    assert np.array_equal(rest.q, whole.q[9:]) and np.array_equal(rest.p, whole.p[9:])
 
 
 def test_a_saved_run_of_functions_asks_for_its_problem(tmp_path):

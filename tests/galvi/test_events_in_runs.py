@@ -163,20 +163,6 @@ def test_actions_on_groups_and_of_driven_systems(case: str) -> None:
     assert np.max(np.abs(galvi.states_at(run, t + gap)[0] - other.q[-1])) < 1e-9
 
 
-@pytest.mark.slow(beside="test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid")
-@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
-def test_a_frame_ends_at_an_event() -> None:
-    planets = galvi.problems.outer_solar_system()
-    frame = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
-    event = galvi.events.closest_approach(1, 2)
-    found = galvi.integrate(planets, frame, 300.0, 60, events=event).events
-    plain = galvi.integrate(planets, EIGHT, 300.0, 60, events=event).events
-    assert len(found) == len(plain) > 0 and np.max(np.abs(found.t - plain.t)) < 1e-3
-    stop = galvi.Event(event.function, 1, terminal=True, name="near")
-    run = galvi.integrate(planets, frame, 300.0, 60, events=stop)
-    assert run.t[-1] == found.t[0] and run.success
-
-
 @given(st.lists(st.floats(0.05, 5.95), min_size=1, max_size=5, unique=True), st.floats(0.3, 1.1))
 @settings(max_examples=25, deadline=None)
 def test_polynomials_of_a_uniform_motion_have_their_roots(roots: list[float], step: float) -> None:

@@ -13,10 +13,9 @@ import galvi
 from galvi.frames import kepler_frame
 from galvi.problem import Problem
 from galvi.run.in_frame import stepper
-from tests.galvi.celestial_cases import OF_VELOCITY, OTHERS, WITH_ENERGY, bodies
+from tests.galvi.celestial_cases import OF_VELOCITY, OTHERS, bodies
 from tests.galvi.test_kepler_hierarchy import MOON, TREE
 
-CASES = {**WITH_ENERGY, "power laws": (galvi.PowerLaw(1, -1e-5, 0.5), galvi.PowerLaw(0, 1e-2, -1))}
 FINE = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
@@ -33,22 +32,7 @@ def off(problem: Problem, used: galvi.Galerkin, step: float, steps: int, parts: 
     return max(float(np.max(np.abs(gap))) for gap in ends)
 
 
-@pytest.mark.slow_cases("J2 and J4-0.0002-False")
-@pytest.mark.parametrize("plane", [False, True])
-@pytest.mark.parametrize("last", [2e-4, 0.0])
-@pytest.mark.parametrize("name", CASES)
-def test_bodies_are_where_short_steps_in_the_inertial_frame_have_them(
-    name: str, last: float, plane: bool
-) -> None:
-    """As planets and in two hierarchies; the forces move them by more than 1e-3."""
-    if plane and "J4" in name:
-        pytest.skip("its pole is out of the plane")
-    problem = bodies(CASES[name], [1.0, 1e-3, last], plane)
-    for frame in ({}, {"hierarchy": ((0, 1), 2)}, {"hierarchy": ((1, 0), 2)}):
-        assert off(problem, framed(12, **frame), 0.5, 20, 10) < 1e-13  # 1e-14
-
-
-@pytest.mark.slow(beside="test_bodies_are_where_short_steps_in_the_inertial_frame_have_them")
+@pytest.mark.slow(beside="test_agreement.py::test_every_problem_agrees")
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), count=st.integers(2, 5), D=st.integers(2, 3))
 def test_any_order_of_bodies_and_any_sources(seed: int, count: int, D: int) -> None:

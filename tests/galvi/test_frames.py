@@ -115,18 +115,6 @@ def test_every_frame_has_a_case_and_is_exported_and_stored() -> None:
         )
 
 
-@pytest.mark.slow_cases("harmonic", "Kepler", "Kepler, hierarchy")
-@each_case
-def test_a_frame_agrees_with_the_general_method_forwards_and_backwards(case: str) -> None:
-    problem, frame, h = CASES[case]
-    for step in (h, -h):
-        run = galvi.integrate(problem, method(frame, 12), step, 10)
-        assert run.success and run.status == "Completed."
-        assert distance(run, truth(problem, 10 * step)) < 2e-12, step  # 3e-13
-        energies = galvi.energy(run)
-        assert np.ptp(energies) < 1e-12 * np.max(np.abs(energies))  # 2e-13
-
-
 @pytest.mark.parametrize(
     ("case", "s", "steps"),
     [
@@ -254,25 +242,6 @@ def test_a_frame_can_be_saved_continued_and_thinned_to_the_bit(case: str, tmp_pa
         assert np.array_equal(getattr(rest.curves, name), getattr(whole.curves, name)[13:])
     thin = galvi.integrate(problem, used, h, 30, save_every=7)
     assert np.array_equal(thin.q[:-1], whole.q[::7]) and np.array_equal(thin.q[-1], whole.q[-1])
-
-
-@each_case
-def test_curves_pass_through_the_states_and_follow_the_motion(case: str) -> None:
-    problem, frame, h = CASES[case]
-    run, true = galvi.integrate(problem, method(frame, 10), h, 8), truth(problem, 8 * h)
-    back = galvi.integrate(problem, method(frame, 10), -h, 8)
-    for one in (run, back):
-        assert np.allclose(one(one.t), one.q, rtol=0.0, atol=1e-13)
-    before = np.linspace(back.t[-1], back.t[0], 31)
-    assert np.max(np.abs(back(before) - truth(problem, -8 * h)(before))) < 1e-8
-    times = np.linspace(run.t[0], run.t[-1], 101)
-    assert np.max(np.abs(run(times) - true(times))) < 1e-8
-    assert np.max(np.abs(run.velocity(times) - true.velocity(times))) < 1e-6
-    near = 1e-5
-    inside = times[1:-1]
-    slope = (run(inside + near) - run(inside - near)) / (2 * near)
-    joints = np.min(np.abs(inside[:, None] - run.t), axis=1) < 2 * near
-    assert np.max(np.abs(slope - run.velocity(inside))[~joints]) < 1e-8
 
 
 @each_case

@@ -1,34 +1,25 @@
-"""Laws on groups in lanes: against the general kernel, what they keep, and faults that are seen."""
+"""Laws on groups in lanes: their maps, what they keep, and faults that are seen."""
 
 from __future__ import annotations
 
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 import galvi
-from galvi.charts import CHARTS
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
 from galvi.lanes.group_pass import SIZES
 from galvi.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes import laws as law_stepper
-from galvi.run.in_lanes.laws import has_group_law
 from galvi.run.in_lanes.nystrom import words_of
 from galvi.tracing.lane_law import compiled_group_law
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
-    EXPONENTIAL,
-    FLYING,
     FREE,
-    PENDULUM,
-    RODRIGUES,
     each_chart,
-    hall,
 )
 
 each_group = pytest.mark.parametrize("name", GROUPS)
@@ -36,85 +27,6 @@ DRIFT = 1e-16  # of the relative energy in a step
 SPINNING = galvi.Problem(
     galvi.FreeBody(2.0, (1.0, 2.0, 2.5)), np.eye(4), [0.3, 1.0, 0.2, 0.5, -0.4, 0.7]
 )
-
-
-def compared(problem, method, step, steps):
-    """The largest differences of positions, momenta and velocities between the two kernels."""
-    fast = galvi.integrate(problem, method, step, steps)
-    general = galvi.integrate(problem, method, step, steps, solver="newton")
-    assert fast.success and general.success, (fast.status, general.status)
-    assert fast.counts["linear_solves"] == 0 < general.counts["linear_solves"]
-    t = np.linspace(fast.t[0], fast.t[-1], 41)
-    size, speed = np.abs(general.p).max(), np.abs(general.velocity(t)).max()
-    pairs = (
-        (fast.q, general.q, 1.0 + np.abs(general.q).max()), (fast.p, general.p, size),
-        (fast(t), general(t), 1.0 + np.abs(general.q).max()),
-        (fast.velocity(t), general.velocity(t), speed),
-    )  # fmt: skip
-    return [np.abs(one - other).max() / scale for one, other, scale in pairs]
-
-
-@pytest.mark.slow_cases(but=["SO2 x R2"])
-@each_group
-@settings(max_examples=2)
-@given(
-    chart=st.sampled_from(CHARTS), degree=st.integers(1, 9), more=st.integers(0, 4),
-    step=st.floats(-0.15, 0.15).filter(lambda h: abs(h) > 1e-3), seed=st.integers(0, 99),
-)  # fmt: skip
-@example(chart=EXPONENTIAL, degree=4, more=0, step=0.1, seed=2)
-@example(chart=RODRIGUES, degree=6, more=4, step=-0.1, seed=3)
-def test_a_run_in_lanes_is_that_of_the_general_kernel(name, chart, degree, more, step, seed):
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
-    problem = swelling(name, seed)
-    assert has_group_law(problem)
-    *places, velocity = compared(problem, method, step, 20)
-    assert max(places) < 2e-14 and velocity < 5e-13  # 2e-15, 5e-15
-
-
-@pytest.mark.slow_cases(but=["entry2"])
-@pytest.mark.parametrize("entry", [(0, 0), (1, 2), (2, 2)])
-def test_a_mass_that_depends_on_one_entry_alone_is_not_taken_for_a_constant(entry):
-    inertia = np.diag([3.3, 2.5, 3.4])
-    L = galvi.Lagrangian(lambda R, w: (0.5 + 0.05 * R[entry]) * w @ (inertia @ w), galvi.SO3())
-    problem = galvi.Problem(L, np.eye(3), [2.0, -1.9, 1.0])
-    assert max(compared(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 9)) < (
-        5e-13
-    )
-
-
-@pytest.mark.slow_cases(
-    "free body on SE(3)-4-Exponential",
-    "free body on SE(3)-4-ModifiedRodrigues",
-    "-1-Exponential",
-    "-1-ModifiedRodrigues",
-    "-4-Exponential",
-    "-4-ModifiedRodrigues",
-    "3D pendulum, m g = 9.81-8-Cayley",
-    "3D pendulum, m g = 9.81-8-Exponential",
-    "3D pendulum, m g = 9.81-8-ModifiedRodrigues",
-    "free body on SE(3)-11-Cayley",
-    "free body on SE(3)-11-Exponential",
-    "free body on SE(3)-11-ModifiedRodrigues",
-)
-@each_chart
-@pytest.mark.parametrize(
-    ("problem", "degree"),
-    [(problem, degree) for problem in (FREE, PENDULUM, FLYING, SPINNING) for degree in (1, 4)]
-    + [(PENDULUM, 8), (FLYING, 11)],  # more than one vector of stages
-    ids=lambda one: str(one) if isinstance(one, int) else title(one),
-)
-def test_halls_rule_and_rigid_motions_run_in_lanes(problem, degree, chart):
-    close = 2e-12 if problem is FLYING else 4e-14  # 1e-13, 1e-14
-    assert max(compared(problem, hall(degree + 1, chart), min(0.15, 0.05 * degree), 24)) < close
-
-
-def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
-    """The series for lanes end at 2 radians, and these steps turn by 2.1."""
-    method = hall(14, galvi.Exponential())
-    run = galvi.integrate(FREE, method, 0.7, 20)
-    general = galvi.integrate(FREE, method, 0.7, 20, solver="newton")
-    assert run.success and run.counts["linear_solves"] > 0
-    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
 
 
 def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_method():
@@ -248,11 +160,10 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
 
 
-@pytest.mark.slow(beside="test_halls_rule_and_rigid_motions_run_in_lanes")
+@pytest.mark.slow(beside="test_agreement.py::test_every_chart_agrees")
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
     """The kernels keep the sound formula, which they have compiled."""
-    problem, method = swelling("SO3", 11), galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))
-    assert max(compared(problem, method, 0.1, 20)) < 4e-14
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))
 
     def turned_back(chart, xi, mu, out):
         so3.fill(rotations.change(chart, -1.0, xi, mu), out)

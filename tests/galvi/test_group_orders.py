@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import galvi
 from galvi.run.in_lanes import laws as law_stepper
 from references.closed_forms.top_motion import FREE_TOP
-from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
     CAYLEY,
     EXPONENTIAL,
@@ -19,7 +17,6 @@ from tests.galvi.group_motions import (
     each_chart,
     error,
     hall,
-    same_rows,
     slope,
     spoiled,
     swung,
@@ -60,51 +57,6 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
              for n in (6, 8, 10, 12)}  # fmt: skip
     assert found[12] < 1e-12  # 6e-14
     assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
-
-
-@pytest.mark.slow_cases(
-    "9-free rigid body-Exponential",
-    "9-free rigid body-ModifiedRodrigues",
-    "13-free rigid body-Cayley",
-    "13-free rigid body-ModifiedRodrigues",
-    "13-3D pendulum, m g = 9.81-Cayley",
-    "13-3D pendulum, m g = 9.81-Exponential",
-    "13-3D pendulum, m g = 9.81-ModifiedRodrigues",
-)
-@each_chart
-@pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
-@pytest.mark.parametrize("stages", range(1, 25))
-def test_the_packed_kernel_is_the_general_one_to_round_off(problem, chart, stages):
-    method, step = collocation(stages, chart), min(0.2, 0.08 * stages**0.5)
-    packed = galvi.integrate(problem, method, step, 12)
-    general = galvi.integrate(problem, method, step, 12, solver="newton")
-    assert packed.counts["linear_solves"] == 0 < general.counts["linear_solves"]
-    size, close = np.abs(packed.p).max(), 1e-14  # 2e-15
-    assert np.allclose(packed.q, general.q, rtol=0.0, atol=close)
-    assert np.allclose(packed.p, general.p, rtol=0.0, atol=close * size)
-    t = np.linspace(0.0, 11.99 * step, 50)
-    assert np.allclose(packed(t), general(t), rtol=0.0, atol=close)
-    assert np.allclose(packed.velocity(t), general.velocity(t), rtol=0.0, atol=1e-13 * size)
-    every = galvi.integrate(problem, method, step, 12, save_every=5, curves=True)
-    assert same_rows(every, packed, [0, 5, 10, 12])
-    assert np.array_equal(every(t), packed(t))
-
-
-@each_chart
-@pytest.mark.parametrize("momentum", [0.0, 1e-30, 1e-12, -1e-3])
-def test_a_body_at_rest_begins_to_fall_in_both_kernels(momentum, chart):
-    leaning = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
-    for problem in (PENDULUM, FREE):
-        resting = problem.with_initial_state(leaning, [momentum, 0.0, 0.0])
-        for stages in (1, 2, 5, 8):
-            method = collocation(stages, chart)
-            packed = galvi.integrate(resting, method, 0.1, 8)
-            general = galvi.integrate(resting, method, 0.1, 8, solver="newton")
-            size = np.abs(general.p).max()
-            assert np.allclose(packed.q, general.q, rtol=0.0, atol=1e-14)
-            assert np.allclose(packed.p, general.p, rtol=0.0, atol=1e-13 * size)
-            assert packed.counts["linear_solves"] == 0
-            assert (np.abs(packed.p[1]).max() > 0.1) == (problem is PENDULUM)
 
 
 def test_a_spoiled_table_is_caught_by_the_order():

@@ -94,16 +94,6 @@ def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
         assert (thin.curves is None) == (save_every > 1)
 
 
-def test_many_at_once_are_those_of_one_by_one():
-    rng = np.random.default_rng(3)
-    problems = [FREE.with_initial_state(FREE.q0, v) for v in rng.normal(size=(8, 3))]
-    problems += [PENDULUM, FLYING, COUPLED]
-    for threads in (1, 3):
-        many = galvi.integrate_many(problems, collocation(4), 0.1, 60, threads=threads)
-        for problem, run in zip(problems, many, strict=True):
-            assert same(run, galvi.integrate(problem, collocation(4), 0.1, 60))
-
-
 def test_attitudes_come_as_scipys_rotations():
     run = galvi.integrate(PENDULUM, collocation(6), 0.2, 10)
     turns = galvi.rotations(run)

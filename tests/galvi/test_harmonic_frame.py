@@ -31,31 +31,6 @@ STIFF = galvi.Problem(
 )
 
 
-@pytest.mark.slow(
-    beside="test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_period"
-)
-@given(
-    alpha=st.floats(-0.5, 0.5),
-    beta=st.floats(-0.5, 0.5),
-    seed=st.integers(0, 1000),
-    h=st.floats(0.1, 0.6),
-)
-@settings(max_examples=20)
-def test_chains_agree_with_the_general_method(
-    alpha: float, beta: float, seed: int, h: float
-) -> None:
-    random = np.random.default_rng(seed)
-    system = galvi.Canonical(1.3, galvi.SpringChain(alpha, beta))
-    start = 0.3 * random.normal(size=(2, 4))
-    problem = galvi.Problem(system, *start)
-    run = galvi.integrate(problem, method(10), h, 12)
-    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
-    true = galvi.integrate(problem, plain, h / 2, 24, save_every=2)
-    assert run.success
-    assert np.allclose(run.q, true.q, rtol=0.0, atol=1e-11)
-    assert np.allclose(run.p, true.p, rtol=0.0, atol=1e-11)
-
-
 @given(step=st.floats(0.5, 500.0), stiffness=st.floats(0.1, 1e4))
 @settings(max_examples=25)
 def test_an_oscillator_is_exact_at_steps_of_any_length(step: float, stiffness: float) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 import galvi
 from galvi.ensembles.laws import law_of
@@ -22,22 +20,6 @@ def assert_equal_runs(result, runs, tolerance=2e-13):  # measured: 6e-15
     for found, truth in zip(result.kept, (q, p), strict=True):
         size = max(np.abs(truth).max(), 1.0)
         assert np.abs(found - truth).max() <= tolerance * size
-
-
-@pytest.mark.slow_cases(but=["henon_heiles"])
-@pytest.mark.parametrize("name", CASES)
-def test_every_law_gives_the_runs_of_one_by_one(name):
-    problem, step = CASES[name]
-    assert law_of(problem.system, problem.v0.size) is not None
-    q, v = starts(problem, 11)
-    result = galvi.integrate_ensemble(problem, q, v, FOUR, step, 25)
-    runs = [
-        galvi.integrate(problem.with_initial_state(*state), FOUR, step, 25)
-        for state in zip(q, v, strict=True)
-    ]
-    assert_equal_runs(result, runs)
-    assert result.success.all() and set(result.status) == {"Completed."}
-    assert np.abs(result.kept[0] - q).max() > 1e-3  # they move
 
 
 @pytest.mark.slow_cases(but=["brownout-1-method0", "polar-1-method1"])
@@ -74,55 +56,6 @@ def test_changes_are_relative_to_the_place_far_from_the_origin():
     starting = [problem.with_initial_state(*state) for state in zip(q, v, strict=True)]
     runs = galvi.integrate_many(starting, FOUR, 0.1, 40)
     assert 0.95 < passes / sum(run.counts["iterations"] for run in runs) < 1.05  # 0.984
-
-
-@pytest.mark.slow(beside="test_other_rules_spaces_and_charts")
-@given(
-    degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
-    backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
-)  # fmt: skip
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_methods_and_steps_of_their_own(degree, more, fraction, backwards, name):
-    problem, step = CASES[name]
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more))
-    q, v = starts(problem, 3)
-    steps = step * (-1.0 if backwards else 1.0) * np.array([fraction, 1.0, 0.5])
-    result = galvi.integrate_ensemble(problem, q, v, method, steps, 6)
-    runs = [
-        galvi.integrate(problem.with_initial_state(*state), method, h, 6)
-        for *state, h in zip(q, v, steps, strict=True)
-    ]
-    assert_equal_runs(result, runs)
-
-
-@pytest.mark.slow_cases(but=["henon_heiles-method0"])
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [
-        ("henon_heiles", galvi.Galerkin(galvi.Polynomials(3), galvi.lobatto(4))),
-        ("henon_heiles", galvi.Galerkin(galvi.Polynomials(1), galvi.lobatto(2))),
-        ("henon_heiles", galvi.Galerkin(galvi.Polynomials(4), galvi.radau(5))),
-        ("henon_heiles", galvi.Galerkin(galvi.ComponentPolynomials((3, 5)), galvi.gauss(6))),
-        *(
-            pytest.param(
-                "free_body_se3",
-                galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4), chart=chart),
-                id=type(chart).__name__,
-            )
-            for chart in galvi.charts.CHARTS
-        ),
-    ],
-)
-def test_other_rules_spaces_and_charts(name, method):
-    problem, step = CASES[name]
-    q, v = starts(problem, 9)
-    result = galvi.integrate_ensemble(problem, q, v, method, step, 10)
-    runs = [
-        galvi.integrate(problem.with_initial_state(*state), method, step, 10)
-        for state in zip(q, v, strict=True)
-    ]
-    assert set(result.status) == {"Completed."}
-    assert_equal_runs(result, runs)
 
 
 @pytest.mark.slow(beside="test_a_step_that_needs_newton_is_done_by_itself")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
@@ -14,26 +13,6 @@ from galvi.run.in_lanes import laws as law_stepper
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from tests.galvi.lane_functions import compiled
 
-
-@numba.njit
-def well(q: Any) -> Any:
-    """A potential that branches, so that it is called and not traced."""
-    return 0.5 * q[0] ** 2 + (q[1] ** 4 if q[1] > 0.0 else q[1] ** 2)
-
-
-@numba.njit
-def slopes(q: Any) -> Any:
-    return np.array([q[0], 4.0 * q[1] ** 3 if q[1] > 0.0 else 2.0 * q[1]])
-
-
-PROBLEMS = {
-    "a law on R^d": galvi.problems.double_pendulum(),
-    "a law that is called": galvi.Problem(
-        galvi.Canonical([1.0, 1.0], well, slopes), [1.0, 0.7], [0.2, 0.1]
-    ),
-    "a law on SO(3)": galvi.problems.pendulum_3d(),
-    "a law on SE(3)": galvi.problems.free_body_se3(),
-}
 STEP = 0.02
 
 
@@ -59,21 +38,8 @@ def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monke
     assert vectors.lanes_for(stages) == 8
 
 
-@pytest.mark.slow_cases("a law on SE(3)-(10, 10)")
-@pytest.mark.parametrize("points", [(2, 2), (4, 4), (3, 4), (10, 10)], ids=str)
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_a_run_in_fours_is_that_in_eights(name, points, monkeypatch):
-    degree, nodes = points
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(nodes))
-    four, eight = (moved(PROBLEMS[name], method, monkeypatch, wide) for wide in (False, True))
-    for run in (four, eight):
-        assert run.success and run.counts["linear_solves"] == 0, run.status
-    assert difference(four, eight) < 1e-13
-    assert four.counts["iterations"] == pytest.approx(eight.counts["iterations"], rel=0.1)
-
-
 def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(monkeypatch):
-    sound, problem = law_stepper.law_tables, PROBLEMS["a law on R^d"]
+    sound, problem = law_stepper.law_tables, galvi.problems.double_pendulum()
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
     def slipped(table: Any, step: float, lanes: int, degrees: Any) -> Any:

@@ -16,8 +16,8 @@ import pytest
 import galvi
 
 pytestmark = [
-    pytest.mark.slow(beside="test_agreement.py::test_all_engines_agree"),
-    pytest.mark.skipif(not galvi.FAST, reason="there is one engine then"),
+    pytest.mark.slow(beside="test_agreement.py::test_drawn_cells_agree"),
+    pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none"),
 ]
 ready = galvi.problems
 MANY, STEPS = 500, 40

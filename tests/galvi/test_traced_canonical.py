@@ -14,86 +14,11 @@ from numba import njit
 import galvi
 from galvi.tracing.lane_law import WIDEST, fits
 from galvi.tracing.laws import slopes_of
+from tests.galvi.agreement.on_vector_spaces import morse
 from tests.galvi.lagrangians import opaque
-from tests.galvi.test_canonical_lanes import EIGHT, agree, both
+from tests.galvi.test_canonical_lanes import EIGHT, both
 
 STRENGTH = {"k": 1.0}
-HENON = galvi.problems.henon_heiles()
-
-
-def morse(q: Any) -> Any:
-    return sum((1.0 - math.exp(-0.7 * x)) ** 2 for x in q) + 0.2 * (q[0] - q[1]) ** 2
-
-
-def morse_gradient(q: Any) -> Any:
-    away = np.exp(-0.7 * q)
-    apart = 0.4 * (q[0] - q[1])
-    return 1.4 * away * (1.0 - away) + np.array([apart, -apart])
-
-
-def driven(q: Any, t: float) -> Any:
-    return 0.5 * q @ q * (1.0 + 0.1 * math.sin(2.0 * t)) + q[0] ** 2 * q[1] / 5.0
-
-
-@njit
-def driven_gradient(q, t):
-    out = q * (1.0 + 0.1 * math.sin(2.0 * t))
-    out[0] += 0.4 * q[0] * q[1]
-    out[1] += 0.2 * q[0] ** 2
-    return out
-
-
-def uniform(q: Any) -> Any:
-    return 9.81 * q[1]
-
-
-SYSTEMS = {
-    "compiled": (HENON.system.potential, HENON.system.gradient),
-    "compiled, no gradient": (HENON.system.potential, None),
-    "Python": (morse, morse_gradient),
-    "Python, no gradient": (morse, None),
-    "driven": (driven, driven_gradient),
-    "driven, no gradient": (driven, None),
-    "a constant force": (uniform, lambda q: np.array([0.0, 9.81])),
-    "a constant force, no gradient": (uniform, None),
-}
-MASSES = {"number": 1.3, "diagonal": [0.8, 1.7], "full": [[1.2, 0.3], [0.3, 0.9]]}
-
-
-def problem_of(name: str, mass: Any = 1.0, wrap: Any = lambda function: function) -> galvi.Problem:
-    """A problem with functions of SYSTEMS, each of them wrapped."""
-    potential, gradient = SYSTEMS[name]
-    system = galvi.Canonical(
-        mass, wrap(potential), gradient and wrap(gradient), explicit_time=name.startswith("driven")
-    )
-    return galvi.Problem(system, [0.3, 0.2], [0.1, -0.2], 0.4)
-
-
-@pytest.mark.parametrize(
-    ("name", "mass"),
-    [*((name, "number") for name in SYSTEMS), ("driven", "diagonal"), ("Python", "full")],
-)
-def test_a_run_in_lanes_is_that_of_the_functions(name: str, mass: str) -> None:
-    problem = problem_of(name, MASSES[mass])
-    assert not problem.system.untraced
-    steps = 3 if name == "Python, no gradient" else 12  # its differences take 10 ms a step
-    lanes, general = runs = both(problem, EIGHT, 0.1, steps)
-    known = SYSTEMS[name][1] is not None
-    assert agree(runs, 2e-13 if known else 2e-11)  # 2e-12 by differences
-    assert "potential_evaluations" not in lanes.counts
-    assert ("potential_evaluations" in general.counts) != known
-    assert galvi.energy(lanes)[0] == galvi.energy(general)[0]
-
-
-@pytest.mark.parametrize("name", ["compiled", "Python"])
-def test_a_function_that_branches_runs_as_before(name: str) -> None:
-    """Bit by bit as by the general kernel."""
-    problem = problem_of(name, wrap=opaque)
-    assert "dV/dq: it branches" in problem.system.untraced
-    lanes, general = both(problem, EIGHT, 0.1, 5)
-    np.testing.assert_array_equal(lanes.q, general.q)
-    traced = galvi.integrate(problem_of(name), EIGHT, 0.1, 5)
-    np.testing.assert_allclose(lanes.q, traced.q, rtol=0.0, atol=1e-14)
 
 
 @njit
@@ -205,13 +130,3 @@ def test_more_coordinates_than_are_written_out_are_not_traced() -> None:
 def test_fewer_coordinates_are_written_out_where_the_mass_couples_them() -> None:
     assert [fits(d, False) for d in (13, 64, 65)] == [True, True, False]
     assert [fits(d, True) for d in (12, 13, 64)] == [True, False, False]
-
-
-def test_a_degree_for_each_component_runs_in_lanes() -> None:
-    space = galvi.ComponentPolynomials([4, 6])
-    method = galvi.Galerkin(space, galvi.gauss(6))
-    run, general = (
-        galvi.integrate(problem_of("compiled"), method, 0.1, 10, solver=solver)
-        for solver in ("fixed_point", "newton")
-    )
-    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-13)
