@@ -33,7 +33,7 @@ from galvi.run.engines import formulation_of, motion_in_clock
 from galvi.run.integrate import prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.point_masses.encounters import unresolved_passage
-from galvi.run.request import RunRequest, from_start
+from galvi.run.request import RunRequest
 from galvi.run.same_functions import of_run
 from galvi.run.states import saved_velocities
 from galvi.run.status import SMALLER_STEP, notes_on_exceptions
@@ -275,7 +275,8 @@ class _Acting:
             )
             return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
                            passage=self.passage)  # fmt: skip
-        return from_start(old.solver, old.tolerance)
+        begin = formulation_of(problem, method).start(problem, method)
+        return Checkpoint(0, *begin, old.solver, old.tolerance)
 
     def _share(self, part: Trajectory, whole: int, t: float) -> float:
         """How much of its step is done at a time, in the clock's."""

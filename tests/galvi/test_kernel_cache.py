@@ -41,13 +41,23 @@ def kernel(x):
     return x * x + 1.0
 
 
+FILE_LOCK = cache.file_lock
+
+
+class NoLock:
+    """A lock that nobody waits for."""
+
+    def __init__(self, path):
+        self.acquire = self.release = lambda: None
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder, and the only one where anything can be kept."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     only = [caching.UserProvidedCacheLocator]
     monkeypatch.setattr(caching.CacheImpl, "_locator_classes", only)
-    monkeypatch.setattr(cache, "_locks", None)
+    monkeypatch.setattr(cache, "file_lock", NoLock)
     return tmp_path
 
 
@@ -321,6 +331,7 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
     (path,) = kept(folder)
     code = path.read_bytes()
     path.unlink()
+    monkeypatch.setattr(cache, "file_lock", FILE_LOCK)
     words = [sys.executable, "-c", HOLDER, str(path.with_suffix(".lock"))]
     with subprocess.Popen(
         words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -340,6 +351,7 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
 
 
 def test_nobody_waits_longer_than_patience(folder, monkeypatch):
+    monkeypatch.setattr(cache, "file_lock", FILE_LOCK)
     monkeypatch.setattr(cache, "PATIENCE", 0.1)
     first = jit(kernel)
     assert first(3.0) == 10.0
@@ -358,7 +370,7 @@ def test_a_function_that_cannot_be_compiled_holds_nobody_up(folder, monkeypatch)
         def __init__(self, path):
             self.acquire, self.release = lambda: taken.append(path), taken.clear
 
-    monkeypatch.setattr(cache, "_locks", Lock)
+    monkeypatch.setattr(cache, "file_lock", Lock)
     wrong = jit(lambda x: x.no_such_attribute)
     with pytest.raises(numba.TypingError):
         wrong(1.0)
