@@ -143,9 +143,6 @@ class RedoneClockCurves:
     end: float
     check: Callable[[], None] = unchecked
 
-    # (problem, method, step, state, time, end) -> the curves from a state to a time: registered by
-    # galvi/__init__, as it does a run, which stands above.
-
     def position(self, t: Any) -> Array:
         """q at t, as `ClockCurves.position`."""
         return self._each(t, lambda curves, times: curves.position(times), self.problem.q0.shape)

@@ -190,9 +190,6 @@ class RedoneCurves:
     known: tuple[Checkpoint, ...]
     check: Callable[[], None] = unchecked
 
-    # (problem, method, step, checkpoint, k, n) -> the curves of n steps after k: registered by
-    # galvi/__init__, as it does a run, which stands above.
-
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
 

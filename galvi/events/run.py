@@ -151,7 +151,8 @@ class _Acting:
         self.counts: dict[str, int] = {}
         self.end: Outcome | None = None
         self.verdict: Outcome | None = None
-        self.engine, self.names_passage, self.interrupted = "", False, False
+        self.engine = self.engine_reason = ""
+        self.names_passage = self.interrupted = False
 
     def goes_on(self) -> bool:
         """Whether there is more to do."""
@@ -171,6 +172,7 @@ class _Acting:
             if self.task.start.keeps_curves:
                 self.parts.append((float(part.t[0]), part.curves))
         self.engine = self.engine or part.engine
+        self.engine_reason = self.engine_reason or part.engine_reason
         for name, value in part.counts.items():
             self.counts[name] = self.counts.get(name, 0) + value
         stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
@@ -327,8 +329,8 @@ class _Acting:
             note = f"It was ruined from step {verdict.step} on: {verdict.reason}."
             return replace(end, notes=(note,))
         if verdict is None and not self.clocked:
-            engine = formulation_of(task.problem, task.method)
-            notes = notes_on_exceptions(engine, {**self.counts, "steps": self.done})
+            formulation = formulation_of(task.problem, task.method)
+            notes = notes_on_exceptions(formulation, {**self.counts, "steps": self.done})
             outcome = replace(end, notes=notes)
         elif verdict is None:
             outcome = end
@@ -399,6 +401,7 @@ class _Acting:
             counts={**self.counts, "steps": self.done}, step=h, method=task.method, curves=curves,
             ending=Ending(self._outcome(last), end), interrupted=self.interrupted,
             velocities=read_only(v) if massless else None, again=again, engine=self.engine,
+            engine_reason=self.engine_reason,
             tau=None if tau is None else read_only(tau), restarts=restarts, origin=self.origin,
         )  # fmt: skip
         return _with_events(run, self.search)

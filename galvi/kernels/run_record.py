@@ -22,7 +22,7 @@ class Plan(NamedTuple):
     first      number of the run's first step since the problem's start
     total      steps of the run
     every      number of steps between saved states
-    watch      every 2^watch-th step since the problem's start is kept to judge the energy
+    watch      every 2^watch-th step since the problem's start is kept to assess the energy
     """
 
     t0: float
@@ -37,7 +37,7 @@ class Plan(NamedTuple):
 class Progress(NamedTuple):
     """The current state of a run, updated by each kernel; for rows see the kernels.
 
-    state (4, n), stages (d, s), solver_state (3 or more,), counts (4 or 5,)
+    state (4, n), stages (d, s), solver_state (3 or more,), counts (7,)
     passage  see galvi.kernels.forces.passages; (0,) without pairs of point masses
     """
 

@@ -28,7 +28,9 @@ class General:
     def offers(self, request: RunRequest) -> Stepper | ClockStepper | Declined:
         """A stepper for all runs but those in moving frames."""
         if request.method.clock is not None:
-            return in_transformed_time(request)
+            return in_transformed_time(
+                request, self.name, "GALVI_FAST=0 leaves the clock's lanes out"
+            )
         return GENERAL_STEPS.offers(request)
 
 

@@ -5,6 +5,7 @@ It does what the other engines decline, and is the oracle of all of them.
 
 from __future__ import annotations
 
+from galvi.environment import FAST
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -41,7 +42,8 @@ class GeneralSteps:
                 f"with a group, an external force or a degree for each component, the solver "
                 f"fixed_point needs functions that are built in (EIH for at most 11 "
                 f"bodies), from SymPy, or could be traced; received {shown(problem)} with "
-                f"{method.name}{f' ({reason})' if reason else ''}. Use the solver auto."
+                f"{method.name}{f' ({reason})' if reason else ''}. Use the solver auto"
+                f"{'' if FAST else ', or leave out GALVI_FAST=0'}."
             )
         return Stepper(request, formulation, self.name, "", GeneralGroupKernel, GeneralGroupKernel)
 

@@ -82,29 +82,29 @@ def run_steps(
 
 
 def _trajectory(stepper: Stepper, code: int, known: list[Checkpoint]) -> Trajectory:
-    """The trajectory of a run whose last kernel call returned ``code``, to be judged when asked.
+    """The trajectory of a run whose last kernel call returned ``code``, to be assessed when asked.
 
     known  states from which its curves, and the error of bodies without mass, can be found
     """
-    engine, run, work = stepper.formulation, stepper.request, stepper.work
+    formulation, run, work = stepper.formulation, stepper.request, stepper.work
     problem, method, step, start, steps = *run[:3], run.start, cast(int, run.steps)
     done, shape = work.done, problem.q0.shape
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
         bases, coefficients = read_only(work.bases), read_only(work.coefficients)
-        curves = engine.curves(problem, method, step, run.begin, bases, coefficients)
+        curves = formulation.curves(problem, method, step, run.begin, bases, coefficients)
     again = None
     if curves is None:
         q, v = work.saved_q, work.saved_v
         check = of_run(problem, q, v, times, None, bool(work.in_lanes))
         again = RedoneCurves(problem, method, step, steps, done, tuple(known), check)
-    counts = _counts(engine, problem, work)
+    counts = _counts(formulation, problem, work)
     return Trajectory(
         problem=problem,
         t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
-        p=read_only(engine.momenta(problem, work.saved_v)),
+        p=read_only(formulation.momenta(problem, work.saved_v)),
         velocities=_kept_velocities(problem, work),
         counts=counts,
         step=step,
@@ -120,12 +120,12 @@ def _trajectory(stepper: Stepper, code: int, known: list[Checkpoint]) -> Traject
 
 def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
-    engine, run, work = stepper.formulation, stepper.request, stepper.work
+    formulation, run, work = stepper.formulation, stepper.request, stepper.work
     start = run.start
     if has_work(run.problem.system):
-        report = assess_work(engine, run, work, unwatched)
+        report = assess_work(formulation, run, work, unwatched)
     else:
-        report = assess_run(engine, run, work)
+        report = assess_run(formulation, run, work)
     outcome = outcome_of(stepper, code, report, counts, lambda: _massless_error(stepper, known))
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
@@ -211,7 +211,7 @@ def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
     return None
 
 
-def _counts(engine: Formulation, problem: Problem, work: RunArrays) -> dict[str, int]:
+def _counts(formulation: Formulation, problem: Problem, work: RunArrays) -> dict[str, int]:
     *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
@@ -222,5 +222,5 @@ def _counts(engine: Formulation, problem: Problem, work: RunArrays) -> dict[str,
         called = forces - in_lanes
         result["potential_evaluations"] = called * differenced * problem.v0.size
     if left:
-        result[engine.in_other_way[0]] = left
+        result[formulation.in_other_way[0]] = left
     return result

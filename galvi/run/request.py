@@ -45,7 +45,8 @@ class RunRequest(NamedTuple):
     start      the state from which it begins, with its settings; a state without entries is the
                problem's start: see `from_start`
     until      the time at which a run in a clock ends; None: after ``steps``
-    continues  in a clock the run whose end that state is: its last state is the first of this one
+    continues  the run whose end that state is: in a clock and with events its last state is the
+               first of this one
     """
 
     problem: Problem

@@ -45,13 +45,13 @@ def resume(
     save_every, curves  as for `galvi.integrate`; None: as in ``run``
     ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on, for
                         steps or a duration: the result is a run of its own, whose ``problem`` has
-                        them and starts here, and whose energy is judged from here on
+                        them and starts here, and whose energy is assessed from here on
     others              as for `galvi.integrate`
 
     Without ``ctrl`` the result starts where ``run`` ended, also when Ctrl-C ended it, and its
     states are bit-identical to the same part of one long run, also where an event ended ``run``
     within a step: it goes on from the grid. After an action its ``problem`` is that which the
-    action left. Its energy is judged with that of all steps before it, so that a run continued
+    action left. Its energy is assessed with that of all steps before it, so that a run continued
     after it was ruined
     is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
     reference, and for bad input.

@@ -76,7 +76,7 @@ class RunArrays(NamedTuple):
 
         state       from which it begins
         curve_size  numbers of a curve's base, and rows of its coefficients
-        watched     whether states are kept to judge the energy
+        watched     whether states are kept to assess the energy
         """
         problem, method, steps, start = run.problem, run.method, cast(int, run.steps), run.start
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1

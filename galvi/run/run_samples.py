@@ -26,48 +26,48 @@ from galvi.systems.lagrangian import Lagrangian
 VELOCITIES = 2  # the row of the state that has them
 
 
-def assess_run(engine: Formulation, run: RunRequest, work: RunArrays) -> EnergyReport:
+def assess_run(formulation: Formulation, run: RunRequest, work: RunArrays) -> EnergyReport:
     """The report on a run so far; nothing of a system that does not conserve its energy."""
     problem, start = run.problem, run.start
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
-    samples = samples_of(engine, run, work)
+    samples = samples_of(formulation, run, work)
     report = assess_energy(
         problem,
         samples,
         start.energies,
         lambda: run.step,
-        lambda ruined: _kept_before(engine, run, work, ruined, samples),
+        lambda ruined: _kept_before(formulation, run, work, ruined, samples),
     )
     with np.errstate(all="ignore"):
-        locked = is_locked(problem, *saved_states(engine, run, work), run.step)
+        locked = is_locked(problem, *saved_states(formulation, run, work), run.step)
     return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT) if locked else report
 
 
-def samples_of(engine: Formulation, run: RunRequest, work: RunArrays) -> Samples:
+def samples_of(formulation: Formulation, run: RunRequest, work: RunArrays) -> Samples:
     """Those of the watched steps, and the last."""
-    problem, rows = run.problem, watched_rows(engine, run, work)
-    states = states_of(engine, problem, rows)
+    problem, rows = run.problem, watched_rows(formulation, run, work)
+    states = states_of(formulation, problem, rows)
     if isinstance(problem.system, Lagrangian):
         states = states._replace(v=near_velocities(problem, run.method, rows))
     steps = steps_of(run.start, work)
     return Samples(steps, states._replace(t=problem.t0 + steps * run.step))
 
 
-def saved_states(engine: Formulation, run: RunRequest, work: RunArrays) -> tuple[Array, Array]:
+def saved_states(formulation: Formulation, run: RunRequest, work: RunArrays) -> tuple[Array, Array]:
     """The saved configurations (n, ...) and momenta."""
     shape = (-1, *run.problem.q0.shape)
-    return work.saved_q.reshape(shape), engine.momenta(run.problem, work.saved_v)
+    return work.saved_q.reshape(shape), formulation.momenta(run.problem, work.saved_v)
 
 
-def watched_rows(engine: Formulation, run: RunRequest, work: RunArrays) -> Array:
+def watched_rows(formulation: Formulation, run: RunRequest, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
     first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
     last = first + work.done
     n = (last >> work.watch) - (first >> work.watch)
     if n == 0 or last & ((1 << work.watch) - 1) != 0:
         row = work.seen[n]
-        row[:r], row[r : r + d] = work.state[0, :r], work.state[engine.velocity_row, :d]
+        row[:r], row[r : r + d] = work.state[0, :r], work.state[formulation.velocity_row, :d]
         if row.size > r + d:
             row[r + d :] = work.stages.ravel()
         n += 1
@@ -89,25 +89,25 @@ def steps_of(start: Checkpoint, work: RunArrays) -> Any:
 
 
 def _kept_before(
-    engine: Formulation, run: RunRequest, work: RunArrays, ruined: int, samples: Samples
+    formulation: Formulation, run: RunRequest, work: RunArrays, ruined: int, samples: Samples
 ) -> Samples:
     """The kept states between the last sample before step ``ruined`` and that one."""
     problem, start, steps = run.problem, run.start, samples.steps
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
-    states = states_of(engine, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
+    states = states_of(formulation, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
     if isinstance(problem.system, Lagrangian):
         near = np.broadcast_to(samples.states.v[steps == ruined], (len(rows), problem.v0.size))
         states = states._replace(v=near)
     return Samples(kept[rows], states._replace(t=problem.t0 + kept[rows] * run.step))
 
 
-def states_of(engine: Formulation, problem: Problem, rows: Array) -> States:
+def states_of(formulation: Formulation, problem: Problem, rows: Array) -> States:
     """The states of rows (n, r + d or more), all at t0, without the velocities of a Lagrangian."""
     n, r, d = len(rows), problem.q0.size, problem.v0.size
     v = rows[:, r : r + d]
-    p = engine.momenta(problem, v)
-    if engine.velocity_row != VELOCITIES and not isinstance(problem.system, Lagrangian):
+    p = formulation.momenta(problem, v)
+    if formulation.velocity_row != VELOCITIES and not isinstance(problem.system, Lagrangian):
         v = problem.system.velocity(p)
     return States(rows[:, :r].reshape(n, *problem.q0.shape), p, v, np.full(n, problem.t0))

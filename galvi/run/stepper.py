@@ -85,7 +85,7 @@ class Stepper:
 
     request      what the run is asked to do
     formulation  what its state is
-    engine       "lanes", "frame" or "general", for `galvi.Trajectory.engine`
+    engine       the ``name`` of one of `galvi.run.engines.ENGINES`
     reason       why this engine does it
     work         its arrays, once started
     """

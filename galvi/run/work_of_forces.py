@@ -60,7 +60,9 @@ def has_work(system: Any) -> bool:
     return working_force(system) is not None
 
 
-def assess_work(engine: Formulation, run: RunRequest, work: RunArrays, redo: Redo) -> EnergyReport:
+def assess_work(
+    formulation: Formulation, run: RunRequest, work: RunArrays, redo: Redo
+) -> EnergyReport:
     """The report on a run so far, with forces that do work.
 
     redo  does a run of one step again
@@ -70,14 +72,14 @@ def assess_work(engine: Formulation, run: RunRequest, work: RunArrays, redo: Red
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
-            states = _watched(engine, run, work)
-            steps = _steps(engine, run, work, states, redo)
-            fast = unresolved_rate(engine, run, steps, states, redo)
+            states = _watched(formulation, run, work)
+            steps = _steps(formulation, run, work, states, redo)
+            fast = unresolved_rate(formulation, run, steps, states, redo)
             numbers, table = map(np.hstack, zip(*_changes(run, work, steps, states), strict=True))
             order = np.argsort(numbers, kind="stable")
             in_order = np.ascontiguousarray(table[:, order])
             report = assess_steps(run.problem, numbers[order], in_order, so_far, run.step)
-            locked = is_locked(run.problem, *saved_states(engine, run, work), run.step)
+            locked = is_locked(run.problem, *saved_states(formulation, run, work), run.step)
         except Exception as error:  # of a user's function
             unassessed = f"with the work of its forces, which raised {in_words(error)}"
             return EnergyReport(energies=so_far, unassessed=unassessed)
@@ -103,23 +105,25 @@ class Steps(NamedTuple):
 
 
 def _steps(
-    engine: Formulation, run: RunRequest, work: RunArrays, states: States, redo: Redo
+    formulation: Formulation, run: RunRequest, work: RunArrays, states: States, redo: Redo
 ) -> Steps:
     """Some steps: of curves that were kept, or done again from watched states."""
     problem, start, tau = run.problem, run.start, 0.5 * (_nodes(run.method.stages)[0] + 1.0)
     if start.keeps_curves and start.save_every == 1:
         begin = run.begin
-        curves = engine.curves(problem, run.method, run.step, begin, work.bases, work.coefficients)
+        curves = formulation.curves(
+            problem, run.method, run.step, begin, work.bases, work.coefficients
+        )
         chosen = _some(work.done)
         numbers, index = start.first + chosen, np.repeat(chosen, tau.size)
         shares = np.tile(tau, chosen.size)
         q, v = curves.places(index, shares), curves.velocities(index, shares)
         rows = np.hstack([work.saved_q, work.saved_v])
-        at_begin, at_end = (states_of(engine, problem, rows[chosen + k]) for k in range(2))
+        at_begin, at_end = (states_of(formulation, problem, rows[chosen + k]) for k in range(2))
     else:
         known = np.append(start.first, steps_of(start, work)[:-1])
         chosen = _some(known.size)
-        again = [_again(engine, run, states, known, k, redo) for k in chosen.tolist()]
+        again = [_again(formulation, run, states, known, k, redo) for k in chosen.tolist()]
         solved = [k for k, one in enumerate(again) if one.success and one.curves is not None]
         numbers, runs = known[chosen[solved]], [again[k] for k in solved]
         if not runs:
@@ -157,16 +161,16 @@ def _none(problem: Problem, nodes: int) -> Steps:
 
 
 def _again(
-    engine: Formulation, run: RunRequest, states: States, known: Any, k: int, redo: Redo
+    formulation: Formulation, run: RunRequest, states: States, known: Any, k: int, redo: Redo
 ) -> Trajectory:
     """The step from a watched state."""
     q, v = states.q[k], states.v[k].reshape(run.problem.v0.shape)
     t = run.problem.t0 + int(known[k]) * run.step
-    return _one_step(engine, run, run.problem.moved(q, v, t), run.step, True, redo)
+    return _one_step(formulation, run, run.problem.moved(q, v, t), run.step, True, redo)
 
 
 def _one_step(
-    engine: Formulation, run: RunRequest, here: Problem, step: float, curves: bool, redo: Redo
+    formulation: Formulation, run: RunRequest, here: Problem, step: float, curves: bool, redo: Redo
 ) -> Trajectory:
     start = from_start("auto", run.start.tolerance, curves=curves)
     return redo(RunRequest(here, run.method, step, 1, start))
@@ -198,11 +202,11 @@ def _some(n: int) -> Any:
     return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
 
-def _watched(engine: Formulation, run: RunRequest, work: RunArrays) -> States:
+def _watched(formulation: Formulation, run: RunRequest, work: RunArrays) -> States:
     """The state at the begin of a run, and the watched ones."""
     problem, r, d = run.problem, run.problem.q0.size, run.problem.v0.size
-    rows, first = watched_rows(engine, run, work), np.append(work.saved_q[0], work.saved_v[0])
-    seen = states_of(engine, problem, np.vstack([first, rows[:, : r + d]]))
+    rows, first = watched_rows(formulation, run, work), np.append(work.saved_q[0], work.saved_v[0])
+    seen = states_of(formulation, problem, np.vstack([first, rows[:, : r + d]]))
     if not isinstance(problem.system, Lagrangian):
         return seen
     near = near_velocities(problem, run.method, rows)
@@ -282,7 +286,7 @@ class Unresolved(NamedTuple):
 
 
 def unresolved_rate(
-    engine: Formulation, run: RunRequest, steps: Steps, states: States, redo: Redo
+    formulation: Formulation, run: RunRequest, steps: Steps, states: States, redo: Redo
 ) -> Unresolved | None:
     """The velocity that is most in error since its damping is too fast for the steps; None for
     none.
@@ -305,7 +309,7 @@ def unresolved_rate(
             continue
         rate = float(rates[np.argmax(np.abs(rates))])
         here, short = problem.moved(q, v, t), math.copysign(SHORT / rate, run.step)
-        after = _one_step(engine, run, here, short, False, redo)
+        after = _one_step(formulation, run, here, short, False, redo)
         there = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
         parts = np.linalg.solve(modes, np.ravel(v - there) / short)
         left = [

@@ -118,7 +118,7 @@ def test_the_page_on_a_call_names_files_and_objects_that_there_are() -> None:
     assert len(paths) > 20 and [path for path in paths if not (ROOT / path).exists()] == []
     sources = "\n".join(
         path.read_text(encoding="utf-8")
-        for folder in ("galvi", "references", "benchmarks")
+        for folder in ("galvi", "references", "benchmarks", "tests")
         for path in (ROOT / folder).rglob("*.py")
     )
     names = {word for word in quoted if re.fullmatch(r"[A-Za-z_]\w+", word)}

@@ -58,11 +58,13 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
     """
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
-        return Declined("its lanes are for point masses in galvi.DynamicalTime()")
+        return Declined("the clock's lanes are for point masses in galvi.DynamicalTime()")
     if not system.acting.conserve:
         return Declined("the forces depend on velocities or the time")
     if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
-        return Declined(f"its lanes are for Polynomials(s) with gauss(s), s at most {MOST_STAGES}")
+        return Declined(
+            f"the clock's lanes are for Polynomials(s) with gauss(s), s at most {MOST_STAGES}"
+        )
     return _motion(problem, method, energy)
 
 

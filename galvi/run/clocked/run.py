@@ -58,32 +58,36 @@ def clock_energy(request: RunRequest) -> float | None:
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
 
+def in_transformed_time(request: RunRequest, engine: str, reason: str) -> ClockStepper:
+    """A stepper for any clock, whose steps are those of a problem in tau."""
+    problem, method, energy = request.problem, request.method, clock_energy(request)
+    total = start_energies(problem).total if energy is None else energy
+    settings = request.start.solver, request.start.tolerance
+    motion = motion_in_transformed_time(problem, method, total, *settings)
+    return ClockStepper(request, motion, engine, f"{motion.reason}, since {reason}")
+
+
 class Clock:
-    """The engine of runs in a clock by lanes."""
+    """The engine of runs in a clock: by lanes for point masses, else in transformed time."""
 
     name = "clock"
 
     def offers(self, request: RunRequest) -> ClockStepper | Declined:
-        """A stepper for point masses in `galvi.DynamicalTime`."""
+        """A stepper for a method with a clock."""
         start, method = request.start, request.method
         if method.clock is None:
             return Declined()
         energy = clock_energy(request)
         if start.solver == "newton" or start.tolerance != ROUND_OFF:
-            return Declined("its lanes iterate to round-off, and other settings were asked for")
+            settings = "the clock's lanes iterate to round-off, and other settings were asked for"
+            return in_transformed_time(request, self.name, settings)
         motion = motion_in_lanes(request.problem, method, energy)
-        return motion if isinstance(motion, Declined) else ClockStepper(request, motion)
+        if isinstance(motion, Declined):
+            return in_transformed_time(request, self.name, motion.reason)
+        return ClockStepper(request, motion, self.name, motion.reason)
 
 
 CLOCK = Clock()
-
-
-def in_transformed_time(request: RunRequest) -> ClockStepper:
-    """A stepper for any clock, by the general kernel in transformed time."""
-    problem, method, energy = request.problem, request.method, clock_energy(request)
-    total = start_energies(problem).total if energy is None else energy
-    settings = request.start.solver, request.start.tolerance
-    return ClockStepper(request, motion_in_transformed_time(problem, method, total, *settings))
 
 
 def run_in_clock(
@@ -111,7 +115,7 @@ def run_in_clock(
 
 
 def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
-    """The trajectory of a loop whose last call returned ``code``, to be judged when asked."""
+    """The trajectory of a loop whose last call returned ``code``, to be assessed when asked."""
     problem, start, h, (steps, first) = loop.problem, loop.start, loop.step, (
         loop.request.steps, loop.request.continues,
     )  # fmt: skip

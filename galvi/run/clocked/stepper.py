@@ -19,7 +19,7 @@ from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
-SEEN = 1024  # most states by whose energies a run is judged
+SEEN = 1024  # most states by whose energies a run is assessed
 LARGEST = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
@@ -33,25 +33,32 @@ class ClockStepper:
     """The steps of one run in a clock, and what they gave.
 
     motion         how they are done
+    engine         "clock", or "general" where that is alone
     kept, numbers  states at every save_every-th step, and their numbers in this run
     every          all steps, where curves are kept
-    seen, places   states to judge by, after every ``stride``-th step, and the numbers of these
+    seen, places   states to assess by, after every ``stride``-th step, and the numbers of these
     last           the last one
     known          states from which its curves can be found
     passage        of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
-    engine = "clock"
     declined: tuple[str, ...] = ()  # by the engines that were asked before
 
-    def __init__(self, request: RunRequest, motion: Motion) -> None:
-        self.request, self.motion = request, motion
+    def __init__(
+        self, request: RunRequest, motion: Motion, engine: str = "", reason: str = ""
+    ) -> None:
+        self.request, self.motion, self.engine, self.why_engine = (
+            request,
+            motion,
+            engine,
+            reason,
+        )
         self.problem, self.method, self.step = request[:3]
 
     @property
     def engine_reason(self) -> str:
         """Why this engine does the run, and why others do not."""
-        return "; ".join(filter(None, [self.motion.reason, *self.declined]))
+        return "; ".join(filter(None, [self.why_engine, *self.declined]))
 
     @property
     def is_compiled(self) -> bool:

@@ -52,7 +52,6 @@ from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
-REASON = "its steps are those of the general kernel, in transformed time"
 PASSES = 60  # over the stages of a step
 NUDGE = 2.0**-4  # of the step in time, to differ L by t
 UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
@@ -175,6 +174,8 @@ class TransformedTime:
             iterates = not isinstance(INERTIAL[0].offers(asked), Declined)
         if solver == "fixed_point" and not iterates:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
+        in_lanes = not self.driven and iterates
+        self.reason = f"in transformed time, by {'lanes' if in_lanes else 'the general kernel'}"
         self.at_once = iterates and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:
@@ -368,7 +369,7 @@ def motion_in_transformed_time(
     motion = TransformedTime(problem, method, energy, solver, tolerance)
     group, chart = getattr(problem.system, "group", None), IdentityChart(problem.q0.shape)
     of_curves = chart if group is None else GroupChart(group, method.group_chart)
-    return Motion(motion.advance, motion.at, motion.rate, of_curves, REASON)
+    return Motion(motion.advance, motion.at, motion.rate, of_curves, motion.reason)
 
 
 def relative_change(new: Array, last: Array, size: float) -> float:

@@ -1,4 +1,4 @@
-"""Runs in a moving frame: the third engine, for methods whose chart is a frame.
+"""Runs in a moving frame: the engine of methods whose chart is a frame.
 
 What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
 some steps, and doubles lose an orbit at its pericentre where it has become very eccentric. Such a

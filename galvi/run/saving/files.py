@@ -70,6 +70,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
         "curves": getattr(run.curves, "t0", None), "engine": run.engine,
+        "engine_reason": run.engine_reason,
     }  # fmt: skip
     arrays = {
         "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
@@ -232,6 +233,7 @@ def _restored(
         ending=Ending(Outcome.from_json(facts["outcome"]), end), interrupted=facts["interrupted"],
         velocities=read_only(arrays["velocities"]) if "velocities" in arrays else None,
         again=again, engine=facts["engine"],
+        engine_reason=facts["engine_reason"],
         tau=read_only(arrays["tau"]) if "tau" in arrays else None,
         events=Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
         if about

@@ -1,0 +1,79 @@
+"""Which engine does a run, and what it says of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.run import engines
+from galvi.run.request import RunRequest
+from galvi.run.stepper import Declined
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+ready = galvi.problems
+
+
+def branches(q: Any) -> float:
+    return float(q[0] ** 2 if q[0] > 0.0 else 2.0 * q[0] ** 2)
+
+
+def method(**parts: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **parts)
+
+
+OWN = galvi.Problem(galvi.Canonical(1.0, branches), [1.0], [0.0])
+# problem, method, options, the engine, a part of its reason
+RUNS: dict[str, tuple[Any, ...]] = {
+    "kepler": (ready.kepler(0.3), EIGHT, {}, "lanes", "known as expressions"),
+    "newton": (ready.kepler(0.3), EIGHT, {"solver": "newton"}, "general", "lanes: they iterate"),
+    "body": (ready.free_rigid_body(), EIGHT, {}, "lanes", "known as expressions"),
+    "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as an expression"),
+    "frame": (
+        ready.outer_solar_system(), method(chart=galvi.KeplerFrame()), {}, "frame", "Kepler frame",
+    ),
+    "clock": (
+        ready.outer_solar_system(), method(clock=galvi.DynamicalTime()), {}, "clock",
+        "point masses in galvi.DynamicalTime() have lanes",
+    ),
+    "sundman": (
+        ready.kepler(0.3), method(clock=galvi.Sundman()), {}, "clock",
+        "in transformed time, by lanes, since the clock's lanes are for point masses",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel is alone")
+@pytest.mark.parametrize("case", RUNS)
+def test_a_run_says_which_engine_did_it_and_why(case: str, tmp_path: Path) -> None:
+    problem, chosen, options, engine, reason = RUNS[case]
+    run = galvi.integrate(problem, chosen, 0.2, 3, **options)
+    assert run.engine == engine and reason in run.engine_reason, run.engine_reason
+    if case != "untraced":
+        galvi.save(run, tmp_path / "run")
+        kept = galvi.load(tmp_path / "run")
+        assert (kept.engine, kept.engine_reason) == (run.engine, run.engine_reason)
+    ended = galvi.integrate(
+        problem, chosen, 0.2, 3, events=[galvi.Event(lambda q, v, t: t - 1e9, terminal=True)],
+        **options,
+    )  # fmt: skip
+    assert (ended.engine, ended.engine_reason) == (run.engine, run.engine_reason)
+
+
+def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Lazy:
+        name = "lazy"
+
+        def offers(self, request: RunRequest) -> Declined:
+            return Declined("it is tired")
+
+    monkeypatch.setattr(engines, "ENGINES", (Lazy(), engines.GENERAL))
+    run = galvi.integrate(ready.kepler(0.3), EIGHT, 0.2, 3)
+    assert run.engine == "general" and run.engine_reason == "lazy: it is tired"
+    monkeypatch.setattr(engines, "ENGINES", (Lazy(),))
+    with pytest.raises(ValueError, match="it is tired"):
+        galvi.integrate(ready.kepler(0.3), EIGHT, 0.2, 3)
+    assert np.all(np.isfinite(run.q))
