@@ -29,9 +29,12 @@ from galvi.groups.group import SE2, SE3, SO2, SO3, Rn, nearest_rotation
 from galvi.groups.product import Product
 from galvi.interop.citations import Citation, cite
 from galvi.interop.convergence import convergence
+from galvi.interop.exports import to_scipy as to_scipy
+from galvi.interop.exports import to_xarray as to_xarray
 from galvi.interop.from_mujoco import from_mujoco
 from galvi.interop.judge import Judged, judge
 from galvi.interop.rebound import from_rebound
+from galvi.interop.rebound import to_rebound as to_rebound
 from galvi.interop.release import galvi_version as _version
 from galvi.method import Galerkin
 from galvi.outcome import End, Outcome

@@ -214,6 +214,25 @@ def test_states_of_a_damped_run_have_the_energy_that_is_left() -> None:
     assert np.max(np.abs(q - truth)) < 1e-10
 
 
+def test_states_between_steps_have_momenta_at_their_times() -> None:
+    """Of L = e^(0.3 t) (v^2 - q^2) / 2, whose momentum depends on the time; taken at that of
+    another stage they were wrong by 5e-3."""
+
+    def growing(q: Any, v: Any, t: Any) -> Any:
+        return 0.5 * np.exp(0.3 * t) * (v @ v - q @ q)
+
+    system = galvi.Lagrangian(growing, galvi.Rn(1), explicit_time=True)
+    clock = galvi.Clock(lambda q: 1.0 / (1.0 + 0.3 * q[0] * q[0]))
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.2]), method(4, clock), 0.1, 12)
+    times = np.array([0.3 * run.t[6] + 0.7 * run.t[7], 0.5 * run.t[-1]])
+    q, p = galvi.states_at(run, times)
+    w = math.sqrt(1.0 - 0.15**2)
+    fall, lag = np.exp(-0.15 * times), 0.35 / w
+    assert np.max(np.abs(q[:, 0] - fall * (np.cos(w * times) + lag * np.sin(w * times)))) < 1e-12
+    v = fall * ((lag * w - 0.15) * np.cos(w * times) - (w + 0.15 * lag) * np.sin(w * times))
+    assert np.max(np.abs(p[:, 0] - np.exp(0.3 * times) * v)) < 1e-12
+
+
 def test_states_at_grid_points_that_were_not_saved_are_those_of_the_grid() -> None:
     whole = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40)
     coarse = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40, save_every=10)

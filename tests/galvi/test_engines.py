@@ -7,6 +7,9 @@ import pytest
 
 import galvi
 from galvi.curves.curves import GroupChart, IdentityChart
+from galvi.run.engines import ENGINES
+from galvi.run.request import RunRequest, from_start
+from galvi.run.stepper import solve_steps
 from tests.galvi.lagrangians import opaque
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -29,6 +32,17 @@ def test_both_engines_agree():
     t = np.linspace(0.0, 2.0, 13)
     assert np.allclose(one(t), other(t), rtol=0.0, atol=CLOSE)
     assert np.allclose(one.velocity(t), other.velocity(t), rtol=0.0, atol=CLOSE)
+
+
+@pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
+@pytest.mark.parametrize(("step", "fails"), [(0.1, False), (8.0, True)])
+def test_steps_without_a_run_are_those_of_a_run(problem, step, fails):
+    stepper, code = solve_steps(ENGINES, RunRequest(problem, FOUR, step, 5, from_start()))
+    run, work = galvi.integrate(problem, FOUR, step, 5), stepper.work
+    assert work.done == run.counts["steps"] and (code != 0) == fails
+    assert np.array_equal(work.saved_q.reshape(run.q.shape), run.q, equal_nan=True)
+    assert np.array_equal(work.coefficients, run.curves.coefficients, equal_nan=True)
+    assert not fails or run.outcome.reason == stepper.failure(code).removesuffix(".")
 
 
 @pytest.mark.parametrize("chart", [galvi.Cayley(), galvi.Exponential()])
