@@ -142,7 +142,7 @@ class _Acting:
         if first is not None:
             begin = first.t[-1], first.q[-1], first.p[-1], first.v[-1]
         self.rows = [_row(0.0, *begin)]
-        if self.clocked and not self.start.state.size:
+        if not self.start.state.size:
             self.start = self._fresh(problem)
         self.base = self.start.first
         self.after, self.known = float(self.rows[0][1][0]), [self.start]

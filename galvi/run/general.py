@@ -15,6 +15,8 @@ from galvi.run.request import RunRequest
 from galvi.run.stepper import Declined, Formulation, Stepper
 from galvi.run.vector_space import VECTOR_SPACE, GeneralVectorKernel
 
+WHY = "" if FAST else "GALVI_FAST=0 leaves the general kernel alone"
+
 
 def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:
     """What the state of a run is, without a frame or a clock; ValueError for component degrees that
@@ -35,7 +37,7 @@ class GeneralSteps:
         formulation = inertial_formulation(problem, method)
         if formulation is VECTOR_SPACE:
             make = GeneralVectorKernel
-            return Stepper(request, formulation, self.name, "", make, make)
+            return Stepper(request, formulation, self.name, WHY, make, make)
         if solver == "fixed_point":
             reason = getattr(problem.system, "untraced", "")
             return Declined(
@@ -45,7 +47,7 @@ class GeneralSteps:
                 f"{method.name}{f' ({reason})' if reason else ''}. Use the solver auto"
                 f"{'' if FAST else ', or leave out GALVI_FAST=0'}."
             )
-        return Stepper(request, formulation, self.name, "", GeneralGroupKernel, GeneralGroupKernel)
+        return Stepper(request, formulation, self.name, WHY, GeneralGroupKernel, GeneralGroupKernel)
 
 
 GENERAL_STEPS = GeneralSteps()

@@ -60,10 +60,11 @@ def run_steps(
     def recover(code: int) -> int:
         return stepper.retry(ENGINES, code)
 
-    known, apart = [start], 0
+    known, apart = list[Checkpoint](), 0
     massless = watched and _has_massless(request.problem)
     if massless or not start.keeps_curves:
         apart = max(APART, -(-steps // MOST_KNOWN))
+        known.append(_checkpoint(start, work))
     with defer_interrupts() as pressed:
         code = step_in_batches(
             stepper, recover, steps, progress, interrupted or pressed, apart,
@@ -150,13 +151,12 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
     run, work = stepper.request, stepper.work
     if work.watch == NEVER or not _has_massless(run.problem):
         return None
-    begin, stages, solver_state = stepper.formulation.start(run.problem, run.method)
+    _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
 
     def end(state: Checkpoint, n: int) -> Array:
         there = Checkpoint(
-            -n * state.first, state.state if state.state.size else begin, stages, solver_state,
-            "auto", state.tolerance, n, False,
-        )  # fmt: skip
+            -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
+        )
         back = run._replace(step=-run.step / n, steps=n, start=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)

@@ -29,9 +29,9 @@ OWN = galvi.Problem(galvi.Canonical(1.0, branches), [1.0], [0.0])
 # problem, method, options, the engine, a part of its reason
 RUNS: dict[str, tuple[Any, ...]] = {
     "kepler": (ready.kepler(0.3), EIGHT, {}, "lanes", "known as expressions"),
-    "newton": (ready.kepler(0.3), EIGHT, {"solver": "newton"}, "general", "lanes: they iterate"),
+    "newton": (ready.kepler(0.3), EIGHT, {"solver": "newton"}, "general", "lanes: steps are"),
     "body": (ready.free_rigid_body(), EIGHT, {}, "lanes", "known as expressions"),
-    "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as an expression"),
+    "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as a short expression"),
     "frame": (
         ready.outer_solar_system(), method(chart=galvi.KeplerFrame()), {}, "frame", "Kepler frame",
     ),
@@ -77,3 +77,53 @@ def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPat
     with pytest.raises(ValueError, match="it is tired"):
         galvi.integrate(ready.kepler(0.3), EIGHT, 0.2, 3)
     assert np.all(np.isfinite(run.q))
+
+
+def turned(q: Any, v: Any, t: float) -> tuple[Any, Any]:
+    return q, -v
+
+
+SHOWN: dict[str, tuple[Any, ...]] = {
+    "long": (ready.kepler(0.3), 0.1, 2500, {"curves": False}),
+    "sparse": (ready.heavy_top(), 0.05, 1500, {"save_every": 7}),
+    "watched": (
+        ready.kepler(0.3), 0.1, 1500,
+        {"save_every": 9, "events": [galvi.Event(lambda q, v, t: q[0])]},
+    ),
+    "acted upon": (
+        ready.kepler(0.3), 0.1, 30, {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
+    ),
+    "ended at once": (
+        ready.kepler(0.3), 1.2, 30,
+        {"events": [galvi.Event(lambda q, v, t: q[0], terminal=True)]},
+    ),
+    "ended late": (
+        ready.kepler(0.3), 0.1, 1500,
+        {"curves": False, "events": [galvi.Event(lambda q, v, t: t - 140.03, terminal=True)]},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SHOWN)
+def test_a_run_is_saved_loaded_and_resumed_with_its_states(case: str, tmp_path: Path) -> None:
+    problem, step, steps, options = SHOWN[case]
+    run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), step,
+                          steps, **options)  # fmt: skip
+    assert run.success, run.status
+    galvi.save(run, tmp_path / "run")
+    kept = galvi.load(tmp_path / "run")
+    assert np.array_equal(kept.q, run.q) and kept.outcome == run.outcome
+    for state in (run.checkpoint, *getattr(run.again, "known", ())):
+        assert state.state.size and state.stages.size and state.solver_state.size
+    if run.curves is None and run.again is not None:
+        assert np.array_equal(kept(run.t[-1] * 0.9), run(run.t[-1] * 0.9))
+    more = [galvi.resume(one, 3, events=()) for one in (run, kept)]
+    assert np.array_equal(more[0].q, more[1].q) and more[0].success
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel is alone")
+def test_a_run_of_another_engine_in_a_clock_is_not_resumed(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = galvi.integrate(ready.outer_solar_system(), method(clock=galvi.DynamicalTime()), 0.3, 8)
+    monkeypatch.setattr(engines, "ENGINES", (engines.GENERAL,))
+    with pytest.raises(ValueError, match="done by another engine"):
+        galvi.resume(run, 2)

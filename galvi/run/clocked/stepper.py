@@ -68,10 +68,17 @@ class ClockStepper:
     def start_steps(self) -> None:
         """Make what the steps are kept in."""
         problem, start = self.problem, self.request.start
-        state = start if start.state.size else replace(
-            self.motion.at(problem.q0, problem.v0, problem.t0), solver=start.solver,
-            tolerance=start.tolerance, save_every=start.save_every, curves=start.curves,
-        )  # fmt: skip
+        state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
+        if not start.state.size:
+            state = replace(
+                fresh, solver=start.solver, tolerance=start.tolerance,
+                save_every=start.save_every, curves=start.curves,
+            )  # fmt: skip
+        elif start.stages.shape != fresh.stages.shape:
+            raise ValueError(
+                "this run was done by another engine, whose states are not those of the one here "
+                f"({self.engine_reason}). Resume it there, or make a problem of its end."
+            )
         self.start = self.state = state
         self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
         self.over, self.reason = False, ""

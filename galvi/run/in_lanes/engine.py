@@ -23,7 +23,7 @@ class Lanes:
         if method.in_frame or method.clock is not None:
             return Declined()
         if request.start.solver == "newton":
-            return Declined("they iterate, and the solver newton was asked for")
+            return Declined("steps are iterated there, and the solver newton was asked for")
         formulation = inertial_formulation(problem, method)
         vector = formulation is VECTOR_SPACE
         kernel = vector_kernel(request) if vector else group_kernel(request)

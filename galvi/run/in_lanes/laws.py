@@ -281,7 +281,7 @@ def group_kernel(run: RunRequest) -> MakeKernel | str:
     if has_law_on_group(run.problem, run.method):
         return partial(WithNewton, GroupLawKernel)
     refusal = getattr(run.problem.system, "untraced", "")
-    return "its functions are not known as expressions" + (f": {refusal}" if refusal else "")
+    return "its functions are not known as expressions" + (f" ({refusal})" if refusal else "")
 
 
 class WithNewton:

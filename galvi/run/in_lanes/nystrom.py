@@ -39,9 +39,8 @@ def vector_kernel(run: RunRequest) -> MakeKernel | str:
     system: Any = run.problem.system
     if isinstance(system, Canonical):
         if _lane_force(system, run.problem.q0.size, run.method.stages, traces(system)) is None:
-            refusal = system.untraced
-            why = f": {refusal}" if refusal else ""
-            return f"its force is not known as an expression, or too long for them{why}"
+            why = f" ({system.untraced})" if system.untraced else ""
+            return f"its force is not known as a short expression{why}"
         return partial(WithGeneral, CanonicalKernel)
     if not isinstance(system, NBody) or system.masses.size < 2:
         return "there is no force between bodies"
