@@ -21,7 +21,15 @@ from galvi.lanes import vectors
 from tests.galvi.agreement import frames_and_clocks, on_groups, on_vector_spaces, point_masses
 from tests.galvi.agreement.called_functions import called
 from tests.galvi.agreement.left_to_newton import LEFT
-from tests.galvi.agreement.row import ROUND_OFF, Cell, apart, check, gaps, in_short_steps, wide
+from tests.galvi.agreement.row import (
+    ROUND_OFF,
+    Cell,
+    check,
+    gaps,
+    in_short_steps,
+    relative_gap,
+    wide,
+)
 from tests.galvi.ensemble_cases import starts
 
 pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
@@ -145,8 +153,6 @@ def test_a_degree_for_each_component_agrees(name: str, degrees: Any, more: int) 
 
 IN_CHARTS = ("free body", "spherical pendulum", "thrown body", "flying body")
 STAGES = (1, 2, 4, 5, 8, 9, 11, 13, 16, 17, 24)
-
-
 AT_REST = [name for name in ROWS if name.startswith(("free from", "falling from"))]
 
 
@@ -174,10 +180,10 @@ def test_every_chart_agrees(name: str, chart: Any, degree: int, points: int) -> 
 # ---------------------------------------------------------------- every option
 
 
-def same_bits(run: Any, other: Any, rows: Any = slice(None)) -> None:
+def same_bits(run: Any, full: Any, rows: Any = slice(None)) -> None:
     """AssertionError unless a run has the states of some rows of another."""
     for part in ("q", "p", "t"):
-        np.testing.assert_array_equal(getattr(run, part), getattr(other, part)[rows])
+        np.testing.assert_array_equal(getattr(run, part), getattr(full, part)[rows])
 
 
 def agrees(cell: Cell, **options: Any) -> galvi.Trajectory:
@@ -194,14 +200,14 @@ def from_later(cell: Cell) -> None:
 
 def thinned(cell: Cell) -> None:
     nine = replace(cell, row=replace(cell.row, steps=9))
-    every = nine.run()
-    times = np.linspace(*every.t[[0, -1]], 11)
+    full = nine.run()
+    times = np.linspace(*full.t[[0, -1]], 11)
     for k, curves in ((3, None), (3, True), (1, False)):
         run = nine.run(save_every=k, curves=curves)
-        same_bits(run, every, slice(None, None, k))
+        same_bits(run, full, slice(None, None, k))
         assert (run.curves is not None) is (curves is True)
-        assert np.array_equal(run(times), every(times))
-        assert np.array_equal(run.velocity(times), every.velocity(times))
+        assert np.array_equal(run(times), full(times))
+        assert np.array_equal(run.velocity(times), full.velocity(times))
 
 
 def coarse(cell: Cell) -> None:
@@ -218,22 +224,22 @@ def in_both_ways(cell: Cell) -> Iterator[Cell]:
 
 
 def resumed(cell: Cell) -> None:
-    for one in in_both_ways(cell):
-        every = agrees(one)
-        part = galvi.integrate(one.problem, one.method, one.step, 4)
-        same_bits(galvi.resume(part, len(every.t) - 5), every, slice(4, None))
+    for variant in in_both_ways(cell):
+        full = agrees(variant)
+        part = galvi.integrate(variant.problem, variant.method, variant.step, 4)
+        same_bits(galvi.resume(part, len(full.t) - 5), full, slice(4, None))
 
 
 def for_a_duration(cell: Cell) -> None:
-    every = cell.run()
-    length = abs(every.t[-1] - every.t[0])
+    full = cell.run()
+    length = abs(full.t[-1] - full.t[0])
     if cell.row.engine == "clock":
         length *= 0.97
         run = galvi.integrate(cell.problem, cell.method, cell.step, duration=length)
         truth = cell.row.oracle(cell.problem, cell.method, cell.step, None, duration=length)
         assert run.success and wide(run, truth, cell.row) == {}
     else:
-        same_bits(replace(cell, row=replace(cell.row, steps=None, duration=length)).run(), every)
+        same_bits(replace(cell, row=replace(cell.row, steps=None, duration=length)).run(), full)
 
 
 def by_fixed_point(cell: Cell) -> None:
@@ -241,15 +247,18 @@ def by_fixed_point(cell: Cell) -> None:
 
 
 def among_many(cell: Cell) -> None:
-    every = cell.run()
+    full = cell.run()
     problems = [cell.problem] * 3
-    runs = galvi.integrate_many(problems, cell.method, cell.step, len(every.t) - 1, threads=2)
+    runs = galvi.integrate_many(problems, cell.method, cell.step, len(full.t) - 1, threads=2)
     for run in runs:
-        same_bits(run, every)
+        same_bits(run, full)
+
+
+AT_EVENTS = 1e5  # bound on gaps at events, 2e-11, in units of ROUND_OFF
 
 
 def crossing(cell: Cell, **more: Any) -> galvi.Event:
-    """An event where the first entry of a configuration passes its mean of a part of the run."""
+    """An event where the first entry of a configuration passes what it is at 0.41 of the run."""
     run = cell.run()
     level = float(np.ravel(run(run.t[0] + 0.41 * (run.t[-1] - run.t[0])))[0])
     return galvi.Event(lambda q, v, t: np.ravel(q)[0] - level, **more)
@@ -260,28 +269,30 @@ def watched(cell: Cell) -> None:
     run, truth = cell.run(events=event), cell.truth(events=event)
     same_bits(run, cell.run())
     assert len(run.events) == len(truth.events) > 0
-    assert apart(run.events.t, truth.events.t) < 1e5
+    assert relative_gap(run.events.t, truth.events.t) < AT_EVENTS
 
 
 def ended(cell: Cell) -> None:
     event = crossing(cell, terminal=True)
     run, truth = cell.run(events=event), cell.truth(events=event)
     assert run.success and run.status.startswith("Ended by the event") and len(run.t) < 20
-    assert max(apart(run.q[-1], truth.q[-1]), apart(run.t[-1], truth.t[-1])) < 1e5
+    assert (
+        max(relative_gap(run.q[-1], truth.q[-1]), relative_gap(run.t[-1], truth.t[-1])) < AT_EVENTS
+    )
 
 
 def turned(cell: Cell) -> None:
     event = crossing(cell, action=lambda q, v, t: (q, 0.99 * v))
     run, truth = cell.run(events=event), cell.truth(events=event)
     assert run.success and len(run.events) == len(truth.events) > 0
-    assert apart(run.q[-1], truth.q[-1]) < 1e5
-    assert apart(run.q[-1], cell.run().q[-1]) > 1e6
+    assert relative_gap(run.q[-1], truth.q[-1]) < AT_EVENTS
+    assert relative_gap(run.q[-1], cell.run().q[-1]) > 1e6
 
 
 MEMBERS = 11
 
 
-def near(problem: galvi.Problem, seed: int) -> galvi.Problem:
+def perturbed(problem: galvi.Problem, seed: int) -> galvi.Problem:
     """The problem from another start, which differs by about a hundredth."""
     if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
         random = np.random.default_rng(seed)
@@ -296,8 +307,8 @@ def near(problem: galvi.Problem, seed: int) -> galvi.Problem:
 def members_agree(cell: Cell) -> None:
     """Members with steps of their own: the first is the problem, and has the same bits alone."""
     problem, steps = cell.problem, cell.row.steps
-    cells = [cell, *(cell.of(near(problem, seed)) for seed in range(1, MEMBERS))]
-    q, v = (np.array([getattr(one.problem, x) for one in cells]) for x in ("q0", "v0"))
+    cells = [cell, *(cell.of(perturbed(problem, seed)) for seed in range(1, MEMBERS))]
+    q, v = (np.array([getattr(member.problem, x) for member in cells]) for x in ("q0", "v0"))
     sizes = cell.step * np.where(np.arange(MEMBERS) < 7, 1.0, 0.5)
     many, single = (
         galvi.integrate_ensemble(problem, q[:n], v[:n], cell.method, sizes[:n], steps)
@@ -307,13 +318,13 @@ def members_agree(cell: Cell) -> None:
     for number in (0, 7):
         truth = replace(cells[number], step=float(sizes[number])).truth()
         for k, end in enumerate((truth.q[-1], truth.p[-1])):
-            assert apart(np.asarray(many[k])[number], end) < 4.0 * cell.row.bounds["qp"[k]]
+            assert relative_gap(np.asarray(many[k])[number], end) < 4.0 * cell.row.bounds["qp"[k]]
             assert np.array_equal(np.asarray(many[k])[0], np.asarray(single[k])[0])
 
 
 def members(cell: Cell) -> None:
-    for one in in_both_ways(cell):
-        members_agree(one)
+    for variant in in_both_ways(cell):
+        members_agree(variant)
 
 
 # Degree and points of which AVX2's registers of four lanes leave none idle, where eight would.
@@ -324,13 +335,13 @@ COUNTED = 200  # steps in which passes are counted
 def in_fours(cell: Cell) -> None:
     """As on a processor whose registers have four lanes."""
     for degree, points in FOURS:
-        one = cell.row.by(degree, points)
-        several = replace(one, row=replace(one.row, steps=COUNTED))
-        eights = several.run(curves=False)
+        variant = cell.row.by(degree, points)
+        longer = replace(variant, row=replace(variant.row, steps=COUNTED))
+        eights = longer.run(curves=False)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(vectors, "AVX512", False)
-            check(one)
-            fours = several.run(curves=False)
+            check(variant)
+            fours = longer.run(curves=False)
         assert fours.counts["iterations"] == pytest.approx(eights.counts["iterations"], rel=0.05)
 
 
@@ -423,10 +434,10 @@ def test_members_agree_in_every_chart(name: str, chart: Any) -> None:
 
 # ---------------------------------------------------------------- drawn cells
 
-APART = [
+ROBUST = [
     name for name in ROWS if not name.startswith((*UNSTABLE, "frame: the Moon", "frame: a ship"))
 ]
-DRAWN = [name for name in APART if not ROWS[name].slow]
+DRAWN = [name for name in ROBUST if not ROWS[name].slow]
 
 
 def check_drawn(
@@ -444,7 +455,7 @@ def check_drawn(
     if row.engine != "lanes":  # of which some take square methods alone
         degree, more = max(degree, 16 if row.oracle is in_short_steps else 5), 0
     cell = replace(row, step=share * row.step).by(degree, degree + more, **moving)
-    cell = cell.of(near(row.problem, seed))
+    cell = cell.of(perturbed(row.problem, seed))
     ask = ask if row.duration is None else check
     ask(cell.backwards() if back else cell)
 
@@ -465,7 +476,7 @@ def test_drawn_cells_agree(**drawn: Any) -> None:
 
 @pytest.mark.slow(beside="test_drawn_cells_agree")
 @given(
-    name=st.sampled_from(APART),
+    name=st.sampled_from(ROBUST),
     degree=st.integers(2, 24),
     more=st.integers(0, 12),
     share=st.floats(0.1, 1.0),
@@ -474,7 +485,7 @@ def test_drawn_cells_agree(**drawn: Any) -> None:
     chart=st.sampled_from(CHARTS),
     ask=st.sampled_from((check, thinned, resumed, members_agree)),
 )
-@settings(max_examples=400)
+@settings(max_examples=150)
 def test_many_drawn_cells_agree(**drawn: Any) -> None:
     check_drawn(**drawn)
 
@@ -525,7 +536,7 @@ def test_functions_that_cannot_be_traced_agree_with_those_that_can(name: str) ->
     assert traced.problem.system.untraced == "" != blind.problem.system.untraced
     assert "potential_evaluations" not in traced.counts
     for part in ("q", "p", "v"):
-        assert apart(getattr(blind, part), getattr(traced, part)) < DIFFERENCED
+        assert relative_gap(getattr(blind, part), getattr(traced, part)) < DIFFERENCED
     np.testing.assert_allclose(galvi.energy(blind), galvi.energy(traced), rtol=0.0, atol=5e-10)
 
 
@@ -544,7 +555,7 @@ def test_what_iteration_does_not_solve_is_left_to_newtons_method_and_agrees(name
     if left.counted and run.status.startswith("Completed. "):
         assert f"Newton's method did {by_newton} of {left.steps} steps," in run.status
     for part in ("q", "p", "v"):
-        assert apart(getattr(run, part), getattr(truth, part)) < 500.0  # 130 of 2^-52
+        assert relative_gap(getattr(run, part), getattr(truth, part)) < 500.0  # 130 of 2^-52
 
 
 # ---------------------------------------------------------------- planted faults

@@ -98,7 +98,7 @@ BESIDE_GRAVITY: dict[str, Any] = {
 }
 
 
-def several(forces: Any, masses: Any = (3.0, 4.0, 5.0), G: float = 1.3) -> galvi.Problem:
+def heavy_bodies(forces: Any, masses: Any = (3.0, 4.0, 5.0), G: float = 1.3) -> galvi.Problem:
     """Bodies about a unit apart, at moderate speeds."""
     rng, n = np.random.default_rng(11), len(masses)
     q = 1.5 * np.arange(n)[:, None] ** [[1.0, 0.5, 0.2]] + 0.2 * rng.normal(size=(n, 3))
@@ -127,7 +127,7 @@ IN_CLOCKS: dict[str, Row] = {
     },
     **{
         f"clock: three heavy bodies, {name}": in_clock(
-            partial(several, force), 0.1, DYNAMICAL, slow=name != "none"
+            partial(heavy_bodies, force), 0.1, DYNAMICAL, slow=name != "none"
         )
         for name, force in BESIDE_GRAVITY.items()
     },

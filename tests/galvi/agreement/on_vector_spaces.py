@@ -189,10 +189,10 @@ def masses_and_springs(q, v):
 
 
 def elastic_pendulum(q: Any, v: Any) -> Any:
-    (length, angle), place = q, np.zeros(2)
-    place[:] = length * math.sin(angle), -length * math.cos(angle)
+    (length, angle), position = q, np.zeros(2)
+    position[:] = length * math.sin(angle), -length * math.cos(angle)
     kinetic = 0.5 * (v[0] ** 2 + (length * v[1]) ** 2)
-    return kinetic - G * place[1] - 20.0 * (length - 1.0) ** 2
+    return kinetic - G * position[1] - 20.0 * (length - 1.0) ** 2
 
 
 def with_mass_matrix(q: Any, v: Any) -> Any:

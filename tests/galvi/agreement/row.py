@@ -137,7 +137,7 @@ class Cell:
         return replace(self, row=replace(self.row, make=lambda: problem))
 
 
-def apart(values: Any, truth: Any) -> float:
+def relative_gap(values: Any, truth: Any) -> float:
     """The largest difference, relative to the largest entry of the truth, in units of ROUND_OFF."""
     size = np.max(np.abs(truth)) or 1.0
     return float(np.max(np.abs(values - truth)) / size / ROUND_OFF)
@@ -151,11 +151,13 @@ def gaps(run: galvi.Trajectory, truth: galvi.Trajectory) -> dict[str, float]:
     rows: Any = slice(None) if len(run.t) == len(truth.t) else [-1]
     times = np.linspace(run.t[0], run.t[-1], TIMES)
     times = np.clip(times, *sorted(truth.t[[0, -1]]))
-    states = {name: apart(getattr(run, name)[rows], getattr(truth, name)[rows]) for name in "qpvt"}
+    states = {
+        name: relative_gap(getattr(run, name)[rows], getattr(truth, name)[rows]) for name in "qpvt"
+    }
     return states | {
-        "joints": apart(run(run.t), run.q),
-        "curves": apart(run(times), truth(times)),
-        "slopes": apart(run.velocity(times), truth.velocity(times)),
+        "joints": relative_gap(run(run.t), run.q),
+        "curves": relative_gap(run(times), truth(times)),
+        "slopes": relative_gap(run.velocity(times), truth.velocity(times)),
     }
 
 
