@@ -113,11 +113,11 @@ class RunRequest(NamedTuple):
 
 def from_start(
     solver: str = "auto", tolerance: float = ROUND_OFF, save_every: int = 1,
-    curves: bool | None = None, first: int = 0,
+    curves: bool | None = None,
 ) -> Checkpoint:  # fmt: skip
-    """A problem's start, with the settings of a run; ``first`` is the number of steps before it."""
+    """A problem's start, with the settings of a run, and without the entries of a state."""
     none = NOTHING, NOTHING, NOTHING  # of energies, passages and a clock
-    return Checkpoint(first, *NO_STATE, solver, tolerance, save_every, curves, *none)
+    return Checkpoint(0, *NO_STATE, solver, tolerance, save_every, curves, *none)
 
 
 def check_types(problem: object, method: object, call: str) -> None:

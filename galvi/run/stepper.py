@@ -119,7 +119,11 @@ class Stepper:
             state = formulation.start(problem, method)
         size = formulation.curve_size(problem, method)
         self.work = RunArrays.of(self.request, state, formulation.velocity_row, size, watched)
-        self.advance = self._kernel(self.request, self.work).advance
+        self._steps = self._kernel(self.request, self.work)
+
+    def advance(self, n: int) -> int:
+        """Does n more steps; returns 0, or the code of the step that failed, the first not done."""
+        return self._steps.advance(n)
 
     def retry(self, engines: Sequence[Engine], code: int) -> int:
         """Do the step that failed with a code from a guess by smaller steps; returns its code."""

@@ -4,7 +4,7 @@ state         (4, d)   see galvi.kernels.nystrom.step
 a             (d, s)   accelerations at the last step's stages, from which the next is predicted
 solver_state  (3,)     [content of a: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
 passage       (p,)     see galvi.kernels.forces.passages, for point masses; (0,) for other systems
-counts        (8,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
+counts        (7,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
                        see galvi.kernels.nystrom.solve
 """
 

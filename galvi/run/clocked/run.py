@@ -116,9 +116,8 @@ def run_in_clock(
 
 def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
     """The trajectory of a loop whose last call returned ``code``, to be assessed when asked."""
-    problem, start, h, (steps, first) = loop.problem, loop.start, loop.step, (
-        loop.request.steps, loop.request.continues,
-    )  # fmt: skip
+    problem, start, h = loop.problem, loop.start, loop.step
+    steps, first = loop.request.steps, loop.request.continues
     end, share = loop.to_time() if loop.reached else (None, 0.0)
     if end is not None:
         loop.note_passages(end)

@@ -47,18 +47,14 @@ class ClockStepper:
     def __init__(
         self, request: RunRequest, motion: Motion, engine: str = "", reason: str = ""
     ) -> None:
-        self.request, self.motion, self.engine, self.why_engine = (
-            request,
-            motion,
-            engine,
-            reason,
-        )
+        self.request, self.motion = request, motion
+        self.engine, self._reason_of_engine = engine, reason
         self.problem, self.method, self.step = request[:3]
 
     @property
     def engine_reason(self) -> str:
         """Why this engine does the run, and why others do not."""
-        return "; ".join(filter(None, [self.why_engine, *self.declined]))
+        return "; ".join(filter(None, [self._reason_of_engine, *self.declined]))
 
     @property
     def is_compiled(self) -> bool:
