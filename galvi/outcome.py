@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from galvi.input_checks import shown
+
 
 class End(Enum):
     """The ways in which a run ends."""
@@ -34,6 +36,8 @@ class Outcome:
     remedy    what to do about the reason, without a full stop; "" where the reason names it
     event     the name of the event that ended the run
     sentence  of a method that is not galvi's, in place of the one that is written here
+
+    Raises TypeError where ``end`` is none.
     """
 
     end: End = End.COMPLETED
@@ -45,6 +49,13 @@ class Outcome:
     remedy: str = ""
     event: str = ""
     sentence: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.end, End):
+            raise TypeError(
+                f"end must be a galvi.End; received {shown(self.end)}. Use galvi.End.STEP_FAILED, or "
+                f"another of {', '.join(End.__members__)}."
+            )
 
     @property
     def success(self) -> bool:

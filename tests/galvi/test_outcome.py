@@ -184,3 +184,8 @@ def test_an_outcome_is_assessed_by_one_thread_at_a_time(monkeypatch):
     with ThreadPoolExecutor(4) as pool:
         outcomes = list(pool.map(lambda _: run.outcome, range(16)))
     assert len(assessed) == 1 and all(one is other for one, other in pairwise(outcomes))
+
+
+def test_an_end_that_is_none_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"end must be a galvi.End; received 'done'. Use galvi.End"):
+        galvi.Outcome("done")  # type: ignore[arg-type]
