@@ -53,8 +53,8 @@ class Outcome:
     def __post_init__(self) -> None:
         if not isinstance(self.end, End):
             raise TypeError(
-                f"end must be a galvi.End; received {shown(self.end)}. Use galvi.End.STEP_FAILED, or "
-                f"another of {', '.join(End.__members__)}."
+                f"end must be a galvi.End; received {shown(self.end)}. Use galvi.End.STEP_FAILED, "
+                f"or another of {', '.join(End.__members__)}."
             )
 
     @property
