@@ -66,11 +66,6 @@ class DeferredEnding:
                 del self._assess  # and the arrays of the run that it holds
             return self._ending
 
-    @property
-    def is_assessed(self) -> bool:
-        """Whether it was asked for."""
-        return self._ending is not None
-
     def __reduce__(self) -> tuple[type[Ending], tuple[Outcome, Checkpoint | None]]:
         outcome, checkpoint = self.assess()
         return Ending, (outcome, checkpoint)

@@ -140,7 +140,7 @@ def compiled_places_in_steps(dimension):
 
 @jit_inline
 def stretch_nodes(c, stretch, nodes):
-    """Places in [-1, 1] and slopes of the nodes c, as galvi.run.in_frame.stepper.stretched."""
+    """Places in [-1, 1] and slopes of the nodes c, as galvi.run.in_frame.kernel.stretched."""
     for j in range(c.size):
         y = 2.0 * c[j] - 1.0
         nodes[PLACE, j], nodes[PACE, j] = y, 1.0

@@ -13,7 +13,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.plan import Motion
 from galvi.run.clocked.run import CLOCK, in_transformed_time
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.general import GENERAL_STEPS, inertial_formulation
+from galvi.run.general import GENERAL_EQUAL_STEPS, inertial_formulation
 from galvi.run.in_frame.engine import FRAME, IN_FRAME
 from galvi.run.in_lanes.engine import LANES
 from galvi.run.request import RunRequest, from_start
@@ -31,7 +31,7 @@ class General:
             return in_transformed_time(
                 request, self.name, "GALVI_FAST=0 leaves the clock's lanes out"
             )
-        return GENERAL_STEPS.offers(request)
+        return GENERAL_EQUAL_STEPS.offers(request)
 
 
 GENERAL = General()

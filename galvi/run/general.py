@@ -24,7 +24,7 @@ def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:
     return VECTOR_SPACE if group_system(problem, method) is None else ON_GROUP
 
 
-class GeneralSteps:
+class GeneralEqualSteps:
     """The engine of equal steps by the general kernel."""
 
     name = "general"
@@ -50,4 +50,4 @@ class GeneralSteps:
         return Stepper(request, formulation, self.name, WHY, GeneralGroupKernel, GeneralGroupKernel)
 
 
-GENERAL_STEPS = GeneralSteps()
+GENERAL_EQUAL_STEPS = GeneralEqualSteps()

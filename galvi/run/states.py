@@ -19,7 +19,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import formulation_of, motion_in_clock
-from galvi.run.in_frame.engine import in_parts
+from galvi.run.in_frame.inertial import in_parts
 from galvi.run.loop import unwatched
 from galvi.run.request import RunRequest, from_start
 from galvi.run.vector_space import VECTOR_SPACE, reaching
@@ -217,7 +217,7 @@ def _in_frame(run: Trajectory) -> bool:
 
 
 def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None:
-    """The state of point masses after a time, see `galvi.run.in_frame.engine.in_parts`."""
+    """The state of point masses after a time, see `galvi.run.in_frame.inertial.in_parts`."""
     work = in_parts(here, length)
     if work is None:
         return None

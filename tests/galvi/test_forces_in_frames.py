@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.frames import kepler_frame
 from galvi.problem import Problem
-from galvi.run.in_frame import stepper
+from galvi.run.in_frame import kernel, passes
 from tests.galvi.celestial_cases import OF_VELOCITY, OTHERS, bodies
 from tests.galvi.test_kepler_hierarchy import MOON, TREE
 
@@ -135,13 +135,13 @@ def test_secular_rates_are_those_of_theory_and_not_without_the_terms(
         return np.zeros_like(starts), rows
 
     monkeypatch.setattr(kepler_frame, "_terms", unforced)
-    stepper.motion_of.cache_clear()
-    stepper.checks_of.cache_clear()
+    kernel.motion_of.cache_clear()
+    passes.checks_of.cache_clear()
     for name, error in drift_from_theory().items():
         assert abs(error + 1.0) < 1e-3, name
     assert off(MOON_OF_OBLATE, framed(16, hierarchy=TREE), 5.0, 4, 10) > 1e-8
-    stepper.motion_of.cache_clear()
-    stepper.checks_of.cache_clear()
+    kernel.motion_of.cache_clear()
+    passes.checks_of.cache_clear()
 
 
 def test_steps_where_what_is_left_is_too_strong_are_done_elsewhere() -> None:

@@ -12,7 +12,7 @@ import pytest
 import galvi
 from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect
 from galvi.frames import FRAMES, kepler_frame
-from galvi.run.in_frame import stepper
+from galvi.run.in_frame import kernel, passes
 
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3)
 MASSES = np.array([0.02, 1.0, 0.03])  # the star is not the first body
@@ -149,14 +149,14 @@ def test_two_steps_are_symplectic_and_a_wrong_table_is_not(
     if clock is not None:  # nodes depend on the start, which differences move
         monkeypatch.setattr(kepler_frame, "_clock", lambda found, step: clock)
     assert defect(problem, method(frame, 3), h) < 1e-12  # 1e-13
-    sound = stepper.tables_of
+    sound = kernel.tables_of
 
     def wrong(*given: Any) -> Any:
         tables = sound(*given)
         tables[0][0] *= 2.0
         return tables
 
-    monkeypatch.setattr(stepper, "tables_of", wrong)
+    monkeypatch.setattr(kernel, "tables_of", wrong)
     clear()
     assert defect(problem, method(frame, 3), h) > 1e-8  # 1e-7, of the square of what is left
     clear()
@@ -265,8 +265,8 @@ def test_sixteen_stages_begin_at_eight_and_end_the_same(
 ) -> None:
     problem, frame, h = CASES[case]
     run = galvi.integrate(problem, method(frame, 16), h, 5)
-    sound = stepper._coarse
-    monkeypatch.setattr(stepper, "_coarse", lambda s: (np.zeros((0, 16)), *sound(s)[1:]))
+    sound = kernel._coarse
+    monkeypatch.setattr(kernel, "_coarse", lambda s: (np.zeros((0, 16)), *sound(s)[1:]))
     clear()
     whole = galvi.integrate(problem, method(frame, 16), h, 5)
     clear()
@@ -294,14 +294,14 @@ def test_a_wrong_weight_or_node_is_seen_by_the_order(
     row: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The planted faults of the orders, at the sizes of a rounding to single precision."""
-    sound = stepper.tables_of
+    sound = kernel.tables_of
 
     def wrong(*given: Any) -> Any:
         tables = sound(*given)
         tables[1 + row][0] *= 1.0 + 1e-4
         return tables
 
-    monkeypatch.setattr(stepper, "tables_of", wrong)
+    monkeypatch.setattr(kernel, "tables_of", wrong)
     clear()
     assert abs(order_of("Kepler, even", 3, (0.24, 0.2, 0.16)) - 6) > 0.35
     clear()
@@ -309,7 +309,7 @@ def test_a_wrong_weight_or_node_is_seen_by_the_order(
 
 def clear() -> None:
     """Forget what was measured with other tables."""
-    stepper.checks_of.cache_clear()
+    passes.checks_of.cache_clear()
 
 
 @pytest.mark.parametrize(("bound", "pairs"), [(0.44, 0), (0.46, 1)])

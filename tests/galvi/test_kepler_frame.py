@@ -15,7 +15,7 @@ import galvi
 from galvi.frames import kepler_frame
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.kepler_motion import HEAD
-from galvi.run.in_frame import stepper
+from galvi.run.in_frame import kernel
 from references.closed_forms.kepler import KEPLER
 from references.stored.planets import STORED_TRUTH
 
@@ -131,9 +131,9 @@ def test_a_wrong_mass_in_the_frame_is_seen_by_the_stored_truth(
 
     true = STORED_TRUTH.run(PLANETS, 7_305.0, {"samples": 1}).q[-1]
     monkeypatch.setattr(kepler_frame.KeplerFrame, "motion", wrong)
-    stepper.motion_of.cache_clear()
+    kernel.motion_of.cache_clear()
     run = galvi.integrate(PLANETS, method(16), 7_305.0 / 183, 183, save_every=183)
-    stepper.motion_of.cache_clear()
+    kernel.motion_of.cache_clear()
     assert np.max(np.abs(run.q[-1] - true)) > 1e-9  # 6e-8
 
 

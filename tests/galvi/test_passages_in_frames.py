@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.in_frame import stepper
+from galvi.run.in_frame import kernel
 
 pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 G, MASSES = 0.01720209895**2, (1.0, 3.003e-6, 0.0)
@@ -130,7 +130,7 @@ def test_a_moon_that_the_hierarchy_has_is_no_passage() -> None:
 def test_planted_passages_that_are_not_looked_at(
     monkeypatch: pytest.MonkeyPatch, bound: list[int]
 ) -> None:
-    monkeypatch.setattr(stepper, "can_meet", lambda *arguments: False)
+    monkeypatch.setattr(kernel, "can_meet", lambda *arguments: False)
     runs = [galvi.integrate(past_the_earth(seed), FRAME, 5.0, duration=END) for seed in bound]
     assert any(error(run) > 1e-5 and run.status == "Completed." for run in runs)
 
@@ -149,4 +149,4 @@ def test_orbits_that_cannot_meet_are_not_looked_at(name: str) -> None:
 
 def can_meet(problem: galvi.Problem) -> bool:
     state = (tuple(x.ravel().tolist()) for x in (problem.q0, problem.v0))
-    return stepper.can_meet(problem, *state, FRAME, 40.0)
+    return kernel.can_meet(problem, *state, FRAME, 40.0)

@@ -40,8 +40,8 @@ from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.lagrangians import lagrangian_of
 from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
 from galvi.run.energies import has_no_force
+from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
-from galvi.run.in_lanes.engine import INERTIAL
 from galvi.run.request import RunRequest, from_start
 from galvi.run.run_arrays import COUNTED
 from galvi.run.stepper import Declined, solve_steps
@@ -171,7 +171,7 @@ class TransformedTime:
         iterates = constant and method.rule == gauss(method.stages)
         if not self.driven:
             asked = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = not isinstance(INERTIAL[0].offers(asked), Declined)
+            iterates = not isinstance(EQUAL_STEPS[0].offers(asked), Declined)
         if solver == "fixed_point" and not iterates:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
         in_lanes = not self.driven and iterates
@@ -217,7 +217,7 @@ class TransformedTime:
         """Up to n steps by the engine, with t by quadrature and E as it is."""
         begin = state.state, state.stages, state.solver_state
         start = Checkpoint(0, *begin, self.solver, self.tolerance, curves=True)
-        stepper, code = solve_steps(INERTIAL, RunRequest(self.inner, self.plain, h, n, start))
+        stepper, code = solve_steps(EQUAL_STEPS, RunRequest(self.inner, self.plain, h, n, start))
         work = stepper.work
         coefficients = work.coefficients[: work.done]
         curves, stages = self._curves(work.bases[: work.done], coefficients, h)

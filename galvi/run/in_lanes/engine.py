@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from galvi.environment import FAST
-from galvi.run.general import GENERAL_STEPS, inertial_formulation
+from galvi.run.general import inertial_formulation
 from galvi.run.in_lanes.laws import group_kernel
 from galvi.run.in_lanes.nystrom import vector_kernel
 from galvi.run.on_group import CountedByNewton
 from galvi.run.request import RunRequest
-from galvi.run.stepper import Declined, Engine, Stepper
+from galvi.run.stepper import Declined, Stepper
 from galvi.run.vector_space import VECTOR_SPACE
 
 
@@ -36,5 +35,3 @@ class Lanes:
 
 
 LANES = Lanes()
-# Those of equal steps in the inertial frame, without a clock, in the order in which they are asked.
-INERTIAL: tuple[Engine, ...] = (LANES, GENERAL_STEPS) if FAST else (GENERAL_STEPS,)

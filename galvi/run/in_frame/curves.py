@@ -1,0 +1,132 @@
+"""The curves of steps in a moving frame, and states within them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.curves.curves import Curves, FrameCurves
+from galvi.frames.frame import revolution
+from galvi.frames.kepler_frame import KeplerFrame
+from galvi.lanes.frames.kepler_motion import HEAD, MASS
+from galvi.lanes.frames.rows import ECCENTRICITY, PHASE, TURNS, TWO_PI
+from galvi.lanes.within_steps import WIDE, compiled_places_in_steps, compiled_states_in_steps
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.in_frame.inertial import inertial_curves
+from galvi.run.in_frame.kernel import frame_of, motion_of, scratch_of, stretched, tables_of
+from galvi.run.in_frame.passes import CONVERGED
+from galvi.run.in_lanes.nystrom import aligned
+
+SETTLED = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
+
+
+@lru_cache(maxsize=32)
+def _from_pairs(problem: Problem, method: Galerkin) -> Array:
+    """The matrix (d, d) from places of pairs and of the barycentre to those of bodies."""
+    d = problem.q0.size
+    w = np.zeros((d + 1, 2, d))
+    w[:, 0] = 1.0 + np.eye(d + 1, d, -1)
+    q = frame_of(method).flow(problem, w, np.zeros(d + 1)).reshape(d + 1, d)
+    matrix: Array = (q[1:] - q[0]).T
+    return np.ascontiguousarray(matrix)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The curves' frame, see `galvi.curves.curves.MovingPath`."""
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    clock: tuple[float, float, float]
+    stretch: float
+
+    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
+        """See `MovingPath`: inverts what galvi.lanes.frames.rows.place_nodes does."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return tau, np.ones_like(tau)
+        begin = turns * number + phase
+        begin -= np.floor(begin)
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.stack([begin, begin + turns]), e)
+        time = t_0 + tau * (t_1 - t_0)
+        u = u_0 + tau * (u_1 - u_0)
+        low, high, moves = np.minimum(u_0, u_1), np.maximum(u_0, u_1), np.ones(u.shape, dtype=bool)
+        for _ in range(50):  # each place by itself, whatever others are asked for
+            new = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
+            new = np.where(moves, np.clip(new, low, high), u)
+            moves, u = moves & (np.abs(new - u) > SETTLED * np.abs(new)), new
+            if not moves.any():
+                break
+        place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
+        y = place
+        if self.stretch >= 1e-8:
+            y = np.sin(np.arcsin(self.stretch) * place) / self.stretch
+        pace = stretched(y, self.stretch)[1]
+        slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
+        return 0.5 * (1.0 + y), slope
+
+    def times(self, number: Any, c: Array) -> tuple[Array, Array]:
+        """Times since a step's centre and weights of the nodes c, as in the kernel; of several
+        steps (k, 1) they are (k, P) unless they are the same."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return (c - 0.5) * self.step, np.full(c.size, self.step)
+        begin = turns * number + phase
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.array([begin, begin + turns]), e)
+        place, pace = stretched(2.0 * c - 1.0, self.stretch)
+        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * place)
+        scale = self.step / (t_1 - t_0)
+        weights = scale * (u_1 - u_0) * pace * (1.0 - e * np.cos(u))
+        return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
+
+    def flow(self, w: Array, t: Array) -> Array:
+        return frame_of(self.method).flow(self.problem, w, t)
+
+    def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
+        """See `MovingPath`."""
+        psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
+        psi = (psi[:-1] - psi[-1]).reshape(*c.shape, -1)
+        bases, parts = curves.bases[index], curves.coefficients[index]
+        (k, P), D, n = c.shape, self.problem.q0.shape[-1], parts.shape[1] // 2
+        if not isinstance(self.method.chart, KeplerFrame):
+            w = np.repeat(bases[:, None], P, axis=1)
+            w[:, :, :2, :n] += np.matmul(psi, parts.transpose(0, 2, 1)).reshape(k, P, 2, n)
+            q = self.flow(w.reshape(-1, *bases.shape[1:]), since.ravel())
+            return q.reshape(k, P, -1).transpose(0, 2, 1)
+        numbers, pairs = motion_of(self.problem, self.method, self.step).numbers, n // D
+        masses, places = numbers[HEAD + pairs * MASS :][:pairs].copy(), np.empty((k, n + D, P))
+        (rows,) = aligned((2 * D + 1, -(-P // WIDE) * WIDE))
+        compiled_places_in_steps(D)(
+            (0,) * D, masses, bases, parts, np.ascontiguousarray(psi.transpose(0, 2, 1)),
+            np.array(since, order="C"), rows, places,
+        )  # fmt: skip
+        return np.matmul(_from_pairs(self.problem, self.method), places)
+
+    def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
+        """See `MovingPath`."""
+        if not isinstance(self.method.chart, KeplerFrame):
+            return None
+        motion = motion_of(self.problem, self.method, self.step)
+        tables = tables_of(motion, self.method, np.array(CONVERGED))
+        (k, _, m), d = bases.shape, self.problem.q0.size
+        scratch = scratch_of(motion, tables, (8, m))
+        (state,) = aligned((8, m))
+        phases = self.clock[TURNS] * numbers + self.clock[PHASE]
+        states, codes, counts = np.empty((2, k, d)), np.zeros(k, np.int64), np.zeros(8, np.int64)
+        with np.errstate(all="ignore"):
+            compiled_states_in_steps()(
+                motion.functions, motion.numbers.copy(), tables, motion.stretch,
+                (bases, lengths, phases - np.floor(phases)), (*scratch, state),
+                (states, codes, counts),
+            )  # fmt: skip
+        return states[0], states[1], codes
+
+    def curves(self, number: int, base: Array) -> Curves:
+        t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
+        return inertial_curves(self.problem, self.step, t, q, v)

@@ -1,0 +1,101 @@
+"""Steps of a run in a moving frame that are done in the inertial frame.
+
+What a moving frame leaves is too strong where bodies that pass each other break a hierarchy for
+some steps, and doubles lose an orbit at its pericentre where it has become very eccentric. Such a
+step is done in the inertial frame, by Gauss collocation of the whole force, in the fewest parts
+that end at the same place as a quarter as many. It depends on the state at the step's start alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.chart import Cayley
+from galvi.curves.curves import Curves, IdentityChart
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss
+from galvi.run.equal_steps import EQUAL_STEPS
+from galvi.run.in_frame.kernel import frame_of
+from galvi.run.request import ROUND_OFF, RunRequest, from_start
+from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays
+from galvi.run.stepper import solve_steps
+from galvi.spaces.polynomials import Polynomials
+
+PARTS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
+SAME = 1e-12  # of the largest place or velocity
+PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
+
+
+class InertialKernel:
+    """One step in the inertial frame, and the return to the moving one."""
+
+    def __init__(self, run: RunRequest, work: RunArrays) -> None:
+        self._run, self._work = run, work
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`; one step."""
+        run, work = self._run, self._work
+        problem, step, d = run.problem, run.step, run.problem.q0.size
+        number = run.start.first + work.done
+        before = work.state[0, :d].copy(), work.state[2, :d].copy()
+        parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
+        if parts is None:
+            return DIVERGED
+        for k in (ITERATIONS, FORCES):
+            work.counts[k] += parts.counts[k]
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
+        work.counts[LEFT_OVER] += 1
+        if len(work.bases):
+            row = work.bases[work.done].reshape(4, -1)
+            row[:] = 0.0
+            row[:2, :d] = before
+            work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
+        q, v = (parts.state[k].reshape(problem.q0.shape) for k in (0, 2))
+        work.state[:] = frame_of(run.method).enter(problem, q, v)
+        work.solver_state[0] = NOTHING
+        work.record(run, q.ravel(), v.ravel())
+        return SOLVED
+
+
+def _start_at(problem: Problem, t: float, q: Array, v: Array) -> Problem:
+    """The problem from another state, given flat."""
+    shape = problem.q0.shape
+    return Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
+
+
+def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array) -> Curves:
+    """The curves of such a step, from time 0 at its start."""
+    work = in_parts(_start_at(problem, t, q, v), step, curves=True)
+    assert work is not None, "the step was done before"
+    size = step / len(work.bases)
+    shape = problem.q0.shape
+    bases = work.bases.reshape(-1, *shape)
+    return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
+
+
+def in_parts(here: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
+    """The step from a start in the fewest parts that end as a quarter of them do, in the inertial
+    frame; None where there are none."""
+    last: Array | None = None
+    total = np.zeros(0, dtype=np.int64)
+    for parts in PARTS:
+        begin = from_start("fixed_point", ROUND_OFF, parts, curves)
+        inner = RunRequest(here, PLAIN, step / parts, parts, begin)
+        with np.errstate(all="ignore"):  # what is not finite is a code
+            stepper, code = solve_steps(EQUAL_STEPS, inner, retried=False)
+        work = stepper.work
+        total = work.counts if total.size == 0 else total + work.counts
+        if code != SOLVED:
+            last = None
+            continue
+        end = work.state[[0, 2]] + work.state[[1, 3]]
+        if last is not None:
+            sizes = np.max(np.abs(end), axis=1)
+            if np.all(np.max(np.abs(end - last), axis=1) <= SAME * sizes):
+                return work._replace(counts=total)
+        last = end
+    return None

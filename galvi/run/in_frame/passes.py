@@ -1,0 +1,92 @@
+"""How many passes a step in a moving frame takes."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.kernels.nystrom.solve import ITERATIONS, SOLVED
+from galvi.lanes.frames import collocation
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.in_frame.kernel import FrameKernel, frame_of, frame_start, motion_of
+from galvi.run.request import ROUND_OFF, RunRequest, from_start
+from galvi.run.run_arrays import RunArrays
+
+PROBED = 16  # first steps, from which the passes of all are chosen
+FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
+SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
+CONVERGED = (2.0, -1.0, SMALLEST, 0.0)  # checks of a step whose passes converge
+USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
+
+
+@lru_cache(maxsize=32)
+def checks_of(
+    problem: Problem, method: Galerkin, step: float, tolerance: float
+) -> tuple[float, float, float, float]:
+    """Passes of a step, the usual change in the last of them, and what further ones may leave.
+
+    Unless the frame says how many, the fewest with which the first `PROBED` steps end, each from
+    the same state, within the tolerance of one that has converged, in their mean. They depend on
+    the problem's start alone, so that they are the same in each part of a continued run.
+    """
+    left = FINEST if tolerance == ROUND_OFF else tolerance
+    converged = _probed(problem, method, step, CONVERGED)
+    if not converged:
+        return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
+    given, most = frame_of(method).passes, max(one.passes for one in converged)
+    few = range(2, most + 1) if given is None else (min(given, collocation.MOST_PASSES),)
+    seen = converged
+    for passes in few:
+        checks = float(passes), np.inf, left, 0.0
+        tried = _probed(problem, method, step, checks, [one.start for one in converged])
+        if len(tried) < len(converged):
+            continue
+        gaps = [one.end - true.end for one, true in zip(tried, converged, strict=True)]
+        seen = tried
+        if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
+            break
+    change = max(one.change for one in seen)
+    return float(passes), max(USUAL * change, collocation.NOISE), left, 0.0
+
+
+class Probe(NamedTuple):
+    """One of the first steps of a run.
+
+    start   the state before it (8, m)
+    passes  that it took
+    change  the last one that was measured
+    end     (2, 2 n) the state in the frame after it and its low part, over their sizes
+    """
+
+    start: Array
+    passes: int
+    change: float
+    end: Array
+
+
+def _probed(
+    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...],
+    states: list[Array] | None = None,
+) -> list[Probe]:  # fmt: skip
+    """The first steps of a run, each from its own state if given, up to one that fails."""
+    run = RunRequest(problem, method, step, PROBED, from_start(curves=False))
+    work = RunArrays.of(run, frame_start(problem, method), 2, (0, 0), watched=False)
+    kernel = FrameKernel(run, work, np.array(checks))
+    sizes = motion_of(problem, method, step).sizes
+    n, found = sizes.size // 2, []
+    for k in range(PROBED if states is None else len(states)):
+        before = int(work.counts[ITERATIONS])
+        work.state[:] = work.state if states is None else states[k]
+        start = work.state.copy()
+        if kernel.advance(1) != SOLVED:
+            break
+        end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
+        passes = int(work.counts[ITERATIONS]) - before
+        found.append(
+            Probe(start, passes, float(kernel.tables[-2][collocation.CHANGE]), end / sizes)
+        )
+    return found

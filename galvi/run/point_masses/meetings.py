@@ -1,0 +1,93 @@
+"""Whether bodies on Kepler orbits can pass each other closely."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.kernels.forces.passages import NEAR
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.systems.nbody import NBody
+
+MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
+MANY = 16  # pairs whose orbits are looked at; of more, some may meet
+AROUND = (128, 512)  # places on an orbit; more where these do not tell
+BENT = 0.7  # Hill radii by which two orbits bend each other before they pass
+
+
+@lru_cache(maxsize=32)
+def can_meet(
+    problem: Problem, places: tuple[float, ...], velocities: tuple[float, ...], method: Galerkin,
+    step: float,
+) -> bool:  # fmt: skip
+    """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
+    orbits about the heaviest one of a state, wherever they are on these, up to ``MARGIN``."""
+    system = problem.system
+    if not isinstance(system, NBody):
+        return False
+    q, v = (np.array(rows).reshape(problem.q0.shape) for rows in (places, velocities))
+    star, masses = int(np.argmax(system.masses)), system.masses
+    others = np.flatnonzero(np.arange(masses.size) != star)
+    mu, q, v = system.G * (masses[star] + masses[others]), q[others] - q[star], v[others] - v[star]
+    r, speed, along = np.linalg.norm(q, axis=1), np.sum(v**2, axis=1), np.sum(q * v, axis=1)
+    with np.errstate(all="ignore"):
+        energy, spin = speed - 2.0 * mu / r, np.maximum(r**2 * speed - along**2, 0.0)
+        e = np.sqrt(np.maximum(1.0 + energy * spin / mu**2, 0.0))
+        near = spin / (mu * (1.0 + e)) / (1.0 + MARGIN)
+        far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + MARGIN)
+    apart = (near[:, None] > far) | (near > far[:, None])
+    apart |= np.add.outer(masses[others], masses[others]) == 0.0
+    time = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
+    if np.count_nonzero(np.triu(~apart, 1)) > MANY:
+        return True
+    return any(
+        not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, time, pull)
+        for i, j in np.argwhere(np.triu(~apart, 1))
+        if (pull := system.G * (masses[others[i]] + masses[others[j]]))
+    )
+
+
+def _orbits_near(
+    mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float
+) -> bool:  # fmt: skip
+    """Whether two ellipses come nearer to each other than their relative velocity and their own
+    attraction move them in a time, and than they bend each other.
+
+    Where they are nearest, their distance is perpendicular to both: places beside those add the
+    square of their own distance.
+    """
+    bent = BENT * max(float(np.linalg.norm(q[k])) for k in (i, j)) * np.cbrt(pull / (3.0 * mu[i]))
+    bent += np.cbrt(2.0 * pull * time**2)
+    for places in AROUND:
+        one, other = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
+        square, fast = (
+            np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
+            for a, b in zip(one[:2], other[:2], strict=True)
+        )
+        beside = 0.25 * (one[2] + other[2]) ** 2
+        reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
+        if not np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2):
+            return False
+    return True
+
+
+def _ellipse(mu: float, q: Array, v: Array, count: int) -> tuple[Array, Array, float]:
+    """Places and velocities (count, dimension) on the ellipse of a state, and the largest distance
+    of two neighbours."""
+    r = np.linalg.norm(q)
+    eccentric = ((v @ v - mu / r) * q - (q @ v) * v) / mu
+    a, e = float(mu / (2.0 * mu / r - v @ v)), float(np.linalg.norm(eccentric))
+    first = eccentric / e if e > 0.0 else q / r
+    across = q - (q @ first) * first if abs(q @ first) < 0.7 * r else v - (v @ first) * first
+    across = across / np.linalg.norm(across)
+    across = across if (v @ across) * (q @ first) >= (v @ first) * (q @ across) else -across
+    u = 2.0 * np.pi * np.arange(count)[:, None] / count
+    minor = a * math.sqrt(max(1.0 - e * e, 0.0))
+    places = a * (np.cos(u) - e) * first + minor * np.sin(u) * across
+    pace = np.sqrt(mu / a**3) / (1.0 - e * np.cos(u))
+    speeds = pace * (minor * np.cos(u) * across - a * np.sin(u) * first)
+    return places, speeds, 2.0 * np.pi * a / count
