@@ -156,56 +156,23 @@ def judge(
     command refuses, and ModuleNotFoundError without the suite's packages.
     """
     ignore = (ignore,) if isinstance(ignore, str) else tuple(ignore)
-    kind = type(source).__module__.partition(".")[0]
-    is_file = isinstance(source, os.PathLike) or (isinstance(source, str) and "<" not in source)
-    if not (is_file or isinstance(source, str | Problem) or kind in ("mujoco", "rebound")):
-        raise TypeError(
-            f"source must be a rebound.Simulation, a mujoco.MjModel, a galvi.Problem, the text of "
-            f"a model or the path of a file; received {shown(source)}."
-        )
+    kind = _kind_of(source)
     request = JudgeRequest(
         None if duration is None else float(duration), None if error is None else float(error),
-        dict(own or {}), snapshot, ignore, key, qpos, qvel, ctrl, quick,
-        isinstance(source, Problem),
+        dict(own or {}), snapshot, ignore, key, qpos, qvel, ctrl, quick, kind == PROBLEM,
     )  # fmt: skip
-    if extras is not None and kind != "rebound":
+    if kind == SIMULATION and not _is_file(source):
+        _refuse_start_of_a_model(source, request)
+    elif extras is not None:
         raise ValueError(
             f"extras belong to a rebound.Simulation; received them with {shown(source)}. Load it "
             f"first."
         )
-    given = {"key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl, "ignore": ignore or None}
-    if kind == "rebound" and (wrong := [name for name, one in given.items() if one is not None]):
-        raise ValueError(
-            f"judge takes {' and '.join(wrong)} with models of MuJoCo's alone; received "
-            f"{shown(source)}. Leave it out."
-        )
     with tempfile.TemporaryDirectory() as folder:
-        file, pickled = Path(folder) / "model", b""
-        if isinstance(source, Problem):
-            pickled = _pickled(source)
-            file.write_bytes(pickled)
-        elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
-            is_file and Path(source).suffix in MODELS
-        ):  # fmt: skip
-            mujoco_reader.read(
-                source, ignore, key, qpos, qvel, ctrl
-            )  # what it refuses is said here
-            if is_file:
-                file = Path(source)
-            else:
-                import mujoco
-
-                file = file.with_suffix(".mjb")
-                mujoco.mj_saveModel(mujoco_reader.model_of(source), str(file), None)
-        else:
-            rebound_reader.from_rebound(source, snapshot, extras=extras)
-            if is_file:
-                file = Path(source)
-            else:
-                copied(source).save_to_file(str(file))
-            if extras is not None:
-                request = replace(request, extras=str(file.with_suffix(".rebx")))
-                extras.save(request.extras)
+        file, pickled = _written(source, kind, request, extras, Path(folder) / "model")
+        if extras is not None:
+            request = replace(request, extras=str(file.with_suffix(".rebx")))
+            extras.save(request.extras)
         asked = Path(folder) / "request.json"
         asked.write_text(request.to_json(), encoding="utf-8")
         arguments = [str(file), "--request", str(asked), "--out", folder]
@@ -215,6 +182,67 @@ def judge(
             raise refusal
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
         return Judged(json.loads(result.read_text()), page)
+
+
+PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"
+
+
+def _kind_of(source: Any) -> str:
+    """PROBLEM, MODEL or SIMULATION; TypeError for what is none of them."""
+    if isinstance(source, Problem):
+        return PROBLEM
+    package = type(source).__module__.partition(".")[0]
+    if package in ("mujoco", "rebound"):
+        return MODEL if package == "mujoco" else SIMULATION
+    if not isinstance(source, str | os.PathLike):
+        raise TypeError(
+            f"source must be a rebound.Simulation, a mujoco.MjModel, a galvi.Problem, the text of "
+            f"a model or the path of a file; received {shown(source)}."
+        )
+    is_model = not _is_file(source) or Path(source).suffix in MODELS
+    return MODEL if is_model else SIMULATION
+
+
+def _is_file(source: Any) -> bool:
+    """Whether a source is the path of a file, and not the text of a model."""
+    return isinstance(source, os.PathLike) or (isinstance(source, str) and "<" not in source)
+
+
+def _refuse_start_of_a_model(source: Any, request: JudgeRequest) -> None:
+    """ValueError where a simulation is given what only models of MuJoCo's take."""
+    wrong = [x for x in ("key", "qpos", "qvel", "ctrl") if getattr(request, x) is not None]
+    wrong += ["ignore"] if request.ignore else []
+    if wrong:
+        raise ValueError(
+            f"judge takes {' and '.join(wrong)} with models of MuJoCo's alone; received "
+            f"{shown(source)}. Leave it out."
+        )
+
+
+def _written(
+    source: Any, kind: str, request: JudgeRequest, extras: Any, file: Path
+) -> tuple[Path, bytes]:
+    """The file of a source, which is ``file`` unless it has one of its own, and a problem's pickle.
+
+    What galvi cannot read is refused here, with the reader's error.
+    """
+    if kind == PROBLEM:
+        pickled = _pickled(source)
+        file.write_bytes(pickled)
+        return file, pickled
+    if kind == MODEL:
+        start = request.ignore, request.key, request.qpos, request.qvel, request.ctrl
+        mujoco_reader.read(source, *start)
+        if not _is_file(source):
+            import mujoco
+
+            file = file.with_suffix(".mjb")
+            mujoco.mj_saveModel(mujoco_reader.model_of(source), str(file), None)
+    else:
+        rebound_reader.from_rebound(source, request.snapshot, extras=extras)
+        if not _is_file(source):
+            copied(source).save_to_file(str(file))
+    return (Path(source) if _is_file(source) else file), b""
 
 
 def _pickled(problem: Problem) -> bytes:

@@ -76,10 +76,21 @@ def unknown_actuators(model: Any) -> Reasons:
 
 
 def _why_not(model: Any, k: int) -> str:
-    import mujoco
-
+    """Why an actuator is not understood; "" where it is."""
     kind = _kind("mjtTrn", model.actuator_trntype[k])
-    target, other = (int(x) for x in model.actuator_trnid[k])
+    of_kind = {
+        "TENDON": _why_not_on_tendons, "SITE": _why_not_on_sites, "JOINT": _why_not_on_joints,
+        "JOINTINPARENT": _why_not_on_joints,
+    }  # fmt: skip
+    elsewhere = {"SLIDERCRANK": "on cranks", "BODY": "that stick to what they touch"}
+    if why := _why_not_its_law(model, k):
+        return why
+    if kind in of_kind:
+        return of_kind[kind](model, k)
+    return elsewhere.get(kind, "between sites")
+
+
+def _why_not_its_law(model: Any, k: int) -> str:
     if model.actuator_actnum[k] or _kind("mjtDyn", model.actuator_dyntype[k]) != "NONE":
         return "with a state of their own"
     if model.actuator_plugin[k] >= 0 or model.actuator_delay[k] or model.actuator_history[k].any():
@@ -88,27 +99,32 @@ def _why_not(model: Any, k: int) -> str:
         _kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE"))  # fmt: skip
     if any(law not in known for law, known in laws) or model.actuator_ctrlnum[k] != 1:
         return "of another law than a motor's or a servo's"
-    if kind == "TENDON":
-        if model.tendon_actfrclimited[target]:
-            return "on tendons with limits of force"
-        if "GEOM" in (kinds := _wraps(model, target)):
-            return "on tendons that wrap around geoms"
-        return _with_limits(model) if "SITE" in kinds else ""
-    if kind == "SITE" and other < 0:
-        if _follows(model, k, (2,)):
-            return "on sites, with damping"
-        return _with_limits(model)
-    scalar = kind in ("JOINT", "JOINTINPARENT") and model.jnt_type[target] in (SLIDE, HINGE)
-    if scalar or (kind == "JOINT" and not _follows(model, k, (1,))):
+    return ""
+
+
+def _why_not_on_tendons(model: Any, k: int) -> str:
+    tendon = int(model.actuator_trnid[k, 0])
+    if model.tendon_actfrclimited[tendon]:
+        return "on tendons with limits of force"
+    kinds = _wraps(model, tendon)
+    if "GEOM" in kinds:
+        return "on tendons that wrap around geoms"
+    return _with_limits(model) if "SITE" in kinds else ""
+
+
+def _why_not_on_sites(model: Any, k: int) -> str:
+    if model.actuator_trnid[k, 1] >= 0:
+        return "between sites"
+    return "on sites, with damping" if _follows(model, k, (2,)) else _with_limits(model)
+
+
+def _why_not_on_joints(model: Any, k: int) -> str:
+    if model.jnt_type[model.actuator_trnid[k, 0]] in (SLIDE, HINGE):
         return ""
-    if kind in ("JOINT", "JOINTINPARENT"):  # balls and free joints
-        follows = _follows(model, k, (1,))
-        return (
-            f"{'that are servos of' if follows else 'in the parent frame on'} ball or free joints"
-        )
-    names = {int(mujoco.mjtTrn.mjTRN_SLIDERCRANK): "on cranks", int(mujoco.mjtTrn.mjTRN_BODY):
-             "that stick to what they touch"}  # fmt: skip
-    return names.get(int(model.actuator_trntype[k]), "between sites")
+    if _follows(model, k, (1,)):
+        return "that are servos of ball or free joints"
+    in_parent = _kind("mjtTrn", model.actuator_trntype[k]) == "JOINTINPARENT"
+    return "in the parent frame on ball or free joints" if in_parent else ""
 
 
 def _with_limits(model: Any) -> str:

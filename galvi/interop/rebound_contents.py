@@ -224,8 +224,10 @@ def _another_version(path: str) -> str:
 
 
 def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
-    import rebound
+    """What a simulation has that the motion of point masses does not, in words.
 
+    extras  whether its functions are those of REBOUNDx, which are read
+    """
     for attribute, words in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)) and not extras:
             yield words
@@ -244,7 +246,14 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
         sim.particles[k].m for k in range(sim.N_active, sim.N)
     ):  # fmt: skip
         yield "test particles that pull (testparticle_type = 1)"
-    usual = rebound.Simulation()
+    yield from _unusual_settings(sim)
+
+
+def _unusual_settings(sim: Any) -> Iterator[str]:
+    """The fields of a simulation and of its integrator that are not read and not as usual."""
+    import rebound
+
+    integrator, usual = sim.integrator.name.decode(), rebound.Simulation()
     for name, _ in sim._fields_:
         if name in READ or name.startswith(HARMLESS):
             continue

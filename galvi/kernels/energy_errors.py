@@ -57,22 +57,10 @@ def share_of(error, measure):
 
 
 @jit
-def assess_errors(table, single, start_kinetic, floor, kick, so_far):
-    """The largest error over its measure, its index, that of the first error that ruins the run or
-    -1, whether one is NaN, and the measure of the run.
-
-    table          (8, n), in the order of the run
-    single         whether these are errors of single steps, each good if small, and measured by
-                   what was up to it. One since the start must not exceed the measure before it
-                   either, and is measured by the whole run: a run that jumps into a deep well is
-                   not measured by its depth
-    start_kinetic  the size of T at the start
-    floor          a larger ROUNDING
-    kick           the kinetic energy that the forces at the start give in a step
-    so_far         (4,) least and greatest V, measure and largest error of the steps before; they
-                   become those of these too, the last one infinite where a single step ruins
-    """
-    low, high, measure, before = so_far
+def grow_measures(table, single, floor, so_far):
+    """Fill the rows LARGEST and LIMIT, the measures with and up to each error, and set errors of
+    round-off to 0; whether an error is NaN. The arguments are those of `assess_errors`."""
+    low, high, measure = so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE]
     unknown = False
     for k in range(table.shape[1]):
         rounding = max(floor, table[ROUNDING, k])
@@ -93,23 +81,69 @@ def assess_errors(table, single, start_kinetic, floor, kick, so_far):
             measure = table[LARGEST, k]
         table[LIMIT, k] = measure
     so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE] = low, high, measure
-    at_rest = start_kinetic <= REST * kick
-    if not single and at_rest and measure <= start_kinetic:
-        measure = kick
+    return unknown
+
+
+@jit
+def assess_single_steps(table, least, so_far):
+    """Errors of single steps, up to one that ruins the run: see `assess_errors`.
+
+    least  what the measure of one that ruins the run is at least
+    """
+    share, worst = 0.0, 0
+    for k in range(table.shape[1]):
+        error, limit = table[ERROR, k], table[LIMIT, k]
+        if least > limit:
+            limit = least
+        if table[RUINING, k] > limit and not error <= TOLERATED * table[LARGEST, k]:
+            so_far[WORST] = math.inf
+            return share_of(error, limit), k, k
+        if share_of(error, table[LARGEST, k]) > share:
+            share, worst = share_of(error, table[LARGEST, k]), k
+    return share, worst, -1
+
+
+@jit
+def assess_since_start(table, measure, so_far):
+    """Errors since the start, which one measure is for: see `assess_errors`."""
     share, worst, ruined = 0.0, 0, -1
     for k in range(table.shape[1]):
-        error, largest, limit = table[ERROR, k], measure, measure
-        if single:
-            largest, limit = table[LARGEST, k], table[LIMIT, k]
-            if at_rest and kick > limit:
-                limit = kick
-        if ruined < 0 and table[RUINING, k] > limit and not error <= TOLERATED * largest:
+        error = table[ERROR, k]
+        if ruined < 0 and table[RUINING, k] > measure and not error <= TOLERATED * measure:
             ruined = k
-        if single and ruined == k:
-            so_far[WORST], worst = math.inf, k
-            return share_of(error, limit), worst, ruined, unknown, measure
-        if share_of(error, largest) > share:
-            share, worst = share_of(error, largest), k
-        if not single and error > so_far[WORST]:
+        if share_of(error, measure) > share:
+            share, worst = share_of(error, measure), k
+        if error > so_far[WORST]:
             so_far[WORST] = error
+    return share, worst, ruined
+
+
+@jit
+def assess_errors(table, single, start_kinetic, floor, kick, so_far):
+    """The largest error over its measure, its index, that of the first error that ruins the run or
+    -1, whether one is NaN, and the measure of the run.
+
+    table          (8, n), in the order of the run
+    single         whether these are errors of single steps, each good if small, and measured by
+                   what was up to it. One since the start must not exceed the measure before it
+                   either, and is measured by the whole run: a run that jumps into a deep well is
+                   not measured by its depth
+    start_kinetic  the size of T at the start
+    floor          a larger ROUNDING
+    kick           the kinetic energy that the forces at the start give in a step
+    so_far         (4,) least and greatest V, measure and largest error of the steps before; they
+                   become those of these too, the last one infinite where a single step ruins
+    """
+    before = so_far[WORST]
+    unknown = grow_measures(table, single, floor, so_far)
+    measure, at_rest = so_far[MEASURE], start_kinetic <= REST * kick
+    if single:
+        least = kick if at_rest else 0.0
+        share, worst, ruined = assess_single_steps(table, least, so_far)
+        if ruined >= 0:
+            return share, worst, ruined, unknown, measure
+    else:
+        if at_rest and measure <= start_kinetic:
+            measure = kick
+        share, worst, ruined = assess_since_start(table, measure, so_far)
     return max(share, share_of(before, measure)), worst, ruined, unknown, measure

@@ -72,12 +72,7 @@ def recommend(
     )  # fmt: skip
     if not isinstance(by, str) or by not in ALLOWED:
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
-    if not isinstance(degrees, (tuple, list, range)) or not degrees:
-        raise ValueError(
-            f"degrees must be a tuple or list of whole numbers, as (6, 8); "
-            f"received {shown(degrees)}."
-        )
-    some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
+    some = _checked_degrees(degrees)
     room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
     part = length if measured is None else min(length, input_checks.positive("measured", measured))
     if clock is not None and problem.q0.shape != problem.v0.shape:
@@ -88,16 +83,7 @@ def recommend(
     steps = scan.first_guess(some[0], asked)
     if measured is None:
         steps = _fit_to_budget(scan, some[0], steps, asked, RUNS * len(some))
-    scan.budget = FOR_SEARCH * room
-    whys: dict[str, list[int]] = {}
-    for k, s in enumerate(some):
-        start = steps if k == 0 else max(scan.fewest, math.ceil(steps * some[k - 1] / s))
-        steps, why = scans.fewest_steps(scan, s, start, MARGIN * asked)
-        if why:
-            whys.setdefault(why, []).append(s)
-        if why == scans.PART:  # of any degree
-            break
-    scan.budget = room
+    whys = _searched(scan, some, steps, asked)
     if not scan.tried:
         nothing = Candidate(
             some[0], steps, whole / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
@@ -105,20 +91,58 @@ def recommend(
             f"{room:g}.",
         )  # fmt: skip
         return _answer(scan, nothing, asked, scans.BUDGET_ENDED)
-    good = [one for one in scan.tried if one.error <= MARGIN * asked]
+    good = [candidate for candidate in scan.tried if candidate.error <= MARGIN * asked]
     if not good:
         return _not_reached(scan, asked, whys)
-    few = [
-        min((one for one in good if one.degree == s), key=lambda one: one.cost(by))
-        for s in {one.degree: None for one in good}
-    ]
-    best = min(_timed(scan, few) if by == scans.TIME else few, key=lambda one: one.cost(by))
-    answer = _confirmed(scan, best, asked, measured is None)
+    answer = _confirmed(scan, _cheapest(scan, good), asked, measured is None)
     if scans.BUDGET_ENDED in whys and answer.reached:
         left = _named(whys[scans.BUDGET_ENDED])
         text = f"{answer.status} The budget ended before the search for {left}."
         answer = replace(answer, status=text)
     return answer
+
+
+def _checked_degrees(degrees: Sequence[int]) -> list[int]:
+    """The degrees; ValueError unless they are several whole numbers from 1 to MOST."""
+    if not isinstance(degrees, (tuple, list, range)) or not degrees:
+        raise ValueError(
+            f"degrees must be a tuple or list of whole numbers, as (6, 8); "
+            f"received {shown(degrees)}."
+        )
+    return [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
+
+
+def _searched(
+    scan: scans.Scan, degrees: list[int], steps: int, asked: float
+) -> dict[str, list[int]]:
+    """Search the largest step of each degree; reason -> the degrees that ended without one.
+
+    steps  where the search begins with the first degree
+    """
+    room, scan.budget = scan.budget, FOR_SEARCH * scan.budget
+    whys: dict[str, list[int]] = {}
+    for k, s in enumerate(degrees):
+        start = steps if k == 0 else max(scan.fewest, math.ceil(steps * degrees[k - 1] / s))
+        steps, why = scans.fewest_steps(scan, s, start, MARGIN * asked)
+        if why:
+            whys.setdefault(why, []).append(s)
+        if why == scans.PART:  # of any degree
+            break
+    scan.budget = room
+    return whys
+
+
+def _cheapest(scan: scans.Scan, good: list[Candidate]) -> Candidate:
+    """The cheapest of the candidates, of which each degree's cheapest are timed if time decides."""
+
+    def cost(candidate: Candidate) -> float:
+        return candidate.cost(scan.by)
+
+    few = [
+        min((candidate for candidate in good if candidate.degree == s), key=cost)
+        for s in dict.fromkeys(candidate.degree for candidate in good)
+    ]
+    return min(_timed(scan, few) if scan.by == scans.TIME else few, key=cost)
 
 
 def _fit_to_budget(scan: scans.Scan, degree: int, steps: int, asked: float, runs: int) -> int:

@@ -40,6 +40,7 @@ HARD = 0.1  # share of steps by Newton's method from which on smaller steps may 
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 LONGER = 1.05  # ratio of times of use below which smaller steps did not help
 PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
+ROUNDING = "rounding decides"
 STOPS = "a force reaches its limit at the same time whatever the step"
 FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
 
@@ -82,18 +83,31 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
         else:
             flat = flat + 1 if before is not None and _no_better(before, found) else 0
             low, before = steps, found
-            if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
-                return high or steps, "" if high else "rounding decides"
-            if flat and math.isfinite(found.parted) and not high:
-                return steps, PART
-            if flat and math.isfinite(found.stopped) and not high:
-                return steps, STOPS
-        if high and (high <= CLOSE * low or high - low <= 1 or high == scan.fewest):
-            break
-        if not high and low >= scan.most:
+            why = _in_vain(scan, found, flat)
+            if why and not high:
+                return steps, why
+            if why == ROUNDING:
+                break
+        if _bracketed(scan, low, high):
             break
         steps = max(scan.fewest, min(_next(found, low, high, error), scan.most))
     return high or steps, "" if high else "no number of steps that was tried is enough"
+
+
+def _in_vain(scan: Scan, found: Candidate, flat: int) -> str:
+    """Why more steps are of no use after so many refinements without gain; "" where they may be."""
+    if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
+        return ROUNDING
+    if flat and math.isfinite(found.parted):
+        return PART
+    return STOPS if flat and math.isfinite(found.stopped) else ""
+
+
+def _bracketed(scan: Scan, low: int, high: int) -> bool:
+    """Whether no number of steps is left to try; ``low`` are too few and ``high`` enough, or 0."""
+    if not high:
+        return low >= scan.most
+    return high <= CLOSE * low or high - low <= 1 or high == scan.fewest
 
 
 def _next(found: Candidate, low: int, high: int, error: float) -> int:

@@ -164,17 +164,17 @@ def _contradiction(
     curve: Curve, given: float, centre: float, seen: Mapping[int, Difference]
 ) -> tuple[str, float]:
     """DIFFERS where three neighbouring differences agree with each other and not with the given."""
-    if seen and all(one.flat for one in seen.values()):
+    if seen and all(difference.flat for difference in seen.values()):
         farthest = min(seen)
         hidden = abs(given) * 2.0**-farthest <= VISIBLE * abs(centre)
         straight = not hidden and _change(curve, given, sorted(seen)) <= BENT * abs(given)
         return (DIFFERS, 0.0) if straight else (UNDECIDED, np.nan)
     best, sharpest = np.nan, np.inf
-    for first in seen:
-        three = tuple(first + k * APART for k in range(3))
-        a, b, c = (seen.get(exponent) for exponent in three)
-        if a is None or b is None or c is None or a.flat or b.flat or c.flat:
+    bent = {exponent: difference for exponent, difference in seen.items() if not difference.flat}
+    for first in bent:
+        if not {first + APART, first + 2 * APART} <= bent.keys():
             continue
+        a, b, c = (bent[first + k * APART] for k in range(3))
         slope = _extrapolated({0: b, APART: c}, 0)[0]
         off, spread = abs(given - slope), max(abs(b.slope - a.slope), abs(c.slope - b.slope))
         clear = spread <= SHARP * off and c.bend <= BENT * off and spread < sharpest

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -59,6 +59,25 @@ LEAST = 1e-100  # coordinates of which none is larger have the length 1
 TINY = 1e-10  # coordinates below this share of the largest one have its length
 
 
+class Differencing(NamedTuple):
+    """How a derivative is differenced.
+
+    weights, steps  of a quotient, and the first steps over the length of a coordinate
+    noise           round-off of the function, as a share of its size
+    good            relative error at which no further step is tried
+    usable          largest relative difference of neighbouring steps that still counts as agreement
+    """
+
+    weights: tuple[float, ...] = WEIGHTS
+    steps: tuple[float, ...] = STEPS
+    noise: float = ROUNDING
+    good: float = GOOD
+    usable: float = USABLE
+
+
+USUAL = Differencing()
+
+
 def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) -> Any:
     """The one differencer of galvi, for numbers or arrays, as Python or as numba takes it."""
 
@@ -83,8 +102,9 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         return where(agree, larger(gap, rounding), np.inf)
 
     @jit
-    def slope_along(function, x, t, i, length, size, noise, weights, steps, good, usable):  # type: ignore[no-untyped-def]
+    def slope_along(function, x, t, i, length, size, way):  # type: ignore[no-untyped-def]
         """The derivative of function(x, t) by x_i and its error; see `differences`."""
+        weights, steps, noise, good, usable = way
         step, end = steps[0] * length, steps[len(steps) - 1] * length
         widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
         first, finest, best, error = widest, widest, widest, where(widest == 0.0, np.inf, np.inf)
@@ -143,27 +163,24 @@ def compiled_slope_along() -> Callable[..., Any]:
 
 def differences(
     function: Callable[[Array], Array], x: Array, lengths: Array, *, size: float = 0.0,
-    weights: tuple[float, ...] = WEIGHTS, steps: tuple[float, ...] = STEPS,
-    noise: float = ROUNDING, good: float = GOOD, usable: float = USABLE,
+    way: Differencing = USUAL,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
 
     lengths  (d,) over which the function changes, as far as one can tell
     size     size of the terms that cancel in the function: its round-off is
              noise * max(size, |function|)
-    good     relative error at which no further step is tried
-    usable   largest relative difference of neighbouring steps that still counts as agreement
 
     The error of an entry is the larger of its round-off and its difference to the neighbouring
-    step. While it exceeds ``good``, longer steps and then shorter steps are tried as long as the
-    error falls. NaN, with infinite error, where no two neighbouring steps agree. What the function
+    step. While it exceeds ``way.good``, longer and then shorter steps are tried as long as it
+    falls. NaN, with infinite error, where no two neighbouring steps agree. What the function
     raises is raised where it leaves no derivative.
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
         value = Tried(function, np.full(1, np.nan))
         columns = [
-            slopes_along(value, x, 0.0, i, float(length), size, noise, weights, steps, good, usable)
+            slopes_along(value, x, 0.0, i, float(length), size, way)
             for i, length in enumerate(lengths)
         ]
     value.raise_if_lost(np.concatenate([slope for slope, _ in columns]))
@@ -204,7 +221,7 @@ def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[A
     """dV/dq (d,) at one configuration and its error, (d,)."""
     value = Tried(lambda there: float(potential(there, *time)), np.nan)
     pairs = [
-        slope_along(value, q, 0.0, i, length, 0.0, ROUNDING, WEIGHTS, STEPS, GOOD, USABLE)
+        slope_along(value, q, 0.0, i, length, 0.0, USUAL)
         for i, length in enumerate(lengths_of(q).tolist())
     ]
     slopes, errors = np.array(pairs).T
@@ -252,7 +269,7 @@ def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any
         gradient = np.zeros(q.size)
         for i in range(q.size):
             length = abs(q[i]) if abs(q[i]) > TINY * largest else largest
-            slope, _ = along(value, q, t, i, length, 0.0, ROUNDING, WEIGHTS, STEPS, GOOD, USABLE)
+            slope, _ = along(value, q, t, i, length, 0.0, USUAL)
             gradient[i] = slope
         return gradient
 

@@ -17,7 +17,13 @@ from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems import legendre_transform
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
-from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_scales, differences
+from galvi.systems.finite_differences import (
+    CALLS,
+    STEPS,
+    Differencing,
+    difference_scales,
+    differences,
+)
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
@@ -28,6 +34,7 @@ CHART = Exponential()
 NEAR = 0.1  # of the lengths of coordinates and velocities, to a state near another
 TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
 COARSE = 2.0**-38  # relative error of a differenced momentum
+ROUGH = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)  # of the mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,8 +287,7 @@ class Lagrangian:
             return cast(KnownMass, self.function).mass(q)
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
-            weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,
-            good=1e-3, usable=1e-2,
+            way=ROUGH if self._slopes else ROUGH._replace(noise=COARSE),
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 

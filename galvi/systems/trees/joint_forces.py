@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -98,6 +98,30 @@ class Written(NamedTuple):
     of_masses: set[int]
     of_controls: set[int]
     rows: tuple[int, ...]
+
+
+class Row(NamedTuple):
+    """The constants of one part of the forces.
+
+    of_structure  indices of those that are whole numbers of the law's structure
+    of_mass       indices of those that depend on masses, and of_control on controls
+    begins        whether a pull or a push begins here
+    """
+
+    values: Array
+    of_structure: Iterable[int]
+    of_mass: Iterable[int]
+    of_control: Iterable[int]
+    begins: bool
+
+    @classmethod
+    def of(
+        cls, parts: Iterable[Any], of_structure: Iterable[int], *,
+        of_mass: Iterable[int] = (), of_control: Iterable[int] = (), begins: bool = False,
+    ) -> Row:  # fmt: skip
+        """The row whose values are those of the parts, one after the other."""
+        values = np.concatenate([np.ravel(part) for part in parts])
+        return cls(values, of_structure, of_mass, of_control, begins)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,75 +278,77 @@ class JointForces:
     @cached_property
     def _written(self) -> Written:
         assert self.tree is not None
-        rows: list[tuple[Array, tuple[int, ...], Iterable[int], Iterable[int]]] = []
-        driven, thrust = dict[int, list[int]](), set[int]()
-        for drive in self.drives:
-            if drive.thrust is not None:
-                thrust.add(drive.part)
-                continue
-            slopes = zip(drive.gain, (kernel.CONSTANT, kernel.SPRING, kernel.DAMPER), strict=True)
-            driven[drive.part] = [place for gain, place in slopes if gain]
-        on = self._frame
+        rows = [
+            *self._rows_of_pulls(), *self._rows_of_weights(), *self._rows_of_pushes(),
+            *self._rows_in_a_medium(),
+        ]  # fmt: skip
+        wet, bounds = len(self.wet), self.bounds if self.limited else ()
+        with_points = any(pull.points for pull in self.pulls)
+        head = [bool(self.weights or self.pushes or wet or with_points), len(self.pulls),
+                len(bounds), len(self.weights), len(self.pushes), wet, *self.wind]  # fmt: skip
+        known = {self.first + k: float(head[k]) for k in range(kernel.WIND)}
+        of_masses, of_controls, begins = set[int](), set[int](), list[int]()
+        place = self.first + kernel.HEAD + len(self.damping)
+        for row in rows:
+            if row.begins:
+                begins.append(place)
+            known.update((place + k, float(row.values[k])) for k in row.of_structure)
+            of_masses.update(place + k for k in row.of_mass)
+            of_controls.update(place + k for k in row.of_control)
+            place += row.values.size
+        numbers = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
+        numbers += [row.values for row in rows]
+        return Written(
+            read_only(np.concatenate(numbers)), known, of_masses, of_controls, tuple(begins)
+        )
 
-        def row(
-            values: Any, *whole: int, of_mass: Iterable[int] = (), of_control: Iterable[int] = ()
-        ) -> None:
-            rows.append((np.concatenate([np.ravel(x) for x in values]), whole, of_mass, of_control))
-
-        begins = list[int]()
+    def _rows_of_pulls(self) -> Iterator[Row]:
+        """Those of each pull, its arms and its points; then of the bounds."""
+        coefficients = kernel.CONSTANT, kernel.SPRING, kernel.DAMPER
+        driven = {
+            drive.part: [coefficients[k] for k, gain in enumerate(drive.gain) if gain]
+            for drive in self.drives
+            if drive.thrust is None
+        }
         for number, pull in enumerate(self.pulls):
-            begins.append(len(rows))
             limited = self.limited and pull.limits != UNLIMITED
             held = [len(pull.arms), len(pull.points), pull.actuator, pull.slack[0] < pull.slack[1],
                     limited]  # fmt: skip
             limits = pull.limits if limited else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
-            row([held, numbers], 0, 1, 2, 3, 4, of_control=driven.get(number, ()))
+            of_control = driven.get(number, ())
+            yield Row.of([held, numbers], range(5), of_control=of_control, begins=True)
             for arm in pull.arms:
-                row([arm], 0, 1)
+                yield Row.of([arm], (0, 1))
             for link, place, share in pull.points:
-                frame, r, C = on(link)
-                row([[frame], r + C @ place, [share]], 0)
-        bounds = self.bounds if self.limited else ()
-        for velocity, least, most, _ in bounds:
-            row([[velocity, least, most]], 0)
-        for k, share in self.weights:
-            frame, r, C = on(k)
-            own = self.tree.links[k]
-            row([[frame, share * own.mass], r + C @ own.centre], 0, of_mass=(1,))
-        for number, (k, point, force, moment) in enumerate(self.pushes):
-            begins.append(len(rows))
-            frame, r, C = on(k)
-            open_ = range(4, kernel.PUSHED) if number in thrust else ()
-            row([[frame], r + C @ point, C @ force, C @ moment], 0, of_control=open_)
-        for k, axes, medium in self.wet:
-            frame, r, C = on(k)
-            own = self.tree.links[k]
+                frame, r, C = self._frame(link)
+                yield Row.of([[frame], r + C @ place, [share]], (0,))
+        for velocity, least, most, _ in self.bounds if self.limited else ():
+            yield Row.of([[velocity, least, most]], (0,))
+
+    def _rows_of_weights(self) -> Iterator[Row]:
+        """Those of weights that are held up."""
+        assert self.tree is not None
+        for link, share in self.weights:
+            (frame, r, C), own = self._frame(link), self.tree.links[link]
+            numbers = [[frame, share * own.mass], r + C @ own.centre]
+            yield Row.of(numbers, (0,), of_mass=(1,))
+
+    def _rows_of_pushes(self) -> Iterator[Row]:
+        thrust = {drive.part for drive in self.drives if drive.thrust is not None}
+        for number, (link, point, force, moment) in enumerate(self.pushes):
+            frame, r, C = self._frame(link)
+            of_control = range(4, kernel.PUSHED) if number in thrust else ()
+            numbers = [[frame], r + C @ point, C @ force, C @ moment]
+            yield Row.of(numbers, (0,), of_control=of_control, begins=True)
+
+    def _rows_in_a_medium(self) -> Iterator[Row]:
+        assert self.tree is not None
+        for link, axes, medium in self.wet:
+            (frame, r, C), own = self._frame(link), self.tree.links[link]
             drag = drag_coefficients(own, axes, medium)
-            row([[frame], r + C @ own.centre, C @ axes, drag], 0, of_mass=range(13, kernel.SUNK))
-        wrenches = bool(self.weights or self.pushes or self.wet) or any(
-            pull.points for pull in self.pulls
-        )
-        head = [wrenches, len(self.pulls), len(bounds), len(self.weights), len(self.pushes),
-                len(self.wet), *self.wind]  # fmt: skip
-        found = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
-        at, known = self.first + kernel.HEAD + len(self.damping), dict[int, float]()
-        of_masses, of_controls, places = set[int](), set[int](), list[int]()
-        known.update((self.first + k, float(head[k])) for k in range(kernel.WIND))
-        for values, whole, of_mass, of_control in rows:
-            found.append(values)
-            places.append(at)
-            known.update((at + k, float(values[k])) for k in whole)
-            of_masses.update(at + k for k in of_mass)
-            of_controls.update(at + k for k in of_control)
-            at += values.size
-        return Written(
-            read_only(np.concatenate(found)),
-            known,
-            of_masses,
-            of_controls,
-            tuple(places[k] for k in begins),
-        )
+            numbers = [[frame], r + C @ own.centre, C @ axes, drag]
+            yield Row.of(numbers, (0,), of_mass=range(13, kernel.SUNK))
 
     def beyond(self, q: Array, v: Array) -> str:
         """What is beyond its limits at a state, in words; "" where all is within."""
