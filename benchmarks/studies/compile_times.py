@@ -25,7 +25,7 @@ import json, time
 before = time.process_time()
 import galvi
 imported = time.process_time() - before
-from numba.core import event
+from galvi.kernels.compile.internals import event
 
 class Watch(event.Listener):
     open, own = [], {}

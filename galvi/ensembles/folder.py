@@ -20,7 +20,7 @@ from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodT
 from typing import Any
 
 import numpy as np
-from numba.core.dispatcher import Dispatcher
+from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from galvi.input_checks import shown
@@ -77,7 +77,7 @@ def _values(value: Any) -> Any:
     """
     if isinstance(value, type | BuiltinFunctionType | np.ufunc):
         return None
-    if isinstance(value, Dispatcher):
+    if is_jitted(value):
         return _values(value.py_func)
     if isinstance(value, MethodType):
         return value.__self__, _values(value.__func__)

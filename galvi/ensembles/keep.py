@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
@@ -316,7 +316,7 @@ def kept_of(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
     """A value to keep, or else a Python function of a run."""
     if keep is None:
         return FinalStates(), None
-    if isinstance(keep, CPUDispatcher):
+    if is_jitted(keep):
         return OfStates(keep), None
     if hasattr(keep, "begin") and hasattr(keep, "steps") and not isinstance(keep, type):
         return keep, None

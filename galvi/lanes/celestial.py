@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.forces.celestial import (
     BACK,

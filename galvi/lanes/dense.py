@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba.core import cgutils
-
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.values import Lane
 
 # Products of a factorisation beyond which it is done in loops: the law of 12 ball joints in a chain

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import polynomial
 from galvi.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
 

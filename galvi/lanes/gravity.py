@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.vectors import BITS, DOUBLE, LANES, NARROW, NOTHING, Lanes
 
 __all__ = [

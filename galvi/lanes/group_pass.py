@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
 from galvi.lanes.group_rows import (
     BEFORE,

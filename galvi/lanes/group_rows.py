@@ -28,8 +28,8 @@ from functools import reduce
 from typing import Any
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 from galvi.kernels.on_group.scale import LEAST

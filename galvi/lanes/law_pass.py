@@ -30,8 +30,8 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import generic
 from galvi.lanes.dense import Triangle, factored, is_written_out
 from galvi.lanes.functions import two_product

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import DOUBLE, Lanes

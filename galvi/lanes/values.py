@@ -6,8 +6,8 @@ A Lane wraps an LLVM vector under construction; sums of products may be fused, u
 from __future__ import annotations
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes import functions
 from galvi.lanes.vectors import DOUBLE, FUSED, everywhere, spread
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils, event
-from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils, cpu_target, event
 from galvi.kernels.compile.watching import GENERATED
 
 LANES, NARROW = 8, 4  # of a vector

@@ -7,10 +7,10 @@ from functools import cache
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.lanes.frames import universal

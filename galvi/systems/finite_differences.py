@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
@@ -243,7 +243,7 @@ def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> 
 
     NaN where no two steps agree.
     """
-    if isinstance(potential, CPUDispatcher):
+    if is_jitted(potential):
         return _compiled_gradient(potential, explicit_time)
 
     return lambda q, *time: _slopes_of(potential, q, *time)[0]

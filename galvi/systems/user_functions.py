@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from galvi.input_checks import flag, shown
@@ -15,7 +15,7 @@ from galvi.input_checks import flag, shown
 
 def compiles(function: Callable[..., Any], signature: Any) -> bool:
     """Whether a function is jitted and, for the signature's arguments, returns its return type."""
-    if not isinstance(function, CPUDispatcher):
+    if not is_jitted(function):
         return False
     try:
         function.compile(signature.args)

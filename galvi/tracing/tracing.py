@@ -10,7 +10,7 @@ from types import CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi.systems.traces import Untraceable
 from galvi.tracing.graph import Graph, Node
@@ -64,7 +64,7 @@ class StandIns:
         """The stand-in of a module or a function; any other value itself."""
         if isinstance(value, ModuleType):
             return self.modules.get(value, value)
-        if isinstance(value, CPUDispatcher):
+        if is_jitted(value):
             value = value.py_func
         if isinstance(value, MethodType):
             return MethodType(self.replaced(value.__func__), value.__self__)
@@ -196,6 +196,6 @@ def traced(
 
 def _callable(function: Any, stand_ins: StandIns) -> Callable[..., Any]:
     call = getattr_static(function, "__call__", None)
-    if not isinstance(function, CPUDispatcher) and isinstance(call, FunctionType):
+    if not is_jitted(function) and isinstance(call, FunctionType):
         function = MethodType(call, function)
     return stand_ins.replaced(function)

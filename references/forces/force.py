@@ -8,9 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import njit, types
-from numba.core.errors import NumbaError
-from numba.core.registry import CPUDispatcher
+from numba import NumbaError, njit, types
+from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from references.compiled import njit as cached
@@ -104,7 +103,7 @@ class Force:
     @property
     def compiled(self) -> bool:
         """Whether compiled loops can call it."""
-        return isinstance(self.function, CPUDispatcher)
+        return is_jitted(self.function)
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         """f(q, v, t), in the shape of v."""
@@ -139,7 +138,7 @@ def by_function(function: Function, arguments: str, sign: float) -> Force:
     It is compiled when the function is jitted and returns an array (d,), else called from Python,
     where its exceptions stay as they are and a wrong shape raises ValueError.
     """
-    jitted = isinstance(function, CPUDispatcher)
+    jitted = is_jitted(function)
     adapted = _adapted(function, arguments, sign) if jitted else None
     return Force(adapted or _called(function, arguments, sign))
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from references.forces.force import ROUNDING
@@ -100,7 +100,7 @@ def written(expressions: Iterable[Any]) -> Array:
 def formulas_of(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...] | None:
     """The expressions in the array, or of the number, that a function returns; None where it cannot
     be run on them."""
-    plain = function.py_func if isinstance(function, CPUDispatcher) else function
+    plain = function.py_func if is_jitted(function) else function
     try:
         return tuple(_exact(x) for x in np.ravel(plain(*arguments)))
     except Exception:  # a user's function may raise anything, as where it branches on a symbol

@@ -24,8 +24,8 @@ from typing import Any
 
 import llvmlite
 import numba
-from numba.core.caching import FunctionCache
-from numba.core.serialize import dumps
+
+from galvi.kernels.compile.internals import FunctionCache, dumps
 
 DIGEST = 32  # bytes of SHA-256
 FOLDER = "galvi-kernels"

@@ -20,11 +20,9 @@ from typing import Any
 
 import numpy as np
 from numba import types
-from numba.core import errors
-from numba.core.imputils import impl_ret_new_ref
-from numba.core.registry import CPUDispatcher
-from numba.extending import intrinsic
+from numba.extending import intrinsic, is_jitted
 
+from galvi.kernels.compile.internals import errors, impl_ret_new_ref
 from galvi.kernels.compile.jit import MATRIX, REAL, TENSOR3, VECTOR
 
 
@@ -39,7 +37,7 @@ def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
 
 
 def _address(function: Any, signature: Any) -> int:
-    if not isinstance(function, CPUDispatcher):
+    if not is_jitted(function):
         raise TypeError(
             f"a compiled kernel calls functions compiled with numba.njit; received {function!r}."
         )
@@ -108,7 +106,7 @@ def interpreted(kernel: Any) -> Callable[..., Any]:
     for name, value in _used(kernel).items():
         if value in CALLS:
             names[name] = operator.call
-        elif isinstance(value, CPUDispatcher) and _calls_out(value):
+        elif is_jitted(value) and _calls_out(value):
             names[name] = interpreted(value)
     return FunctionType(source.__code__, names, source.__name__, source.__defaults__)
 
@@ -117,7 +115,7 @@ def interpreted(kernel: Any) -> Callable[..., Any]:
 def _calls_out(kernel: Any) -> bool:
     """Whether the kernel, or one that it calls, calls a function by its address."""
     return any(
-        value in CALLS or (isinstance(value, CPUDispatcher) and _calls_out(value))
+        value in CALLS or (is_jitted(value) and _calls_out(value))
         for value in _used(kernel).values()
     )
 

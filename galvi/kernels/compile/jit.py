@@ -1,10 +1,8 @@
 """Compiler settings of all kernels: cached on disk, IEEE division, no reordering of sums.
 
 Kernels release the interpreter's lock while they run. Functions that they call are parts of them,
-compiled to what a kernel is linked from, and no further: numba makes machine code of every function
-that another one calls, optimised with all that it calls in turn, as if it were called from Python
-too. Without that a kernel of three hundred functions takes half as long to compile and runs as
-fast.
+see galvi.kernels.compile.parts. With GALVI_PLAIN_NUMBA=1 numba compiles and caches them as it does
+by itself: the same bits, after about twice the time.
 """
 
 from __future__ import annotations
@@ -12,91 +10,15 @@ from __future__ import annotations
 import threading
 from contextlib import suppress
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numba
 from numba import types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
-from numba.core.compiler_machinery import PassManager, register_pass
-from numba.core.typed_passes import NativeLowering
 
-from galvi.kernels.compile.cache import KernelCache
+from galvi.kernels.compile.cache import KernelCache, kernels, stamp
+from galvi.kernels.compile.parts import PLAIN, call_as_part, public
 from galvi.kernels.compile.watching import watch_compilation
-
-
-class PartCode(JITCodeLibrary):
-    """Code that is optimised and made machine code by what it is linked into."""
-
-    def _optimize_final_module(self):
-        pass
-
-    def _finalize_final_module(self):
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class PartLowering(NativeLowering):
-    """LLVM's code of a function, without an address."""
-
-    _name = "part_lowering"
-
-    def run_pass(self, state):
-        context = state.targetctx
-        state.library = PartCode(context.codegen(), state.func_id.func_qualname)
-        state.flags.no_compile = True
-        super().run_pass(state)
-        key: object = [].append  # numba has built-in functions only as keys; each list's is another
-        context.insert_user_function(key, state.cr.fndesc, [state.library])
-        state["cr"] = state.cr._replace(cfunc=key)
-        return True
-
-
-class PartFlags(Flags):
-    """numba's Flags, compared by the options that are set.
-
-    numba's own compare all of them, for each operation of a function several times: a fifth of the
-    time that a kernel takes to compile.
-    """
-
-    __slots__ = ()
-
-    def __hash__(self):
-        return hash(frozenset(self._values))
-
-    def __eq__(self, other):
-        return isinstance(other, PartFlags) and self._values == other._values
-
-
-class PartCompiler(CompilerBase):
-    """numba's, with `PartLowering`; for `pipeline_class`."""
-
-    def __init__(self, typing, target, library, args, returned, flags, local):
-        super().__init__(typing, target, library, args, returned, PartFlags(flags), local)
-
-    def define_pipelines(self):
-        usual = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        parts = PassManager("part")
-        for step, text in usual.passes:
-            parts.add_pass(PartLowering if step is NativeLowering else step, text)
-        parts.finalize()
-        return [parts]
-
-
-AS_PART = {"pipeline_class": PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-def call_as_part(dispatcher, options):
-    """Let functions that call a jitted one compile it as a part; calls from Python as before."""
-
-    @cache
-    def part():
-        return numba.njit(**{**options, **AS_PART})(dispatcher.py_func)
-
-    dispatcher.get_call_template = lambda args, kws: part().get_call_template(args, kws)
-    dispatcher.get_overload = lambda signature: part().get_overload(signature)
-
 
 _ONE_AT_A_TIME = threading.RLock()
 
@@ -118,6 +40,8 @@ def jit(function, **options):
     All options are stated, since numba would inherit missing ones from the first calling kernel.
     """
     given = {"error_model": "numpy", "nogil": True, "_nrt": True, "forceinline": False, **options}
+    if PLAIN:
+        return plainly_compiled(function, given)
     dispatcher: Any = numba.njit(**given)(function)
     if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
         # Without a writable folder or readable sources, every process compiles again.
@@ -126,6 +50,23 @@ def jit(function, **options):
         watch_before_compiling(dispatcher)
         call_as_part(dispatcher, given)
     return dispatcher
+
+
+def plainly_compiled(function, options):
+    """``function`` compiled and cached by numba as it is, but for options that are not public.
+
+    numba's cache looks at the file of a function alone; its folder is named by all kernels here.
+    """
+    settings: Any = numba.config
+    before = settings.CACHE_DIR
+    try:
+        folder = Path(KernelCache(function).cache_path) / f"galvi-plain-{stamp(*kernels())[:16]}"
+        settings.CACHE_DIR = str(folder)
+        return numba.njit(cache=True, **public(options))(function)
+    except (RuntimeError, OSError):  # no folder can be written
+        return numba.njit(**public(options))(function)
+    finally:
+        settings.CACHE_DIR = before
 
 
 def jit_inline(function):

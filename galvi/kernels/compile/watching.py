@@ -8,9 +8,8 @@ import threading
 from functools import cache
 from typing import Any
 
-from numba.core import event
-
 from galvi.kernels.compile.cache import KernelCache
+from galvi.kernels.compile.internals import event
 
 GENERATED = "galvi:generated"  # event of numba's kind: ``seconds`` to compile what is generated
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numba.extending import overload, register_jitable
 
-from galvi.kernels.compile.jit import AS_PART
+from galvi.kernels.compile.parts import as_part
 
-OPTIONS: Any = {"error_model": "numpy", "_nrt": False, "forceinline": True, **AS_PART}
+OPTIONS: Any = as_part({"error_model": "numpy", "_nrt": False, "forceinline": True})
 generic = register_jitable(**OPTIONS)
 
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from numba import types
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.stages import in_lanes, square
 from galvi.lanes.values import Lane
 

@@ -15,9 +15,9 @@ work     (2 d, LANES)  modes and places at eight stages
 from __future__ import annotations
 
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.lanes.frames.rows import WEIGHT

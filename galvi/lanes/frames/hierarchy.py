@@ -19,8 +19,7 @@ from the barycentre of the pairs so far (D), and their accelerations (D).
 
 from __future__ import annotations
 
-from numba.core import cgutils
-
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
     HEAD,

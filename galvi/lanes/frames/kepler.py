@@ -19,8 +19,7 @@ Arrays as in `galvi.lanes.frames.kepler_motion`; the blocks of numbers are m, M,
 
 from __future__ import annotations
 
-from numba.core import cgutils
-
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
     FIRST_MASS,

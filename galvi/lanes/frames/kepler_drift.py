@@ -11,9 +11,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST, NAN, STEP, dot

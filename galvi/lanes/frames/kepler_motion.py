@@ -21,9 +21,9 @@ from operator import and_
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.rows import OFFSET, WEIGHT
 from galvi.lanes.functions import Reciprocals, square_root

@@ -6,9 +6,9 @@ import math
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.functions import sine_cosine, two_sum
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes

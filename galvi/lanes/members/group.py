@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.dispatch import REACHES
 from galvi.lanes import group_rows as blocks
 from galvi.lanes.group_law import HISTORY, begin_countdown, count_down

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 from llvmlite import ir
-from numba.core import cgutils
 
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger, where
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, gives_low_parts
 from galvi.kernels.nystrom.step import EPSILON

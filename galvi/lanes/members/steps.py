@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba.core import cgutils
-
+from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger, larger_size
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 from galvi.lanes.functions import Reciprocals

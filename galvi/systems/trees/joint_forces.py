@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.core.registry import CPUDispatcher
+from numba.extending import is_jitted
 
 from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
@@ -397,7 +397,7 @@ def with_damping(
         return force(q, v) - damping * v
 
     made: Any = in_time if timed else damped
-    if isinstance(force, CPUDispatcher):
+    if is_jitted(force):
         made = njit(made)
     made.undamped = force, timed
     return made, timed

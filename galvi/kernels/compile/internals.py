@@ -1,0 +1,23 @@
+"""What galvi uses of numba beyond its public interface; no other folder imports that.
+
+Vector code is generated with the builders of ``cgutils``; kernels are compiled as
+galvi.kernels.compile.parts has it, and cached as galvi.kernels.compile.cache has it.
+"""
+
+from __future__ import annotations
+
+from numba.core import cgutils, errors, event
+from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.imputils import impl_ret_new_ref
+from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
+from numba.core.typed_passes import NativeLowering
+
+__all__ = [
+    "CompilerBase", "DefaultPassBuilder", "Flags", "FunctionCache", "JITCodeLibrary",
+    "NativeLowering", "PassManager", "cgutils", "cpu_target", "dumps", "errors", "event",
+    "impl_ret_new_ref", "register_pass",
+]  # fmt: skip
