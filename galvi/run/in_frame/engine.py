@@ -8,6 +8,8 @@ that end at the same place as a quarter as many. It depends on the state at the 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from galvi.arrays import Array
@@ -109,6 +111,7 @@ ELSEWHERE = (
 )
 
 
+@lru_cache(maxsize=32)
 def refuse(problem: Problem, method: Galerkin) -> None:
     """ValueError where the method's frame does not apply to the problem."""
     refusal = steppers.frame_of(method).refusal(problem)
