@@ -153,19 +153,20 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         return None
     _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
 
-    def end(state: Checkpoint, n: int) -> Array:
+    states = [*known, _checkpoint(run.start, work)]
+    chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
+
+    def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
-        return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)
-
-    states = [*known, _checkpoint(run.start, work)]
-    chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
+        return arrays.saved_q[-1], arrays.saved_v[-1]
 
     def ends(n: int) -> Array:
-        return np.stack([end(state, n) for state in chosen], axis=1)
+        found = np.array([end(state, n) for state in chosen])
+        return found.swapaxes(0, 1).reshape(2, -1, *run.problem.q0.shape)
 
     return massless_error(run.problem, ends)
 

@@ -100,7 +100,7 @@ class Motion:
 
 
 COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
-PACED, SPARSELY = 128, 8  # states, of up to 1024, at which the pair is looked for: every 8th
+PACED, SPARSELY = 32, 8  # states, of up to 1024, at which the pair is looked for: every 8th
 
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:

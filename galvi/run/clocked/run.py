@@ -226,14 +226,15 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
-    last, none = loop.state, np.zeros_like
+    last, shape = loop.state, loop.problem.q0.shape
+    stages, solver_state = np.zeros_like(last.stages), np.zeros_like(last.solver_state)
     rows = looked_at(len(run.t), loop.done, EACH_IN_A_CLOCK, start=True)
 
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
-        state, clock = none(last.state), np.array([t, 0.0, *last.clock[2:]])
-        state[0], state[2] = q.ravel(), v.ravel()
-        stages, solver_state = none(last.stages), none(last.solver_state)
-        return replace(last, state=state, stages=stages, solver_state=solver_state, clock=clock)
+        state, clock = np.zeros_like(last.state), last.clock.copy()
+        state[0], state[2], clock[:2] = q.ravel(), v.ravel(), (t, 0.0)
+        settings = last.solver, last.tolerance
+        return Checkpoint(last.first, state, stages, solver_state, *settings, clock=clock)
 
     def ends(n: int) -> Array:
         q, v, t = run.q[rows], run.v[rows], run.t[rows]
@@ -241,7 +242,7 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
             states = [state_at(*row) for row in zip(q, v, t, strict=True)]
             q, v, t, codes = cast(Any, loop.motion.each)(states, np.full(len(q), -loop.step / n))
             q[codes != SOLVED] = np.nan
-        return np.stack([q, v]).reshape(2, -1, *loop.problem.q0.shape)
+        return np.stack([q, v]).reshape(2, -1, *shape)
 
     return massless_error(loop.problem, ends)
 

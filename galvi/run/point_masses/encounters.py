@@ -126,7 +126,7 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
 STATES = 6  # that are looked at in a long run, the last one and others before it
 # Steps of a run for each further state: there three steps are done again, without a guess. In a
 # clock these are as long as a body's motion allows, and err most near a pericentre.
-EACH, EACH_IN_A_CLOCK = 32768, 128
+EACH, EACH_IN_A_CLOCK = 32768, 256
 COARSE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
 
@@ -161,28 +161,25 @@ def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessEr
     done = np.isfinite(whole + halves).all(axis=(0, 2, 3))
     if not done.any():
         return None
-    share = _energy_changes(problem, whole[:, done], halves[:, done]).max(axis=0)
-    body = int(np.argmax(share))
-    return MasslessError(body, float(share[body]), int(np.count_nonzero(done)))
-
-
-def _energy_changes(problem: Problem, whole: Array, halves: Array) -> Array:
-    """What a step changes of the energy of each body beside its halves, (k, bodies); 0 for bodies
-    with a mass."""
     system: Any = problem.system
-    light, q = np.flatnonzero(system.masses == 0.0), halves[0]
-    pull, puller = np.zeros((len(q), light.size)), np.zeros((len(q), light.size), dtype=np.int64)
+    light = np.flatnonzero(system.masses == 0.0)
+    share = _energy_changes(system, light, whole[:, done], halves[:, done]).max(axis=0)
+    worst = int(np.argmax(share))
+    return MasslessError(int(light[worst]), float(share[worst]), int(np.count_nonzero(done)))
+
+
+def _energy_changes(system: Any, light: Any, whole: Array, halves: Array) -> Array:
+    """What a step changes of the energy of the ``light`` bodies (n,) beside its halves, (k, n)."""
+    own, off = halves[:, :, light], (whole - halves)[:, :, light]
+    pull, puller = np.zeros(own.shape[1:3]), np.zeros(own.shape[1:3], dtype=np.int64)
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
-        r = _lengths(q[:, light] - q[:, body, None])
+        r = _lengths(own[0] - halves[0, :, body, None])
         by_body = system.G * system.masses[body] / r**2
         puller[by_body > pull] = body
         pull = np.maximum(by_body, pull)
-    state = np.arange(len(q))[:, None]
-    r, speed = (_lengths(x[:, light] - x[state, puller]) for x in halves)
-    dq, dv = _lengths((whole - halves)[:, :, light])
-    changes = np.zeros(q.shape[:2])
-    changes[:, light] = (speed * dv + pull * dq) / (0.5 * speed**2 + pull * r)
-    return np.fmax(changes, 0.0)
+    r, speed = _lengths(own - halves[:, np.arange(len(puller))[:, None], puller])
+    dq, dv = _lengths(off)
+    return np.fmax((speed * dv + pull * dq) / (0.5 * speed**2 + pull * r), 0.0)
 
 
 def _lengths(vectors: Array) -> Array:
