@@ -165,8 +165,8 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         return arrays.saved_q[-1], arrays.saved_v[-1]
 
     def ends(n: int) -> Array:
-        found = np.array([end(state, n) for state in chosen])
-        return found.swapaxes(0, 1).reshape(2, -1, *run.problem.q0.shape)
+        rows = np.stack([end(state, n) for state in chosen], axis=1)
+        return rows.reshape(2, -1, *run.problem.q0.shape)
 
     return massless_error(run.problem, ends)
 

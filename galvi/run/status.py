@@ -45,8 +45,10 @@ def outcome_of(
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
-    exceptions = notes_on_exceptions(stepper.formulation, counts)
-    return completed(problem, report, run.start.first, passage, massless, remedy, steps, exceptions)
+    return completed(
+        problem, report, run.start.first, passage, massless, remedy, steps,
+        notes_on_exceptions(stepper.formulation, counts),
+    )  # fmt: skip
 
 
 def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
@@ -61,9 +63,9 @@ def completed(
 ) -> Outcome:  # fmt: skip
     """The outcome of a run that did all its ``steps``.
 
-    first    steps since the problem's start before this run
-    passage  the worst one of two point masses that no step resolved, as a clause; "" for none
-    remedy   where the report has none
+    first       steps since the problem's start before this run
+    passage     the worst one of two point masses that no step resolved, as a clause; "" for none
+    remedy      where the report has none
     exceptions  notes where all is well
     """
     clauses = _wrong(report)
@@ -75,10 +77,12 @@ def completed(
     clauses += [passage] if passage else []
     clauses = clauses or off_without_mass(problem, massless())
     unassessed = f"energy could not be judged {report.unassessed}" if report.unassessed else ""
-    if not clauses and not unassessed:
-        return Outcome(notes=exceptions, steps=steps)
     if not clauses:
-        return Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
+        return (
+            Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
+            if unassessed
+            else Outcome(notes=exceptions, steps=steps)
+        )
     if not report.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
     reason, remedy = "; ".join(clauses), report.remedy or remedy

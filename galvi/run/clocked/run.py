@@ -233,8 +233,9 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
         state, clock = np.zeros_like(last.state), last.clock.copy()
         state[0], state[2], clock[:2] = q.ravel(), v.ravel(), (t, 0.0)
-        settings = last.solver, last.tolerance
-        return Checkpoint(last.first, state, stages, solver_state, *settings, clock=clock)
+        return Checkpoint(
+            last.first, state, stages, solver_state, last.solver, last.tolerance, clock=clock
+        )
 
     def ends(n: int) -> Array:
         q, v, t = run.q[rows], run.v[rows], run.t[rows]
