@@ -98,11 +98,15 @@ class Assembled:
         return self.defect <= CONSISTENT
 
 
+class IllPosed(ValueError):
+    """A free particle has no unique motion (M lemma 1)."""
+
+
 def tabulate(space: Space, rule: Rule) -> Tableau:
-    """The table of a pair; ValueError when it is ill-posed or inconsistent (claim V19)."""
+    """The table of a pair; `IllPosed`, or ValueError when it is inconsistent (claim V19)."""
     found = assemble(checked(space), rule)
     if found.table is None:
-        raise ValueError(_ill_posed(space, rule))
+        raise IllPosed(_ill_posed(space, rule))
     if not found.consistent:
         raise ValueError(_inconsistent(space, rule, found.defect))
     return found.table

@@ -9,7 +9,7 @@ from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
-from references.contender import Contender, Reference, refusal
+from references.contender import Contender, EngineMissing, Reference, missing_engine, refusal
 from references.heyoka.lagrangian import (
     HEYOKA_CHAIN,
     HEYOKA_CHAIN_QUADRUPLE,
@@ -192,4 +192,13 @@ def named(name: str, problem: Problem) -> Reference:
     raise ValueError(refusal(name, known[name], problem, "Take another code."))
 
 
-__all__ = ["CODES", "REFERENCES", "Contender", "Reference", "named", "reference"]
+__all__ = [
+    "CODES",
+    "REFERENCES",
+    "Contender",
+    "EngineMissing",
+    "Reference",
+    "missing_engine",
+    "named",
+    "reference",
+]

@@ -10,6 +10,10 @@ from typing import Any, Protocol, runtime_checkable
 from galvi import LinearSpring, Problem, Trajectory
 
 
+class EngineMissing(ModuleNotFoundError):
+    """A contender cannot run here for want of its engine, the package ``name``."""
+
+
 @runtime_checkable
 class Contender(Protocol):
     """A named way to solve a `galvi.Problem`.
@@ -29,7 +33,11 @@ class Contender(Protocol):
 
     @property
     def missing(self) -> str:
-        """One sentence saying why its engine cannot be used here; empty when it can."""
+        """One sentence saying why its engine cannot be used here; empty when it can.
+
+        Where it may be missing, `engine` is the package to install, as in the versions of a
+        provenance.
+        """
 
     def supports(self, problem: Problem) -> bool:
         """Whether it solves this problem, decided by types and fields, never by the name."""
@@ -38,7 +46,7 @@ class Contender(Protocol):
         """Solve from t0 to t0 + duration, in the problem's units of time.
 
         Raises ValueError for a problem it does not support, an unknown key in the setting or a
-        value out of range, ModuleNotFoundError when the engine is missing. A run that fails returns
+        value out of range, `EngineMissing` when the engine is missing. A run that fails returns
         with ``success`` False, a sentence, and NaN past the failure.
         """
 
@@ -95,9 +103,15 @@ def refusal(
     )
 
 
+def missing_engine(contender: Any) -> str:
+    """The package for want of which a contender cannot run here; "" where it can."""
+    return contender.engine if contender.missing else ""
+
+
 def require(contender: Contender, problem: Problem) -> None:
     """Raise unless the contender can solve the problem here; errors as in `Contender.run`."""
     if not contender.supports(problem):
         raise ValueError(refusal(contender.name, [contender], problem))
     if contender.missing:
-        raise ModuleNotFoundError(f"{contender.name} cannot run: {contender.missing}")
+        why = f"{contender.name} cannot run: {contender.missing}"
+        raise EngineMissing(why, name=missing_engine(contender))

@@ -8,7 +8,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.claims import CLAIMS
-from benchmarks.claims.agreements import AGREEMENTS, engines, unavailable
+from benchmarks.claims.agreements import AGREEMENTS, engines
 from benchmarks.store.provenance import provenance
 from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
@@ -54,7 +54,6 @@ def load() -> Suite:
         sections=SECTIONS,
         targets=TARGETS,
         engines=engines,
-        unavailable=unavailable,
         problems=problems,
         in_workers={
             **{one.id: partial(study_claim, one.id) for one in CHECKS if not one.timed},

@@ -57,6 +57,7 @@ class Row:
     reason       why it is expected
     reference    the independent truths, with the versions of their engines
     verdict      one of `benchmarks.checks.bounds.VERDICTS`
+    absent       the package for want of which it was not run, which is then expected; or ""
     """
 
     id: str
@@ -74,6 +75,7 @@ class Row:
     reason: str = ""
     reference: str = ""
     verdict: str = NOT_RUN
+    absent: str = ""
 
 
 def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts: str) -> Row:

@@ -14,7 +14,7 @@ from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.claims.kit import *
 from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.galvi_methods import Variational
-from references import Contender
+from references import Contender, missing_engine
 
 DEGREE = 12
 
@@ -53,7 +53,8 @@ class AgreementCase:
         """A tidy row; its status gives the reason for a missing number."""
         found = row(study=SOURCE, quantity=self.quantity, t=self.duration)
         if self.contender.missing:
-            return {**found, "label": self.contender.missing}
+            engine = missing_engine(self.contender)
+            return {**found, "label": self.contender.missing, "absent": engine}
         ours = Variational(make_method(galvi.Polynomials(DEGREE), galvi.gauss(DEGREE)))
         equal = {"step": self.duration / self.steps, "save_every": self.steps}
         runs = (
@@ -68,8 +69,7 @@ class AgreementCase:
 
     def judged(self, name: str, table: DataFrame) -> Row:
         """The row of the agreement `name`; without its engine it is expected not to run."""
-        labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
-        absent = self.contender.missing if self.contender.missing in labels else ""
+        absent, label = absence(table, self.quantity)
         return judged(
             name,
             self.quantity,
@@ -80,9 +80,17 @@ class AgreementCase:
             f"Polynomials({DEGREE}), gauss({DEGREE}), {self.steps} steps",
             claimed="the same motion",
             expected=NOT_RUN if absent else HOLDS,
-            reason=absent or self.note,
-            reference=self.contender.name if absent or not labels else labels[0],
+            reason=label if absent else self.note,
+            reference=self.contender.name if absent or not label else label,
+            absent=absent,
         )
+
+
+def absence(table: DataFrame, quantity: str) -> tuple[str, str]:
+    """The package for want of which this was not measured, or ""; and the label of its row."""
+    for found in pick(table, quantity=quantity).to_dict("records"):
+        return found["absent"], found["label"]
+    return "", ""
 
 
 class Compared(Protocol):

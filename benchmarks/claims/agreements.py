@@ -174,9 +174,3 @@ ENGINES: Mapping[str, Contender] = {
 def engines() -> dict[str, str]:
     """Optional engines: name -> why it cannot be used here, or ""."""
     return {name: contender.missing for name, contender in ENGINES.items()}
-
-
-def unavailable() -> tuple[str, ...]:
-    """The messages of contenders whose engine is missing."""
-    said = (case.contender.missing for case in CASES)
-    return tuple(dict.fromkeys(sentence for sentence in said if sentence))

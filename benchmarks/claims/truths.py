@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from dataclasses import field
 
+from benchmarks.claims.agreement import absence
 from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH as PENDULUM_TRUTH
 from benchmarks.work_precision.with_settings import WithSettings
-from references import Contender
+from references import Contender, missing_engine
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.top_motion import FREE_TOP
@@ -74,7 +75,8 @@ class TruthCase:
         found = row(study=AGREEMENT, quantity=self.quantity, t=self.duration)
         missing = self.truth.missing or self.second.missing
         if missing:
-            return {**found, "label": missing}
+            engine = missing_engine(self.truth) or missing_engine(self.second)
+            return {**found, "label": missing, "absent": engine}
         wanted = {"samples": self.samples}
         first = self.truth.run(self.problem, self.duration, wanted)
         other = self.other_problem(self.problem)
@@ -87,9 +89,7 @@ class TruthCase:
 
     def judged(self, name: str, table: DataFrame) -> Row:
         """The row; without an engine it is expected not to run."""
-        labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
-        missing = self.truth.missing or self.second.missing
-        absent = missing if missing in labels else ""
+        absent, label = absence(table, self.quantity)
         return judged(
             name,
             self.quantity,
@@ -99,8 +99,9 @@ class TruthCase:
             setup=f"{self.problem.name}; T = {self.duration:g}, {self.samples} samples",
             claimed=f"the same motion; the truth of {self.claims}",
             expected=NOT_RUN if absent else HOLDS,
-            reason=absent or self.reason,
+            reason=label if absent else self.reason,
             reference=self.second.name,
+            absent=absent,
         )
 
 

@@ -25,6 +25,7 @@ COLUMNS: Mapping[str, tuple[str, str]] = {
     "z": ("likewise", "float64"),
     "value": ("the number; NaN for a place, or when the run failed", "float64"),
     "status": ("empty when the run succeeded, else why it ended", "object"),
+    "absent": ("the package for want of which it was not measured, or empty", "object"),
     "force_evaluations": ("of the run, one for each stage and pass", "float64"),
 }
 BLANK = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}

@@ -64,11 +64,13 @@ class Ensemble(NamedTuple):
 class Candidate(NamedTuple):
     """A code at some settings, in order of increasing accuracy.
 
-    calls  (words, call that returns the final configurations), made when asked for
+    calls        (words, call that returns the final configurations), made when asked for
+    in_parallel  whether a call runs all members; else it runs LOOKED_AT of them, in one thread
     """
 
     name: str
     calls: Iterator[tuple[str, Call]]
+    in_parallel: bool = True
 
 
 def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
@@ -136,7 +138,7 @@ def candidates(ensemble: Ensemble) -> list[Candidate]:
         if heyoka.supports(problem) and not heyoka.missing:
             found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
     if HEYOKA_BATCHES.supports(problem):
-        found.append(Candidate("SciPy DOP853", _of_scipy(ensemble)))
+        found.append(Candidate("SciPy DOP853", _of_scipy(ensemble), in_parallel=False))
     return found
 
 
@@ -183,14 +185,14 @@ def _of_scipy(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
 
 def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     """A row for each code, of its fastest setting that reaches the error."""
-    chosen: list[tuple[str, str, float, Call]] = []
+    chosen: list[tuple[Candidate, str, float, Call]] = []
     missed: dict[str, tuple[str, float]] = {}
     for candidate in candidates(ensemble):
         error, words = math.inf, ""
         for words, call in candidate.calls:
             error = float(np.abs(call()[:LOOKED_AT] - ensemble.truth).max())
             if error <= ensemble.target:
-                chosen.append((candidate.name, words, error, call))
+                chosen.append((candidate, words, error, call))
                 break
         else:
             missed[candidate.name] = words, error
@@ -198,8 +200,8 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     name, members = ensemble.problem.name, len(ensemble.q)
     alone = LOOKED_AT * processors()  # members that one thread's time is worth on all processors
     fastest: dict[str, tuple[str, float, Timing, float]] = {}
-    for (who, words, error, _), timing in zip(chosen, times, strict=True):
-        each = timing.seconds / (alone if words.endswith(" members") else members)
+    for (candidate, words, error, _), timing in zip(chosen, times, strict=True):
+        who, each = candidate.name, timing.seconds / (members if candidate.in_parallel else alone)
         if who not in fastest or each < fastest[who][-1]:
             fastest[who] = words, error, timing, each
     first = "peers", f"{members} of {name}"

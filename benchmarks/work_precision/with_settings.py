@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from galvi import Problem, Trajectory
-from references import Contender
+from references import Contender, missing_engine
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,11 @@ class WithSettings:
     def missing(self) -> str:
         """Why the contender's engine is missing, or ""."""
         return self.contender.missing
+
+    @property
+    def engine(self) -> str:
+        """The contender's engine where it is missing, or ""."""
+        return missing_engine(self.contender)
 
     def supports(self, problem: Problem) -> bool:
         """Whether the contender supports the problem."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.lanes.frames import universal
 from galvi.problem import Problem
@@ -172,6 +172,7 @@ def leaves(part: Nested) -> list[Any]:
     return [one for inner in part for one in leaves(inner)] if isinstance(part, tuple) else [part]
 
 
+@lru_cache(maxsize=32)
 def held_pairs(nested: Nested) -> Array:
     """1 for pairs of bodies of which one is in the first part of the smallest part that has both:
     others move about that, and not about each other; (bodies, bodies)."""
@@ -187,9 +188,10 @@ def held_pairs(nested: Nested) -> Array:
                 visit(inner)
 
     visit(nested)
-    return held
+    return read_only(held)
 
 
+@lru_cache(maxsize=32)
 def about_the_heaviest(problem: Problem) -> Nested:
     """Its heaviest body and the others in the order of their orbits about it."""
     system: Any = problem.system

@@ -261,7 +261,7 @@ def _of_builtin(
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
                 rest[k] = -system.value(q, np.zeros_like(states.v[k]), t)
-    near = np.abs(momenta - states.p).max(axis=1) <= CLOSE * np.abs(states.p).max(axis=1)
+    near = np.abs(momenta - states.p) <= CLOSE * np.abs(states.p).max(axis=1, keepdims=True)
     if not (near.all() and np.isfinite(rest).all()):
         return _one_by_one(system, states, False, raised)
     return (states.p * states.v).sum(axis=1) - value - rest, rest

@@ -170,8 +170,11 @@ def _assess(
     errors_since_start(
         kinetic, potential, expected, samples.energy is not None, start.total, start.kinetic, table
     )
-    report = report_on(samples.steps, table, False, so_far, start.kinetic, *excused or (0.0, 0.0))
-    return report._replace(unassessed=unassessed, driven=samples.energy is not None)
+    floor, kick = excused or (0.0, 0.0)
+    return report_on(
+        samples.steps, table, False, so_far, start.kinetic, floor, kick, unassessed,
+        samples.energy is not None,
+    )  # fmt: skip
 
 
 def assess_steps(
@@ -200,8 +203,13 @@ def report_on(
     kinetic: float,
     floor: float = 0.0,
     kick: float = 0.0,
+    unassessed: str = "",
+    driven: bool = False,
 ) -> EnergyReport:
-    """The report on a table of errors, see `galvi.kernels.energy_errors.assess_errors`."""
+    """The report on a table of errors, see `galvi.kernels.energy_errors.assess_errors`.
+
+    unassessed, driven  as in `EnergyReport`
+    """
     after, before = so_far.copy(), so_far[WORST]
     share, worst, ruined, unknown, measure = assess_errors(
         table, single, kinetic, floor, kick, after
@@ -210,7 +218,9 @@ def report_on(
     if before > measure:
         first = 0
     number = int(steps[worst]) if len(steps) else None
-    return EnergyReport(share, measure, number, first, unknown, read_only(after))
+    return EnergyReport(
+        share, measure, number, first, unknown, read_only(after), unassessed, driven
+    )  # fmt: skip
 
 
 def raised_at(error: Exception, time: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -18,18 +18,23 @@ MOST = 512  # states that are looked at
 WAY = np.linspace(0.0, 1.0, 17)  # shares of a step
 
 
-def is_locked(problem: Problem, places: Array, momenta: Array, step: float) -> bool:
-    """Whether three hinges of a body come nearer to gimbal lock at some of the states (n, ...) than
-    the second one turns in a step; MOST of them are looked at."""
+def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step: float) -> bool:
+    """Whether three hinges of a body come nearer to gimbal lock at some of the states than the
+    second one turns in a step; MOST of them are looked at.
+
+    states  () -> their configurations and momenta, (n, ...) each; asked for a tree alone
+    """
     system = problem.system
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
         return False
-    for k in np.unique(np.linspace(0, len(places) - 1, MOST).astype(np.int64)):
-        if np.isfinite(places[k]).all() and np.isfinite(momenta[k]).all():
-            mass = system.tree.mass(places[k])
-            v = np.linalg.lstsq(mass, momenta[k], rcond=None)[0]
-            if _near_lock(mass, v, step, threes):
-                return True
+    with np.errstate(all="ignore"):
+        places, momenta = states()
+        for k in np.unique(np.linspace(0, len(places) - 1, MOST).astype(np.int64)):
+            if np.isfinite(places[k]).all() and np.isfinite(momenta[k]).all():
+                mass = system.tree.mass(places[k])
+                v = np.linalg.lstsq(mass, momenta[k], rcond=None)[0]
+                if _near_lock(mass, v, step, threes):
+                    return True
     return False
 
 

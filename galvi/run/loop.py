@@ -24,7 +24,7 @@ from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.energies import asks_force, asks_functions
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
-from galvi.run.point_masses.encounters import MasslessError, massless_error
+from galvi.run.point_masses.encounters import EACH, MasslessError, looked_at, massless_error
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
 from galvi.run.run_samples import assess_run
@@ -153,18 +153,22 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         return None
     _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
 
-    def end(state: Checkpoint, n: int) -> Array:
+    states = [*known, _checkpoint(run.start, work)]
+    chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
+
+    def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
-        return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)
+        return arrays.saved_q[-1], arrays.saved_v[-1]
 
-    def ends(states: list[Checkpoint], n: int) -> Array:
-        return np.stack([end(state, n) for state in states], axis=1)
+    def ends(n: int) -> Array:
+        rows = np.stack([end(state, n) for state in chosen], axis=1)
+        return rows.reshape(2, -1, *run.problem.q0.shape)
 
-    return massless_error(run.problem, ends, [*known, _checkpoint(run.start, work)])
+    return massless_error(run.problem, ends)
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:

@@ -39,8 +39,7 @@ def assess_run(formulation: Formulation, run: RunRequest, work: RunArrays) -> En
         lambda: run.step,
         lambda ruined: _kept_before(formulation, run, work, ruined, samples),
     )
-    with np.errstate(all="ignore"):
-        locked = is_locked(problem, *saved_states(formulation, run, work), run.step)
+    locked = is_locked(problem, lambda: saved_states(formulation, run, work), run.step)
     return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT) if locked else report
 
 
@@ -84,8 +83,8 @@ def near_velocities(problem: Problem, method: Galerkin, seen: Array) -> Array:
 def steps_of(start: Checkpoint, work: RunArrays) -> Any:
     """The numbers of the steps of ``watched_rows``, since the problem's start."""
     last = start.first + work.done
-    steps = np.arange((start.first >> work.watch) + 1, (last >> work.watch) + 1) << work.watch
-    return steps if len(steps) and steps[-1] == last else np.append(steps, last)
+    begin, end = start.first >> work.watch, -(-last >> work.watch)
+    return np.minimum(np.arange(begin + 1, end + 1) << work.watch, last)
 
 
 def _kept_before(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -46,10 +45,10 @@ def outcome_of(
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
-    outcome = completed(problem, report, run.start.first, passage, massless, remedy)
-    if outcome == Outcome():
-        outcome = Outcome(notes=notes_on_exceptions(stepper.formulation, counts))
-    return replace(outcome, steps=steps)
+    return completed(
+        problem, report, run.start.first, passage, massless, remedy, steps,
+        notes_on_exceptions(stepper.formulation, counts),
+    )  # fmt: skip
 
 
 def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
@@ -60,13 +59,14 @@ def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> 
 
 def completed(
     problem: Problem, report: EnergyReport, first: int, passage: str, massless: Massless,
-    remedy: str = SMALLER_STEP,
+    remedy: str = SMALLER_STEP, steps: int | None = None, exceptions: tuple[str, ...] = (),
 ) -> Outcome:  # fmt: skip
-    """The outcome of a run that did all its steps.
+    """The outcome of a run that did all its ``steps``.
 
-    first    steps since the problem's start before this run
-    passage  the worst one of two point masses that no step resolved, as a clause; "" for none
-    remedy   where the report has none
+    first       steps since the problem's start before this run
+    passage     the worst one of two point masses that no step resolved, as a clause; "" for none
+    remedy      where the report has none
+    exceptions  notes where all is well
     """
     clauses = _wrong(report)
     if report.unknown:
@@ -78,17 +78,21 @@ def completed(
     clauses = clauses or off_without_mass(problem, massless())
     unassessed = f"energy could not be judged {report.unassessed}" if report.unassessed else ""
     if not clauses:
-        return Outcome(End.DOUBTFUL, reason=f"the {unassessed}") if unassessed else Outcome()
+        return (
+            Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
+            if unassessed
+            else Outcome(notes=exceptions, steps=steps)
+        )
     if not report.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
     reason, remedy = "; ".join(clauses), report.remedy or remedy
     notes = (f"The {unassessed}.",) if unassessed else ()
     if report.ruined is not None:
         ruined = max(report.ruined - first, 1)
-        return Outcome(End.RUINED, ruined, reason=reason, remedy=remedy, notes=notes)
+        return Outcome(End.RUINED, ruined, None, reason, notes, steps, remedy)
     if LOCKED not in report.clauses:
         reason += ": the step is too large for this motion"
-    return Outcome(End.DOUBTFUL, reason=reason, remedy=remedy, notes=notes)
+    return Outcome(End.DOUBTFUL, None, None, reason, notes, steps, remedy)
 
 
 def _notes_on_energy(run: RunRequest, report: EnergyReport) -> tuple[str, ...]:

@@ -79,7 +79,7 @@ def assess_work(
             order = np.argsort(numbers, kind="stable")
             in_order = np.ascontiguousarray(table[:, order])
             report = assess_steps(run.problem, numbers[order], in_order, so_far, run.step)
-            locked = is_locked(run.problem, *saved_states(formulation, run, work), run.step)
+            locked = is_locked(run.problem, lambda: saved_states(formulation, run, work), run.step)
         except Exception as error:  # of a user's function
             unassessed = f"with the work of its forces, which raised {in_words(error)}"
             return EnergyReport(energies=so_far, unassessed=unassessed)

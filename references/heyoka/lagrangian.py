@@ -51,6 +51,7 @@ class OnCoordinates:
     """
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "heyoka"
 
     name: str
     precision: str = "double"

@@ -35,6 +35,7 @@ class HeyokaRigid:
     """
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "heyoka"
 
     name: str = "heyoka, rigid bodies"
     precision: str = "double"

@@ -117,6 +117,7 @@ class HeyokaTaylor:
     """
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "heyoka"
 
     name: str = "heyoka"
     precision: str = "double"

@@ -27,6 +27,7 @@ class JplEphemeris:
     """
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "jplephem"
 
     name: str = "JPL DE421"
     exact: bool = False

@@ -23,6 +23,7 @@ class MujocoAccelerations:
     """Setting and steps as of `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "mujoco-core"
 
     name: str = "SciPy DOP853 on MuJoCo's accelerations"
     order: int = 8

@@ -38,6 +38,7 @@ class MujocoSteps:
     """
 
     fixed_step: ClassVar[bool] = True
+    engine: ClassVar[str] = "mujoco-core"
 
     name: str
     integrator: str

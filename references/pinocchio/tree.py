@@ -172,6 +172,7 @@ class PinocchioAccelerations:
     """Setting and steps as of `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "pin"
 
     name: str = "SciPy DOP853 on Pinocchio's accelerations"
     order: int = 8

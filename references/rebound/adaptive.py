@@ -39,6 +39,7 @@ class ReboundAdaptive:
     """
 
     fixed_step: ClassVar[bool] = False
+    engine: ClassVar[str] = "rebound"
 
     name: str
     integrator: str

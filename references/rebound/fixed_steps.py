@@ -44,6 +44,7 @@ class ReboundSteps:
     """
 
     fixed_step: ClassVar[bool] = True
+    engine: ClassVar[str] = "rebound"
 
     name: str
     integrator: str

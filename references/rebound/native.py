@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 from galvi import Problem, Trajectory
 from references.contender import Contender
@@ -70,6 +70,8 @@ def _taken_out() -> dict[str, ModuleType]:
 @dataclass(frozen=True, eq=False)
 class Native:
     """A contender of REBOUND's, run by this build."""
+
+    engine: ClassVar[str] = "rebound"
 
     contender: Contender
 

@@ -31,7 +31,7 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
             if time.perf_counter() - begun > PATIENCE:
                 break
     checked = check(
-        [claims[name] for name, *_ in finished], suite.make_method, True, suite.unavailable(),
+        [claims[name] for name, *_ in finished], suite.make_method, True,
         elsewhere=lambda names: (one for one in finished),
     )  # fmt: skip
     shown = {name for one in HEADLINES for name in one.options["panels"]}

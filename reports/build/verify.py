@@ -193,7 +193,7 @@ def verify(
     chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
     checked = check(
-        chosen, suite.make_method, options.quick, suite.unavailable(), cache,
+        chosen, suite.make_method, options.quick, cache,
         _in_workers(suite, options.quick, cache, beside),
     )  # fmt: skip
     changed = tuple(_write(checked, suite, options))

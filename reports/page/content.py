@@ -76,8 +76,11 @@ def absent(
     rows: Sequence[Row],
 ) -> tuple[Absent, ...]:
     """Those of PEERS that were not installed, by the versions in the origin of the comparisons."""
-    names = [name for key, name in PEERS.items() if origin.get(key) == NOT_INSTALLED]
-    return tuple(_absent(name, runs, targets, rows) for name in names)
+    return tuple(
+        _absent(engine, name, runs, targets, rows)
+        for engine, name in PEERS.items()
+        if origin.get(engine) == NOT_INSTALLED
+    )
 
 
 def is_of(name: str, contender: str) -> bool:
@@ -86,11 +89,11 @@ def is_of(name: str, contender: str) -> bool:
 
 
 def _absent(
-    name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: Sequence[Row]
+    engine: str, name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: Sequence[Row]
 ) -> Absent:
     asked = [is_of(name, one) for one in targets["against"]] if len(targets) else []
     unmet = int((targets[asked]["verdict"] == NOT_RUN).sum()) if any(asked) else 0
-    ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and name in row.reason)
+    ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and row.absent == engine)
     why = "" if runs is None else next(
         (status for who, status in zip(runs["contender"], runs["status"], strict=True)
          if is_of(name, who) and status), "",

@@ -7,7 +7,7 @@ A row whose engine is missing is expected not to run: it is listed with the reas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +18,7 @@ from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.foreign_texts import visible
 from benchmarks.store.frames import frame
+from references import EngineMissing
 from reports.results.cache import BuildCache, CachedResult
 from reports.results.progress import Studies
 
@@ -53,13 +54,11 @@ def check(
     claims: Iterable[Claim],
     make_method: Any,
     quick: bool,
-    absent: Collection[str] = (),
     cache: BuildCache | None = None,
     elsewhere: Elsewhere = nowhere,
 ) -> list[ClaimResult]:
     """Study and judge each claim, those with timings last; progress goes to stderr.
 
-    absent     the messages of missing engines
     cache      the build's result cache; None stores nothing
     elsewhere  studies claims in other processes; claims it omits are studied here
     """
@@ -70,11 +69,11 @@ def check(
         with closing(elsewhere(tuple(missing))) as finished:
             for name, table, seconds in finished:
                 result = cache.keep(name, table, seconds)
-                results[name] = _judged(missing[name], result, absent)
+                results[name] = _judged(missing[name], result)
                 studies.finished(name, missing[name].title, seconds)
         for claim in sorted(claims, key=lambda one: one.timed):
             if claim.id not in results:
-                results[claim.id] = _check(claim, make_method, quick, absent, studies, cache)
+                results[claim.id] = _check(claim, make_method, quick, studies, cache)
     return [results[claim.id] for claim in claims]
 
 
@@ -85,35 +84,25 @@ def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> Cla
 
 
 def _check(
-    claim: Claim, make_method: Any, quick: bool, absent: Collection[str], studies: Studies,
-    cache: BuildCache,
-) -> ClaimResult:  # fmt: skip
+    claim: Claim, make_method: Any, quick: bool, studies: Studies, cache: BuildCache
+) -> ClaimResult:
     start = time.perf_counter()
     try:
         with studies(claim.id, claim.title) as report:
             result = cache.result(claim.id, lambda: claim.study(make_method, quick, report))
     except Exception as error:
-        rows = tuple(_excused(row, absent) for row in _spoiled(claim, error))
-        return ClaimResult(claim, None, rows, time.perf_counter() - start)
-    return _judged(claim, result, absent)
+        return ClaimResult(claim, None, _spoiled(claim, error), time.perf_counter() - start)
+    return _judged(claim, result)
 
 
-def _judged(claim: Claim, result: CachedResult, absent: Collection[str]) -> ClaimResult:
+def _judged(claim: Claim, result: CachedResult) -> ClaimResult:
     try:
         rows = tuple(_explained(row, result.frame) for row in claim.judge(result.frame))
         if not rows:
             raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
-    excused = tuple(_excused(row, absent) for row in rows)
-    return ClaimResult(claim, result.frame, excused, result.seconds, result.run)
-
-
-def _excused(row: Row, absent: Collection[str]) -> Row:
-    """Mark a row that was not run because of a missing engine as expected."""
-    if row.verdict != NOT_RUN or not any(sentence in row.reason for sentence in absent):
-        return row
-    return replace(row, expected=NOT_RUN)
+    return ClaimResult(claim, result.frame, rows, result.seconds, result.run)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
@@ -126,7 +115,8 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
 
 
 def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
-    """The claim's rows without measurements, with the exception as reason."""
+    """The claim's rows without measurements, with the exception as reason; for want of an engine
+    they are expected."""
     why = visible(f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}")
     try:
         rows = claim.judge(frame([]))
@@ -146,7 +136,11 @@ def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
         reference="",
         verdict=NOT_RUN,
     )
+    absent = error.name or "" if isinstance(error, EngineMissing) else ""
     return tuple(
-        replace(row, measured=None, uncertainty=None, verdict=NOT_RUN, reason=why)
+        replace(
+            row, measured=None, uncertainty=None, verdict=NOT_RUN, reason=why, absent=absent,
+            expected=NOT_RUN if absent else row.expected,
+        )
         for row in rows or [blank]
-    )
+    )  # fmt: skip

@@ -24,7 +24,6 @@ class Suite:
     sections        studies with their own sections
     targets         targets for the times of `work_precision`
     engines         every engine: name -> why it cannot be used here, or ""
-    unavailable     the messages of contenders whose engine is missing
     faults          sentences on the faults of external integrators so far
     provenance      command -> versions, commit, machine, date
     in_workers      claims and sections without timings, by id and title: (quick) -> frame,
@@ -41,7 +40,6 @@ class Suite:
     sections: tuple[Section, ...] = ()
     targets: tuple[Target, ...] = ()
     engines: Callable[[], Mapping[str, str]] = dict
-    unavailable: Callable[[], Collection[str]] = tuple
     faults: Callable[[], Collection[str]] = tuple
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()
     in_workers: Mapping[str, Callable[[bool], pd.DataFrame]] = field(default_factory=dict)

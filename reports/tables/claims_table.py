@@ -24,6 +24,7 @@ COLUMNS = (
     "slack",
     "slopes",
     "misses",
+    "absent",
 )
 NUMBERS = ("measured", "uncertainty", "slack", "misses")
 READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slopes", "slack", "expected",

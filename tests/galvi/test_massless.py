@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run import loop
+from galvi.run.clocked import run as clocked
 from galvi.run.point_masses import encounters
 from references.rebound.ias15 import IAS15
 from references.scipy.ivp import DOP853, TIGHT
@@ -31,16 +34,16 @@ def method(degree: int, chart: object = None) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **options)
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> list[encounters.MasslessError]:
-    """The estimates of the runs that follow."""
+def watched(monkeypatch: pytest.MonkeyPatch, runs: Any = loop) -> list[encounters.MasslessError]:
+    """The estimates of the runs that follow, in equal steps or, with ``clocked``, in a clock."""
     seen: list[encounters.MasslessError] = []
-    estimate = loop.massless_error
+    estimate = runs.massless_error
 
     def noted(*arguments):  # type: ignore[no-untyped-def]
         seen.append(estimate(*arguments))
         return seen[-1]
 
-    monkeypatch.setattr(loop, "massless_error", noted)
+    monkeypatch.setattr(runs, "massless_error", noted)
     return seen
 
 
@@ -131,19 +134,29 @@ def test_a_body_that_a_kernel_moves_wrongly_is_named(monkeypatch) -> None:
     problem = galvi.Problem(galvi.NBody([1.0, 1e-3, 0.0, 0.0, 0.0]), q, v / 1.3)
     estimate = loop.massless_error
 
-    def planted(problem, ends, states):  # type: ignore[no-untyped-def]
-        def wrong(starts, n):  # type: ignore[no-untyped-def]
-            q, v = ends(starts, n)
+    def planted(problem, ends):  # type: ignore[no-untyped-def]
+        def wrong(n):  # type: ignore[no-untyped-def]
+            q, v = ends(n)
             v[:, 3] *= 1.01 if n == 1 else 1.0
             return np.stack([q, v])
 
-        return estimate(problem, wrong, states)
+        return estimate(problem, wrong)
 
     sound = galvi.integrate(problem, method(6), 0.1, 100)
     assert sound.outcome.end is galvi.End.COMPLETED
     monkeypatch.setattr(loop, "massless_error", planted)
     run = galvi.integrate(problem, method(6), 0.1, 100)
     assert "massless body 3 by about 0.0" in run.status
+
+
+@pytest.mark.parametrize("steps", [5, 60, 127, 128, 700])
+@pytest.mark.parametrize("runs, clock", [(loop, None), (clocked, galvi.DynamicalTime())])
+def test_what_is_done_again_is_a_tenth_of_a_run_at_most(runs, clock, steps, monkeypatch) -> None:
+    """A whole step and two halves at each state: the last one, and in a clock the start too."""
+    seen = watched(monkeypatch, runs)
+    form = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), clock=clock)
+    assert galvi.integrate(comet(0.2), form, 0.2, steps).outcome.end is galvi.End.COMPLETED
+    assert 3 * seen[0].states <= max(0.1 * steps, 3 if clock is None else 6)
 
 
 def test_bodies_with_a_mass_alone_are_not_looked_at(monkeypatch) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 import galvi
 import references
-from references import CODES, REFERENCES, Contender, Reference, named, reference
+from references import CODES, REFERENCES, Contender, EngineMissing, Reference, named, reference
 from references.textbook.lagrange_equations import LagrangeEquations
 
 ORBIT = galvi.problems.kepler(0.3)
@@ -309,8 +309,17 @@ def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
     monkeypatch.setitem(sys.modules, "rebound", None)
     contender = reference("REBOUND IAS15")
     assert "rebound" in contender.missing and contender.missing.endswith(".")
-    with pytest.raises(ModuleNotFoundError, match=r"REBOUND IAS15 cannot run: .*Install rebound"):
+    with pytest.raises(EngineMissing, match=r"REBOUND IAS15 cannot run: .*Install rebound") as it:
         contender.run(ORBIT, 1.0, {})
+    assert it.value.name == "rebound"
+
+
+def test_every_reference_whose_engine_may_be_missing_names_it():
+    optional = [one for one in REFERENCES if isinstance(type(one).missing, property)]
+    assert {one.engine for one in optional} == {
+        "rebound", "heyoka", "mujoco-core", "jplephem", "pin",
+    }  # fmt: skip
+    assert not any(one.missing for one in REFERENCES if one not in optional)
 
 
 ORDERS = {"DOP853": 8, "RK45": 5, "Radau": 5, r"RK4\b": 4, "Stormer-Verlet": 2, "WHFast": 2}

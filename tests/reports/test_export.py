@@ -25,7 +25,7 @@ from reports.tables.writing import write_table
 def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):
     assert as_csv(claims_frame([make_row()])).splitlines()[0] == (
         "id,quantity,source,setup,claimed,bound,measured,uncertainty,expected,reference,verdict,"
-        "reason,slack,slopes,misses"
+        "reason,slack,slopes,misses,absent"
     )
     assert list(claims_frame([]).columns) == list(COLUMNS)
 

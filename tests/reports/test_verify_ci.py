@@ -9,7 +9,9 @@ from xml.etree import ElementTree as tree
 import pandas as pd
 import pytest
 
+from references import EngineMissing
 from reports.build.changes import moved
+from reports.build.kept import kept_claims, read
 from reports.cli.commands import run
 from reports.results.comparison import merged
 
@@ -80,10 +82,10 @@ def test_a_summary_that_cannot_be_appended_is_told_and_no_failure(
 
 @pytest.fixture
 def without_rebound(make_suite, make_claim):
-    raises = ModuleNotFoundError(f"REBOUND IAS15 cannot run: {ABSENT}")
+    raises = EngineMissing(f"REBOUND IAS15 cannot run: {ABSENT}", name="rebound")
     claims = (make_claim("V1"), make_claim("V2", raises=raises))
     engines = {"rebound": ABSENT, "mujoco": ""}
-    return make_suite(*claims, engines=lambda: engines, unavailable=lambda: (ABSENT,))
+    return make_suite(*claims, engines=lambda: engines)
 
 
 def test_an_absent_engine_is_listed_and_its_rows_are_skipped(
@@ -98,6 +100,20 @@ def test_an_absent_engine_is_listed_and_its_rows_are_skipped(
     assert ABSENT in found["engines", "rebound"].find("skipped").get("message")
     assert len(found["engines", "mujoco"]) == 0
     assert f"- rebound is absent: {ABSENT}" in (tmp_path / "verify.md").read_text()
+    rows = read(tmp_path / "claims.csv")
+    assert list(rows["absent"]) == ["", "rebound"]
+    (kept,) = kept_claims(tmp_path, without_rebound.claims)[1].rows
+    assert (kept.absent, kept.expected) == ("rebound", "not run")
+
+
+def test_rows_written_before_they_named_the_absent_engine_are_read_without(
+    without_rebound, tmp_path
+):
+    assert run(lambda: without_rebound, ["verify", "--out", str(tmp_path)]) == 0
+    path = tmp_path / "claims.csv"
+    pd.read_csv(path).drop(columns="absent").to_csv(path, index=False)
+    (kept,) = kept_claims(tmp_path, without_rebound.claims)[1].rows
+    assert kept.absent == ""
 
 
 def test_an_absent_engine_that_is_required_is_a_failure(without_rebound, tmp_path, capsys, cases):
@@ -114,9 +130,27 @@ def test_nothing_measured_is_not_green_even_for_want_of_an_engine(without_reboun
     assert run(lambda: without_rebound, words) == 1
 
 
-def test_an_import_that_fails_for_another_reason_is_no_excuse(make_suite, make_claim, tmp_path):
-    broken = make_claim("V2", raises=ModuleNotFoundError("No module named 'benchmarks.flts'"))
-    suite = make_suite(make_claim("V1"), broken, unavailable=lambda: (ABSENT,))
+@pytest.mark.parametrize(
+    "error",
+    [
+        ModuleNotFoundError("No module named 'benchmarks.flts'", name="benchmarks.flts"),
+        RuntimeError(f"it broke, though not for want of REBOUND: {ABSENT}"),
+    ],
+)
+def test_an_error_that_only_mentions_an_absent_engine_is_no_excuse(
+    make_suite, make_claim, tmp_path, error
+):
+    engines = {"rebound": ABSENT}
+    suite = make_suite(make_claim("V1"), make_claim("V2", raises=error), engines=lambda: engines)
+    assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
+
+
+def test_a_row_whose_reason_only_mentions_an_absent_engine_is_no_excuse(
+    make_suite, make_claim, make_row, tmp_path
+):
+    row = make_row(id="V2", verdict="not run", measured=None, reason=f"Not by REBOUND. {ABSENT}")
+    claims = (make_claim("V1"), make_claim("V2", (row,)))
+    suite = make_suite(*claims, engines=lambda: {"rebound": ABSENT})
     assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
 
 

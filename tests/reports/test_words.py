@@ -174,7 +174,11 @@ def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row
     why = "Install heyoka."
     runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
     targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
-    rows = (make_row(id="A5", verdict="not run", reason=why), make_row())
+    rows = (
+        make_row(id="A5", verdict="not run", reason=why, absent="heyoka"),
+        make_row(id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
+        make_row(),
+    )
     (found,) = absent(origin, runs, targets, rows)
     assert found.text.startswith(
         "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"

@@ -181,6 +181,7 @@ def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
         return with_low_part(np.sum(decimals(energy)) - frame @ momentum + kinetic)
 
 
+@lru_cache(maxsize=32)
 def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
     """mu^T, extrapolation, h b and coefficients from slopes, as the kernel takes them."""
     mu, ahead, fit = _tables(table, lanes)

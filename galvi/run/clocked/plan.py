@@ -100,7 +100,7 @@ class Motion:
 
 
 COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
-PACED = 128  # states, of up to 1024, at which the pair is looked for
+PACED, SPARSELY = 32, 8  # states, of up to 1024, at which the pair is looked for: every 8th
 
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
@@ -131,13 +131,14 @@ def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
 
 def costly_pair(problem: Problem, q: Array) -> str:
     """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
-    i, j, pace = paces(problem, q[:: -(-len(q) // PACED)])
+    i, j, pace = paces(problem, q[:: max(SPARSELY, -(-len(q) // PACED))])
     if len(pace) < 2:
         return ""
     pair = int(np.bincount(np.argmax(pace, axis=0)).argmax())
     with np.errstate(all="ignore"):
         others = pace[:pair].sum(axis=0) + pace[pair + 1 :].sum(axis=0)
-        times = 1.0 / np.sqrt(np.median(others / (others + pace[pair])))
+        shares = np.sort(others / (others + pace[pair]))
+        times = 1.0 / np.sqrt(shares[len(shares) // 2])
     if not times > COSTLY:
         return ""
     names = problem.body_names()

@@ -26,8 +26,9 @@ from galvi.run.energies import States, asks_functions, start_energies
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.point_masses.encounters import (
-    STATES,
+    EACH_IN_A_CLOCK,
     MasslessError,
+    looked_at,
     massless_error,
     unresolved_passage,
 )
@@ -225,25 +226,26 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
     if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
         return None
 
-    last, none = loop.state, np.zeros_like
-    last = replace(last, stages=none(last.stages), solver_state=none(last.solver_state))
+    last, shape = loop.state, loop.problem.q0.shape
+    stages, solver_state = np.zeros_like(last.stages), np.zeros_like(last.solver_state)
+    rows = looked_at(len(run.t), loop.done, EACH_IN_A_CLOCK, start=True)
 
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
-        state = np.zeros_like(last.state)
-        state[0], state[2] = q.ravel(), v.ravel()
-        return replace(last, state=state, clock=np.array([t, 0.0, *last.clock[2:]]))
+        state, clock = np.zeros_like(last.state), last.clock.copy()
+        state[0], state[2], clock[:2] = q.ravel(), v.ravel(), (t, 0.0)
+        return Checkpoint(
+            last.first, state, stages, solver_state, last.solver, last.tolerance, clock=clock
+        )
 
-    def ends(states: list[Checkpoint], n: int) -> Array:
-        lengths = np.full(len(states), -loop.step / n)
+    def ends(n: int) -> Array:
+        q, v, t = run.q[rows], run.v[rows], run.t[rows]
         for _ in range(n):
-            q, v, times, codes = cast(Any, loop.motion.each)(states, lengths)
+            states = [state_at(*row) for row in zip(q, v, t, strict=True)]
+            q, v, t, codes = cast(Any, loop.motion.each)(states, np.full(len(q), -loop.step / n))
             q[codes != SOLVED] = np.nan
-            states = [state_at(*row) for row in zip(q, v, times, strict=True)]
-        return np.stack([q, v]).reshape(2, -1, *loop.problem.q0.shape)
+        return np.stack([q, v]).reshape(2, -1, *shape)
 
-    rows = np.unique(np.linspace(0, len(run.t) - 1, STATES + 1).round().astype(int))
-    states = [state_at(*row) for row in zip(run.q[rows], run.v[rows], run.t[rows], strict=True)]
-    return massless_error(loop.problem, ends, states, STATES)
+    return massless_error(loop.problem, ends)
 
 
 def _assessed(loop: ClockStepper, end: Taken | None) -> EnergyReport:

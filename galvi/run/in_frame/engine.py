@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from galvi.arrays import Array
@@ -24,6 +26,14 @@ ELSEWHERE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
     "frame leaves was too strong there, or an orbit too eccentric for it."
 )
+
+
+@lru_cache(maxsize=32)
+def refuse(problem: Problem, method: Galerkin) -> None:
+    """ValueError where the method's frame does not apply to the problem."""
+    refusal = frame_of(method).refusal(problem)
+    if refusal:
+        raise ValueError(refusal)
 
 
 class InFrame:
@@ -112,9 +122,7 @@ class Frame:
         problem, method = request.problem, request.method
         if not method.in_frame:
             return Declined()
-        refusal = frame_of(method).refusal(problem)
-        if refusal:
-            raise ValueError(refusal)
+        refuse(problem, method)
         if request.start.solver == "newton":
             raise ValueError(
                 "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.checkpoint import Checkpoint
 from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRAME
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
@@ -125,7 +124,9 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
 
 
 STATES = 6  # that are looked at in a long run, the last one and others before it
-EACH = 32768  # steps of a run for each further state, which takes 1 % of their time
+# Steps of a run for each further state: there three steps are done again, without a guess. In a
+# clock these are as long as a body's motion allows, and err most near a pericentre.
+EACH, EACH_IN_A_CLOCK = 32768, 256
 COARSE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
 
@@ -142,47 +143,43 @@ class MasslessError(NamedTuple):
     states: int
 
 
-@np.errstate(all="ignore")
-def massless_error(
-    problem: Problem,
-    ends: Callable[[list[Checkpoint], int], Array],
-    states: Sequence[Checkpoint],
-    least: int = 1,
-) -> MasslessError | None:
-    """The estimate for a run to the last of some states, the first of which is its start; or None.
+def looked_at(known: int, steps: int, each: int, *, start: bool = False) -> list[int]:
+    """Which of the ``known`` states of a run, its start the first, are looked at: the last one, a
+    further one for ``each`` of its steps, and the ``start``, if so."""
+    parts = min(STATES - start, 1 + steps // each)
+    return list(dict.fromkeys(round((known - 1) * k / parts) for k in range(parts, -start, -1)))
 
-    ends   (k states, n) -> (2, k, bodies, dimension) q and v after n steps backwards, of 1 / n of
-           the run's step; NaN where these cannot be done
-    least  of the states looked at
+
+@np.errstate(all="ignore")
+def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessError | None:
+    """The estimate for a run from k of its states; None where nothing can be told.
+
+    ends  n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
+          run's step; NaN where they cannot be done
     """
-    wanted = min(STATES, max(least, 1 + (states[-1].first - states[0].first) // EACH))
-    chosen = np.linspace(len(states) - 1, 0, wanted + 1).round().astype(int)[:-1]
-    looked_at = [states[k] for k in dict.fromkeys(chosen.tolist())]
-    whole, halves = (ends(looked_at, n) for n in (1, 2))
+    whole, halves = ends(1), ends(2)
     done = np.isfinite(whole + halves).all(axis=(0, 2, 3))
     if not done.any():
         return None
-    share = _energy_changes(problem, whole[:, done], halves[:, done]).max(axis=0)
-    body = int(np.argmax(share))
-    return MasslessError(body, float(share[body]), int(np.count_nonzero(done)))
-
-
-def _energy_changes(problem: Problem, whole: Array, halves: Array) -> Array:
-    """What a step changes of the energy of each body beside its halves, (k, bodies); 0 for bodies
-    with a mass."""
     system: Any = problem.system
-    light, (q, v) = np.flatnonzero(system.masses == 0.0), halves
-    pull, depth, speed = np.zeros((3, len(q), light.size))
+    light = np.flatnonzero(system.masses == 0.0)
+    share = _energy_changes(system, light, whole[:, done], halves[:, done]).max(axis=0)
+    worst = int(np.argmax(share))
+    return MasslessError(int(light[worst]), float(share[worst]), int(np.count_nonzero(done)))
+
+
+def _energy_changes(system: Any, light: Any, whole: Array, halves: Array) -> Array:
+    """What a step changes of the energy of the ``light`` bodies (n,) beside its halves, (k, n)."""
+    own, off = halves[:, :, light], (whole - halves)[:, :, light]
+    pull, puller = np.zeros(own.shape[1:3]), np.zeros(own.shape[1:3], dtype=np.int64)
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
-        r = _lengths(q[:, light] - q[:, body, None])
-        mu = system.G * system.masses[body]
-        nearer = mu / r**2 > pull
-        speed = np.where(nearer, _lengths(v[:, light] - v[:, body, None]), speed)
-        pull, depth = np.where(nearer, mu / r**2, pull), np.where(nearer, mu / r, depth)
-    dq, dv = _lengths((whole - halves)[:, :, light])
-    changes = np.zeros(q.shape[:2])
-    changes[:, light] = (speed * dv + pull * dq) / (0.5 * speed**2 + depth)
-    return np.nan_to_num(changes)
+        r = _lengths(own[0] - halves[0, :, body, None])
+        by_body = system.G * system.masses[body] / r**2
+        puller[by_body > pull] = body
+        pull = np.maximum(by_body, pull)
+    r, speed = _lengths(own - halves[:, np.arange(len(puller))[:, None], puller])
+    dq, dv = _lengths(off)
+    return np.fmax((speed * dv + pull * dq) / (0.5 * speed**2 + pull * r), 0.0)
 
 
 def _lengths(vectors: Array) -> Array:
