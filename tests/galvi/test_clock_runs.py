@@ -255,6 +255,19 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
 
 
+@pytest.mark.parametrize("force", [None, lambda q, v: -0.05 * v])
+def test_counts_do_not_depend_on_the_portions(force: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that are done again since they pass the time asked for count once."""
+    problem = galvi.Problem(
+        galvi.Canonical(1.0, galvi.CentralForce(1.0), force=force), KEPLER.q0, KEPLER.v0
+    )
+    counts = []
+    for seconds in (0.0, 1e-3, 1e9):  # that a portion takes
+        monkeypatch.setattr("galvi.run.batches.CALL_SECONDS", seconds)
+        counts.append(galvi.integrate(problem, method(3, CIRCLES), 0.2, duration=2.0).counts)
+    assert counts[0] == counts[1] == counts[2]
+
+
 def test_a_wrong_gradient_of_a_clock_is_refused() -> None:
     def branches(q: Any) -> float:
         return 1.0 if q[0] > 1e9 else float((q @ q) ** 0.75)

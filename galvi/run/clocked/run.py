@@ -34,7 +34,7 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import COUNTED
 from galvi.run.same_functions import of_run
-from galvi.run.status import completed, note_unassessed
+from galvi.run.status import completed, notes_on_energy
 from galvi.run.stepper import Declined
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
@@ -180,19 +180,27 @@ def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
 
 def _ending(loop: ClockStepper, run: Trajectory, end: Taken | None) -> Ending:
     """How the run of a loop ended."""
-    start, report, notes = loop.start, _assessed(loop, end), []
+    start, notes = loop.start, []
     steps, step, t = loop.request.steps, loop.done + 1, float(run.t[-1])
-    unassessed = note_unassessed(report)
+    report, on_energy = EnergyReport(energies=start.energies), ()
+    with np.errstate(all="ignore"):
+        samples = _samples(loop, end)
+    if samples is not None:
+        report = assess_energy(loop.problem, samples, start.energies, lambda: loop.first_length)
+        numbers, times = samples.steps, samples.states.t
+        on_energy = notes_on_energy(
+            report, start.first, lambda k: float(times[np.searchsorted(numbers, k)])
+        )
     if loop.reason:
         reason = loop.reason.removesuffix(".")
-        outcome = Outcome(End.STEP_FAILED, step, t, reason, unassessed, steps)
+        outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
         if start.first + loop.done == 0:
             notes.append(f"Note that {units_of_steps(loop.problem, loop.method.clock)}.")
     elif run.interrupted:
-        outcome = Outcome(End.INTERRUPTED, step, t, notes=unassessed, steps=steps)
+        outcome = Outcome(End.INTERRUPTED, step, t, notes=on_energy, steps=steps)
     elif loop.time is not None and not loop.reached:
         outcome = at_step_limit(loop.done, t, cast(int, steps), loop.time)
-        outcome = replace(outcome, notes=unassessed)
+        outcome = replace(outcome, notes=on_energy)
     else:
         outcome = completed(
             loop.problem, report, start.first,
@@ -246,26 +254,23 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
     return massless_error(loop.problem, ends, states, STATES)
 
 
-def _assessed(loop: ClockStepper, end: Taken | None) -> EnergyReport:
-    """What the energies of some steps say."""
-    problem, start = loop.problem, loop.start
-    parts, places = list(loop.seen), list(loop.places)
+def _samples(stepper: ClockStepper, end: Taken | None) -> Samples | None:
+    """Some steps, the last one among them, by whose energies a run is assessed; None: there are
+    none."""
+    problem = stepper.problem
+    parts, places = list(stepper.seen), list(stepper.places)
     if end is not None:
-        parts, places = [*parts, end.rows([0])], [*places, [loop.done + 1]]
-    elif loop.done % loop.stride:
-        parts, places = [*parts, cast(Taken, loop.last)], [*places, [loop.done]]
+        parts, places = [*parts, end.rows([0])], [*places, [stepper.done + 1]]
+    elif stepper.done % stepper.stride:
+        parts, places = [*parts, cast(Taken, stepper.last)], [*places, [stepper.done]]
     if not parts:
-        return EnergyReport(energies=start.energies)
-    taken, steps = joined(parts), start.first + np.concatenate(places)
+        return None
+    taken, steps = joined(parts), stepper.start.first + np.concatenate(places)
     n, t, v = len(steps), taken.t[:, 0], taken.v
     q, p = taken.q.reshape(n, *problem.q0.shape), taken.p.reshape(n, *problem.v0.shape)
     if v is None:
-        with np.errstate(all="ignore"):
+        try:
             v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
-    samples = Samples(steps, States(q, p, v, t), taken.energy)
-    return assess_energy(
-        problem,
-        samples,
-        start.energies,
-        lambda: float(loop.motion.rate(problem.q0.ravel())) * loop.step,
-    )
+        except Exception:  # `assess_energy` seeks them one by one, and says where that is
+            v = np.repeat(problem.v0.reshape(1, -1), n, axis=0)
+    return Samples(steps, States(q, p, v, t), taken.energy)

@@ -131,12 +131,14 @@ class ClockStepper:
         if not self.passage.size or not len(taken.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
-        shape = (-1, *self.problem.v0.shape)
-        v = taken.v if taken.v is not None else system.velocity(taken.p.reshape(shape))
-        begin = self.state.state
+        begin = self.state.state[:, :d]
+        if taken.v is not None:
+            v = np.concatenate([begin[2:3], taken.v])
+        else:  # the state has momenta in transformed time
+            p = np.concatenate([begin[1:2], taken.p])
+            v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(-1, d)
         compiled_note_states()(
-            self.passage, np.concatenate([begin[:1, :d], taken.q]),
-            np.concatenate([begin[2:3, :d], v.reshape(-1, d)]),
+            self.passage, np.concatenate([begin[:1], taken.q]), v,
             np.append(self.state.clock[:1], taken.t[:, 0]), self.method.space.dimension - 1,
         )  # fmt: skip
 
@@ -159,6 +161,11 @@ class ClockStepper:
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.reason = True, FULL
         self.done += n
+
+    @property
+    def first_length(self) -> float:
+        """The time that a step takes at the problem's start, about."""
+        return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
     @property
     def q(self) -> Array:

@@ -232,7 +232,7 @@ class TransformedTime:
         taken = Taken(
             work.saved_q[1 : done + 1], work.saved_v[1 : done + 1], None, t[:done],
             coefficients[: done if keep else 0], rates[:done],
-            work.counts[: len(COUNTED)].astype(np.float64),
+            NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
         )  # fmt: skip
         if past.size:
             return Advanced(taken, state, SOLVED)
