@@ -20,8 +20,8 @@ from tqdm import tqdm
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING, Checkpoint
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves, cut, merged
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, cut, merged
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
 from galvi.events.search import MOST, START, Rows, Search
@@ -34,7 +34,7 @@ from galvi.run.integrate import prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.point_masses.encounters import unresolved_passage
 from galvi.run.request import RunRequest
-from galvi.run.same_functions import of_run
+from galvi.run.same_functions import SameFunctions
 from galvi.run.states import saved_velocities
 from galvi.run.status import SMALLER_STEP, notes_on_exceptions
 from galvi.systems.lagrangian import momentum_at
@@ -277,7 +277,7 @@ class _Acting:
             )
             return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
                            passage=self.passage)  # fmt: skip
-        begin = formulation_of(problem, method).start(problem, method)
+        begin = formulation_of(problem, method).initial_state(problem, method)
         return Checkpoint(0, *begin, old.solver, old.tolerance)
 
     def _share(self, part: Trajectory, whole: int, t: float) -> float:
@@ -365,15 +365,6 @@ class _Acting:
             curves = JoinedCurves(read_only(times), tuple(part for _, part in self.parts))
         elif task.start.keeps_curves and self.parts:
             curves = merged([part for _, part in self.parts])
-        elif not self.restarts and self.clocked:
-            again = RedoneClockCurves(
-                problem,
-                task.method,
-                h,
-                tuple(self.known),
-                last,
-                of_run(problem, q, p, t, task.method.clock, False),
-            )
         elif not self.restarts:
             ends = self.done + (self.end is not None and self.end.success)
             again = RedoneCurves(
@@ -382,8 +373,9 @@ class _Acting:
                 h,
                 ends,
                 ends,
+                last,
                 tuple(self.known),
-                of_run(problem, q, p, t, task.method.clock, False),
+                SameFunctions(problem, q, p, t, task.method.clock, False),
             )
         restarts = None
         if self.restarts:

@@ -153,7 +153,7 @@ class OnGroup:
     velocity_row, guess_kind = 1, RATES
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return _start_of(problem, method.stages, traces(problem.system))
 

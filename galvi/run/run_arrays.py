@@ -11,6 +11,7 @@ from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
+from galvi.problem import Problem
 from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -89,11 +90,7 @@ class RunArrays(NamedTuple):
         watch = watched_steps(steps) if watched else NEVER
         seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
-        passage = np.zeros(0)
-        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
-            known = start.passage if start.passage.size else np.zeros(FOUND)
-            system = problem.system
-            passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
+        passage = passage_record(problem, start.passage)
         return cls(
             state[0].copy(), state[1].copy(), solver_state, np.zeros(1),
             np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
@@ -124,6 +121,21 @@ class RunArrays(NamedTuple):
         row = (number >> self.watch) - (start.first >> self.watch) - 1
         if number % (1 << self.watch) == 0 and row < len(self.seen):
             self.seen[row, : q.size + v.size] = np.concatenate([q, v])
+
+
+def has_massless(problem: Problem) -> bool:
+    """Whether some of the bodies are point masses without mass."""
+    return isinstance(problem.system, NBody) and problem.system.has_massless
+
+
+def passage_record(problem: Problem, known: Array) -> Array:
+    """What notes the passages of point masses, see galvi.kernels.forces.passages, from the worst
+    one known, which may be empty; (0,) without point masses."""
+    system = problem.system
+    if not isinstance(system, NBody) or system.masses.size < 2:
+        return np.zeros(0)
+    worst = known if known.size else np.zeros(FOUND)
+    return np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
 
 
 def run_plan(

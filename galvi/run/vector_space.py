@@ -110,7 +110,7 @@ class VectorSpace:
     velocity_row, guess_kind = 2, GUESS
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return nystrom_start(problem, method.stages)
 

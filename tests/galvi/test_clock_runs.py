@@ -219,7 +219,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     time = grain * (round(0.3 / grain) + 0.5)
     request = RunRequest(KEPLER, plain, 1.0, None, start, time)
     loop = ClockStepper(request, replace(motion, advance=advance))
-    loop.start_steps()
+    loop.begin()
     end, _ = loop.to_time()
     assert (end is not None) == met and bool(loop.reason) != met
 
@@ -247,7 +247,7 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     start = replace(sound.at(KEPLER.q0, KEPLER.v0, 0.0), save_every=1)
     request = RunRequest(KEPLER, chosen, 0.2, None, start)
     loop = ClockStepper(request, replace(sound, advance=advance))
-    loop.start_steps()
+    loop.begin()
     while not loop.over:
         loop.advance(4)
     whole = galvi.integrate(KEPLER, chosen, 0.2, 5)

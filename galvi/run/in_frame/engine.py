@@ -122,7 +122,7 @@ class InFrame:
     velocity_row, guess_kind = 2, 0
     in_other_way = "inertial_steps", ELSEWHERE
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return steppers.frame_start(problem, method)
 
