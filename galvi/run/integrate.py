@@ -71,7 +71,7 @@ def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]
 
         return with_events(request, events)
     stepper = stepper_for(request)
-    if request.start.solver != "newton" and request.method.clock is None:
+    if request.checkpoint.solver != "newton" and request.method.clock is None:
         announce(request.problem)
     return partial(run_steps, stepper)
 

@@ -56,7 +56,7 @@ def run_steps(
     stepper.begin(watched=watched)
     request = stepper.request
     problem, steps, apart = request.problem, request.steps, 0
-    if not request.start.keeps_curves or (watched and has_massless(problem)):
+    if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
         apart = max(APART, -(-(steps or 0) // MOST_KNOWN))
     known = [stepper.checkpoint]
     with defer_interrupts() as pressed:
@@ -128,7 +128,7 @@ def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoi
 def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
     formulation, run, work = stepper.formulation, stepper.request, stepper.work
-    start = run.start
+    start = run.checkpoint
     if has_work(run.problem.system):
         report = assess_work(formulation, run, work, unwatched)
     else:
@@ -158,7 +158,7 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = run._replace(step=-run.step / n, steps=n, start=there)
+        back = run._replace(step=-run.step / n, steps=n, checkpoint=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return np.stack([arrays.saved_q[-1], arrays.saved_v[-1]]).reshape(2, *run.problem.q0.shape)
 

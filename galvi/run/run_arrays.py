@@ -79,7 +79,12 @@ class RunArrays(NamedTuple):
         curve_size  numbers of a curve's base, and rows of its coefficients
         watched     whether states are kept to assess the energy
         """
-        problem, method, steps, start = run.problem, run.method, cast(int, run.steps), run.start
+        problem, method, steps, start = (
+            run.problem,
+            run.method,
+            cast(int, run.steps),
+            run.checkpoint,
+        )
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
@@ -110,7 +115,7 @@ class RunArrays(NamedTuple):
 
     def record(self, run: RunRequest, q: Array, v: Array) -> None:
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
-        start = run.start
+        start = run.checkpoint
         self.solver_state[DONE] += 1
         row, rest = divmod(self.done, start.save_every)
         if self.done == run.steps:
@@ -142,7 +147,7 @@ def run_plan(
     run: RunRequest, work: RunArrays, tolerance: float
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     """The steps of a run, its current state and its kept results, as the kernels take them."""
-    start = run.start
+    start = run.checkpoint
     plan = Plan(
         float(run.problem.t0), run.step, tolerance, start.first, cast(int, run.steps),
         start.save_every, work.watch,

@@ -39,14 +39,14 @@ def outcome_of(
         end, reason = End.INTERRUPTED, ""
         if code != SOLVED:
             end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
-        t = problem.t0 + (run.start.first + work.done) * step
-        notes = notes_on_energy(report, run.start.first, lambda k: problem.t0 + k * step)
+        t = problem.t0 + (run.checkpoint.first + work.done) * step
+        notes = notes_on_energy(report, run.checkpoint.first, lambda k: problem.t0 + k * step)
         return Outcome(end, work.done + 1, t, reason, notes, steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
-    outcome = completed(problem, report, run.start.first, passage, massless, remedy)
+    outcome = completed(problem, report, run.checkpoint.first, passage, massless, remedy)
     if outcome == Outcome():
         outcome = Outcome(notes=notes_on_exceptions(stepper.formulation, counts))
     return replace(outcome, steps=steps)

@@ -152,7 +152,7 @@ class Stepper:
     @property
     def checkpoint(self) -> Checkpoint:
         """The current state of the run."""
-        start, work = self.request.start, self.work
+        start, work = self.request.checkpoint, self.work
         state = work.state.copy(), work.stages.copy(), work.solver_state.copy()
         return Checkpoint(start.first + work.done, *state, start.solver, start.tolerance)
 
@@ -168,7 +168,7 @@ class Stepper:
         if not start.keeps_curves:
             return None
         arrays = read_only(self.work.bases), read_only(self.work.coefficients)
-        return self.formulation.curves(problem, method, step, self.request.begin, *arrays)
+        return self.formulation.curves(problem, method, step, self.request.begin_time, *arrays)
 
     def states(self) -> SavedStates:
         """The saved states."""

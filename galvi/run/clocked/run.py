@@ -53,7 +53,7 @@ def energy_at_start(request: RunRequest) -> float:
 
 def told_energy(request: RunRequest) -> float | None:
     """The energy that a request's clock is told; None: that of the start."""
-    start = request.start
+    start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
 
@@ -64,7 +64,7 @@ def in_transformed_time(
     problem's start."""
     problem, method, told = request.problem, request.method, told_energy(request)
     total = energy if told is None else told
-    settings = request.start.solver, request.start.tolerance
+    settings = request.checkpoint.solver, request.checkpoint.tolerance
     motion = motion_in_transformed_time(problem, method, total, *settings)
     return ClockStepper(request, motion, engine, f"{motion.reason}, since {reason}")
 
@@ -76,7 +76,7 @@ class Clock:
 
     def offers(self, request: RunRequest) -> ClockStepper | Declined:
         """A stepper for a method with a clock."""
-        start, method = request.start, request.method
+        start, method = request.checkpoint, request.method
         if method.clock is None:
             return Declined()
         energy = energy_at_start(request)
@@ -94,7 +94,7 @@ CLOCK = Clock()
 
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     """How the run of a stepper ended."""
-    problem, start, notes = stepper.problem, stepper.start, []
+    problem, start, notes = stepper.problem, stepper.first_state, []
     steps, step, t = stepper.request.steps, stepper.done + 1, float(run.t[-1])
     report, on_energy = EnergyReport(energies=start.energies), tuple[str, ...]()
     with np.errstate(all="ignore"):

@@ -35,14 +35,15 @@ FULL = "what is kept fills half of the free memory. Keep fewer with save_every, 
 class ClockStepper:
     """The steps of one run in a clock, and what they gave.
 
-    motion   how they are done
-    engine   "clock", or "general" where that is alone
-    kept     all steps, where curves are kept; else the states at every save_every-th one
-    seen     states to assess by, after every ``stride``-th step
-    last     the last one
-    end      the shortened step to the time asked for, and ``share``, how much of a step it is; None
-             without one
-    passage  of point masses, as galvi.kernels.forces.passages has it; else empty
+    motion       how they are done
+    engine       "clock", or "general" where that is alone
+    first_state  that from which they begin; ``checkpoint`` is that after them
+    kept         all steps, where curves are kept; else the states at every save_every-th one
+    seen         states to assess by, after every ``stride``-th step
+    last         the last one
+    end          the shortened step to the time asked for, and ``share``, how much of a step it is;
+                 None without one
+    passage      of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
     traced = False
@@ -61,7 +62,7 @@ class ClockStepper:
 
     def begin(self, *, watched: bool = True) -> None:
         """Make what the steps are kept in; ``watched``: keep states by which to assess energies."""
-        problem, start = self.problem, self.request.start
+        problem, start = self.problem, self.request.checkpoint
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
             state = replace(
@@ -73,7 +74,7 @@ class ClockStepper:
                 "this run was done by another engine, whose states are not those of the one here "
                 f"({self.engine_reason}). Resume it there, or make a problem of its end."
             )
-        self.start = self.checkpoint = state
+        self.first_state = self.checkpoint = state
         self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
@@ -91,7 +92,7 @@ class ClockStepper:
     @np.errstate(all="ignore")  # what is not finite is said
     def advance(self, n: int) -> int:
         """Does n more steps, or as many as there are."""
-        keep = self.start.keeps_curves
+        keep = self.first_state.keeps_curves
         if keep:
             n = min(n, max(1, LARGEST // (self.problem.v0.size * self.method.space.dimension)))
         found = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
@@ -159,7 +160,7 @@ class ClockStepper:
 
     def _is_saved(self, taken: Taken) -> Any:
         """Whether the states after some steps are saved, (n,)."""
-        return (taken.number - self.start.first) % self.start.save_every == 0
+        return (taken.number - self.first_state.first) % self.first_state.save_every == 0
 
     def _see(self, taken: Taken) -> None:
         """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
@@ -169,7 +170,7 @@ class ClockStepper:
             self.seen = [self._every_so_many(joined(self.seen))]
 
     def _every_so_many(self, taken: Taken) -> Taken:
-        return taken.rows((taken.number - self.start.first) % self.stride == 0)
+        return taken.rows((taken.number - self.first_state.first) % self.stride == 0)
 
     @property
     def reached(self) -> bool:
@@ -201,7 +202,9 @@ class ClockStepper:
         x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
         for _ in range(NEWTON):
-            found = self.motion.advance(self.checkpoint, x * h, 1, None, self.start.keeps_curves)
+            found = self.motion.advance(
+                self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
+            )
             self.counts += found.taken.counts
             if found.code != SOLVED:
                 high_x, x = x, 0.5 * (low_x + x)
@@ -226,10 +229,10 @@ class ClockStepper:
     def curves(self) -> ClockCurves | None:
         """The curves of all steps, the shortened one included; None where they were not kept."""
         parts = self.kept + ([self.end] if self.end is not None else [])
-        if not parts or not self.start.keeps_curves:
+        if not parts or not self.first_state.keeps_curves:
             return None
-        whole, first = joined(parts), self.start.state[0, : self.problem.q0.size]
-        times = np.concatenate([self.start.clock[:1], whole.t[:, 0]])
+        whole, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
+        times = np.concatenate([self.first_state.clock[:1], whole.t[:, 0]])
         if self.reached:
             times[-1] = self.time
         bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
@@ -249,7 +252,7 @@ class ClockStepper:
         parts = [part.rows(self._is_saved(part)) for part in self.kept]
         last = self.end if self.end is not None else self.last
         if last is not None:
-            saves_it = self.end is None and self.done % self.start.save_every == 0
+            saves_it = self.end is None and self.done % self.first_state.save_every == 0
             whole = joined(parts if saves_it else [*parts, last.rows([0])])
             v = whole.p if whole.v is None else whole.v
             steps = whole.t[:, 0], whole.q, whole.p, v, whole.number * self.step

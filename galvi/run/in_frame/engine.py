@@ -42,7 +42,7 @@ class InertialKernel:
         """See `galvi.run.stepper.Kernel`; one step."""
         run, work = self._run, self._work
         problem, step, d = run.problem, run.step, run.problem.q0.size
-        number = run.start.first + work.done
+        number = run.checkpoint.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
         parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
         if parts is None:
@@ -151,7 +151,7 @@ class InFrame:
 
     def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
         """Nothing is guessed; None where the frame never applied."""
-        checks = steppers.checks_of(run.problem, run.method, run.step, run.start.tolerance)
+        checks = steppers.checks_of(run.problem, run.method, run.step, run.checkpoint.tolerance)
         return work.stages if steppers.falls_back(checks) else None
 
     def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
@@ -197,7 +197,7 @@ class Frame:
         if not method.in_frame:
             return Declined()
         refuse(problem, method)
-        if request.start.solver == "newton":
+        if request.checkpoint.solver == "newton":
             raise ValueError(
                 "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
             )
