@@ -97,7 +97,8 @@ class RedoneCurves:
         grid = np.array([state.clock[0] for state in self.known])
         inside = (sign * times >= sign * grid[0]) & (sign * times <= sign * self.end)
         refuse_outside(inside, float(grid[0]), self.end, t)
-        pieces = np.searchsorted(sign * grid, sign * times, side="right") - 1
+        last = max(int(np.searchsorted(sign * grid, sign * self.end)) - 1, 0)  # before the end
+        pieces = np.minimum(np.searchsorted(sign * grid, sign * times, side="right") - 1, last)
 
         def evaluate(k: int, rows: Any) -> Array:
             from galvi.run.loop import curves_from  # runs stand on curves

@@ -202,6 +202,18 @@ def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
         assert np.max(np.abs(run.q[-1] - grid.q[-1])) < 1e-14
 
 
+def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("galvi.run.loop.APART", 4)
+    grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
+    end = float(grid.t[-1])
+    run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
+    assert run.again is not None and [one.first for one in run.again.known] == [0, 4, 8]
+    times = np.array([0.0, 0.4 * end, grid.t[4], end])
+    assert np.array_equal(run(times), grid(times)) and np.array_equal(run(end), grid.q[-1])
+
+
 @pytest.mark.parametrize(("ulps", "met"), [(40, True), (100, False)])
 def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met: bool) -> None:
     """Planted: steps whose times come in grains, the time asked for between two of them."""
