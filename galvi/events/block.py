@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.events.asked import Function
 from galvi.events.entries import Entry, later_entries
 from galvi.events.roots import points_of, times_matrix
@@ -90,13 +90,13 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
         )
 
 
-def _redone(run: Trajectory, again: RedoneCurves | RedoneClockCurves) -> Iterator[Piece]:
+def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
     known, after = again.known, float(run.t[0])
     before: Trajectory | None = None
     for k, start in enumerate(known):
         begin = replace(start, save_every=1, curves=True)
         steps = known[k + 1].first - start.first if k + 1 < len(known) else None
-        if isinstance(again, RedoneClockCurves):
+        if again.method.clock is not None:
             here = run.problem, again.method, again.step, steps, begin, again.end, before
             before = prepared(RunRequest(*here))()
         else:

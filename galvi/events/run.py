@@ -20,8 +20,8 @@ from tqdm import tqdm
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING, Checkpoint
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves, cut, merged
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves, cut, merged
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
 from galvi.events.search import MOST, START, Rows, Search
@@ -34,7 +34,7 @@ from galvi.run.integrate import prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.point_masses.encounters import unresolved_passage
 from galvi.run.request import RunRequest
-from galvi.run.same_functions import of_run
+from galvi.run.same_functions import SameFunctions
 from galvi.run.states import saved_velocities
 from galvi.run.status import SMALLER_STEP, notes_on_exceptions
 from galvi.systems.lagrangian import momentum_at
@@ -51,7 +51,7 @@ def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
     """A run with events, these checked, of ``progress`` and ``interrupted``."""
     search = Search(request.problem, request.method, several_events(events))
     acts = any(one.ends_or_acts for one in search.events)
-    in_parts = acts or not (request.start.keeps_curves or request.method.clock)
+    in_parts = acts or not (request.checkpoint.keeps_curves or request.method.clock)
     return partial(_acting if in_parts else _watched, request, search, acts)
 
 
@@ -128,9 +128,9 @@ class _Acting:
         self, task: RunRequest, search: Search, acts: bool, stopped: Callable[[], bool]
     ) -> None:
         self.task, self.search, self.stopped = task, search, stopped
-        self.own, self.start, self.before = task.problem, task.start, task.continues
+        self.own, self.start, self.before = task.problem, task.checkpoint, task.continues
         self.most = input_checks.LARGEST if task.steps is None else task.steps
-        self.clocked, self.passage = task.method.clock is not None, task.start.passage
+        self.clocked, self.passage = task.method.clock is not None, task.checkpoint.passage
         numbers = task.problem.q0.size * (1 + task.method.space.dimension)  # of a step
         self.at_once = min(CHUNK, max(AT_ONCE // numbers, FIRST))
         self.chunk = FIRST if acts else self.at_once
@@ -169,7 +169,7 @@ class _Acting:
         found = self.search.none()
         if made or reached:
             found = self.search.on(piece_of(part, self.done, self.after))
-            if self.task.start.keeps_curves:
+            if self.task.checkpoint.keeps_curves:
                 self.parts.append((float(part.t[0]), part.curves))
         self.engine = self.engine or part.engine
         self.engine_reason = self.engine_reason or part.engine_reason
@@ -270,14 +270,14 @@ class _Acting:
 
     def _fresh(self, problem: Problem, first: int = 0) -> Checkpoint:
         """A state from which the problem begins; in a clock the number of its step is ``first``."""
-        old, method = self.task.start, self.task.method
+        old, method = self.task.checkpoint, self.task.method
         if self.clocked:
             state = motion_in_clock(problem, method, old.solver, old.tolerance).at(
                 problem.q0, problem.v0, problem.t0
             )
             return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
                            passage=self.passage)  # fmt: skip
-        begin = formulation_of(problem, method).start(problem, method)
+        begin = formulation_of(problem, method).initial_state(problem, method)
         return Checkpoint(0, *begin, old.solver, old.tolerance)
 
     def _share(self, part: Trajectory, whole: int, t: float) -> float:
@@ -291,7 +291,7 @@ class _Acting:
     def _keep(self, part: Trajectory, rows: int) -> None:
         """States of a block after its first."""
         here = np.arange(1, rows + 1)
-        kept = here[((self.done + here) % self.task.start.save_every == 0) | (here == rows)]
+        kept = here[((self.done + here) % self.task.checkpoint.save_every == 0) | (here == rows)]
         states = part.t[kept], part.q[kept], part.p[kept], saved_velocities(part, kept)
         self.rows.append((self.done + kept, *states))
 
@@ -352,28 +352,19 @@ class _Acting:
     def trajectory(self) -> Trajectory:
         """What was done."""
         task, problem, h = self.task, self.task.problem, self.task.step
-        every = task.start.save_every
+        every = task.checkpoint.save_every
         numbers, t, q, p, v = (np.concatenate(x) for x in zip(*self.rows, strict=True))
         rows = np.flatnonzero(np.append(numbers[:-1] % every == 0, True))
         numbers, t, q, p, v = (x[rows] for x in (numbers, t, q, p, v))
         last = float(t[np.isfinite(q.reshape(len(t), -1)).all(axis=1)][-1])
         curves: Any = None
         again: Any = None
-        if task.start.keeps_curves and self.parts and self.restarts:
+        if task.checkpoint.keeps_curves and self.parts and self.restarts:
             times = np.array([*(begin for begin, _ in self.parts), last])
             times[0] = t[0]
             curves = JoinedCurves(read_only(times), tuple(part for _, part in self.parts))
-        elif task.start.keeps_curves and self.parts:
+        elif task.checkpoint.keeps_curves and self.parts:
             curves = merged([part for _, part in self.parts])
-        elif not self.restarts and self.clocked:
-            again = RedoneClockCurves(
-                problem,
-                task.method,
-                h,
-                tuple(self.known),
-                last,
-                of_run(problem, q, p, t, task.method.clock, False),
-            )
         elif not self.restarts:
             ends = self.done + (self.end is not None and self.end.success)
             again = RedoneCurves(
@@ -382,8 +373,9 @@ class _Acting:
                 h,
                 ends,
                 ends,
+                last,
                 tuple(self.known),
-                of_run(problem, q, p, t, task.method.clock, False),
+                SameFunctions(problem, q, p, t, task.method.clock, False),
             )
         restarts = None
         if self.restarts:
@@ -394,7 +386,7 @@ class _Acting:
             tau = (self.base + numbers) * h
             tau[0] = begin
         massless = getattr(problem.system, "has_massless", False)
-        old = task.start
+        old = task.checkpoint
         end = replace(self.start, save_every=old.save_every, curves=old.curves)
         run = Trajectory(
             problem, read_only(t), read_only(q), read_only(p),

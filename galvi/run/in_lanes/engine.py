@@ -21,7 +21,7 @@ class Lanes:
         problem, method = request.problem, request.method
         if method.in_frame or method.clock is not None:
             return Declined()
-        if request.start.solver == "newton":
+        if request.checkpoint.solver == "newton":
             return Declined("steps are iterated there, and the solver newton was asked for")
         formulation = inertial_formulation(problem, method)
         vector = formulation is VECTOR_SPACE

@@ -143,7 +143,7 @@ class LawKernel:
             len(complement),
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_law(), work
-        tolerance = max(run.start.tolerance, FINEST_ON_RN)
+        tolerance = max(run.checkpoint.tolerance, FINEST_ON_RN)
         self._plan, self._progress, self._saved = run_plan(run, work, tolerance)
 
     def advance(self, n: int) -> int:
@@ -251,7 +251,7 @@ class GroupLawKernel:
             extra,
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_group_law(), work
-        tolerance = max(run.start.tolerance, FINEST_IN_LANES)
+        tolerance = max(run.checkpoint.tolerance, FINEST_IN_LANES)
         plan, self._progress, self._saved = run_plan(run, work, tolerance)
         self._run = layout, chart, others, plan
 
@@ -304,7 +304,7 @@ class WithNewton:
             work.solver_state[STREAK] -= work.done - before
             return code
         code = self._in_lanes.advance(n)
-        if code and self._run.start.solver != "fixed_point":
+        if code and self._run.checkpoint.solver != "fixed_point":
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = self._general.advance(1)
         return code

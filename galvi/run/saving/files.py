@@ -21,8 +21,8 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.outcome import Outcome
@@ -83,9 +83,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         arrays["tau"] = run.tau
     if run.again is not None:
         known = [one.first for one in run.again.known]
-        facts["again"] = {"known": known} if isinstance(run.again, RedoneClockCurves) else {
-            "total": run.again.total, "done": run.again.done, "known": known,
-        }  # fmt: skip
+        facts["again"] = {"total": run.again.total, "done": run.again.done, "known": known}
         for name in (*KNOWN, "clock"):
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.events is not None:
@@ -157,7 +155,7 @@ def _check(run: Trajectory) -> None:
     if run.tau is not None:
         assert run.tau.shape == run.t.shape and end.clock.shape == (4,)
         return
-    fresh = formulation_of(run.problem, run.method).start(run.problem, run.method)
+    fresh = formulation_of(run.problem, run.method).initial_state(run.problem, run.method)
     for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
         assert one.shape == other.shape and one.dtype == other.dtype
 
@@ -209,12 +207,9 @@ def _restored(
                 facts["again"]["known"], held, strict=True
             )
         )
-        if "tau" in arrays:
-            last = float(arrays["t"][-1])
-            again = RedoneClockCurves(problem, method, facts["step"], known, last)
-    if "again" in facts and again is None:
-        total, done = facts["again"]["total"], facts["again"]["done"]
-        again = RedoneCurves(problem, method, facts["step"], total, done, known)
+        total, done = (facts["again"].get(name, 0) for name in ("total", "done"))
+        last = float(arrays["t"][-1])
+        again = RedoneCurves(problem, method, facts["step"], total, done, last, known)
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
