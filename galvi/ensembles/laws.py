@@ -16,7 +16,7 @@ from galvi.environment import FAST
 from galvi.kernels.lie import product
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.lanes.group_rows import rows_of_group_work
-from galvi.lanes.law_pass import filled, rows_of_work
+from galvi.lanes.law_pass import rows_of_work
 from galvi.lanes.members.group import group_fields
 from galvi.lanes.members.law import law_fields
 from galvi.lanes.members.steps import Fields
@@ -41,6 +41,7 @@ from galvi.tracing.lane_law import (
     built_in,
     compiled_group_members,
     compiled_members,
+    coupled,
     function_of,
     unit_mass_law,
 )
@@ -109,11 +110,6 @@ class LawNumbers:
 
 def _rows(array: Array, members: slice) -> Array:
     return array if len(array) == 1 else array[members]
-
-
-@lru_cache(maxsize=64)
-def _coupled(law: Law) -> list[tuple[int, int]]:
-    return filled(function_of(law.lines), law.dimension)
 
 
 def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
@@ -188,7 +184,7 @@ def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
         return False
     if numbers.mass is not None and numbers.mass.ndim == 3:
         return len(set(degrees)) == 1
-    return all(degrees[i] == degrees[j] for i, j in _coupled(law))
+    return all(degrees[i] == degrees[j] for i, j in coupled(law.lines, law.dimension))
 
 
 def iterates_places(law: Law, method: Galerkin) -> bool:

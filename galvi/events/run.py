@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import fields, replace
+from copy import copy
+from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
@@ -73,10 +74,12 @@ def _watched(
             )  # fmt: skip
         return Ending(search.noted(outcome), checkpoint)
 
-    parts: dict[str, Any] = {field.name: getattr(run, field.name) for field in fields(run)}
-    parts |= {"events": search.found(), "asked": search.events,
-              "ending": DeferredEnding(ending, run.ending.settings)}  # fmt: skip
-    return Trajectory(**parts)
+    watched = copy(run)
+    vars(watched).update(
+        events=search.found(), asked=search.events,
+        ending=DeferredEnding(ending, run.ending.settings),
+    )  # fmt: skip
+    return watched
 
 
 def _in_blocks(
