@@ -179,19 +179,16 @@ class _Work:
     def run(self, executor: Any, workers: int, store: Folder | None, count: Count) -> Ensemble:
         """All members; ``count`` receives the number of finished members."""
         size, begun = self.first_size(executor, workers, store, count)
-        missing = []
-        for first in range(begun, self.members, size):
-            members = slice(first, min(first + size, self.members))
-            if store is None or not self.loaded(store, members):
-                missing.append(members)
-            else:
-                count(members.stop - members.start)
+        firsts = range(begun, self.members, size)
+        pieces = [slice(first, min(first + size, self.members)) for first in firsts]
+        missing = [members for members in pieces if not self.loaded(store, members, count)]
         if missing and store is not None:
             store.make_writable()
         for members, kept in self.computed(missing, executor, workers):
             self.take(members, kept, count)
             if store is not None:
-                self.saved(store, members)
+                kept_values = tuple(rows[members] for rows in self.values)
+                store.save(members, kept_values, self.passes[members], self.outcomes)
         values = tuple(read_only(value) for value in self.values)
         files = "" if store is None else store.summary(len(missing))
         return Ensemble(values, self.outcomes, self.passes, files)
@@ -271,17 +268,13 @@ class _Work:
                 )
             rows[members] = value
 
-    def loaded(self, store: Folder, members: slice) -> bool:
+    def loaded(self, store: Folder | None, members: slice, count: Count) -> bool:
         """Whether some members are in the folder; they are taken from there."""
-        found = store.load(members)
+        found = None if store is None else store.load(members)
         if found is None:
             return False
         values, self.passes[members], outcomes = found
         self.place(members, values)
         self.outcomes |= outcomes
+        count(members.stop - members.start)
         return True
-
-    def saved(self, store: Folder, members: slice) -> None:
-        """Write some members to the folder."""
-        values = tuple(rows[members] for rows in self.values)
-        store.save(members, values, self.passes[members], self.outcomes)
