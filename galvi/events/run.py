@@ -102,6 +102,7 @@ class BlockRun:
     problem, start, before  of its present part, the state from which it goes on, and the run whose
                             end that is
     rest      what is left of a step after an action, in the units of steps; None: nothing
+    too_near  the time between two actions in the step below which they cannot be told apart
     after     the time after which events are not known yet
     chunk     steps of the next block
     end       how the run ended before its last step or at its time; None: it did not
@@ -122,6 +123,7 @@ class BlockRun:
         self.chunk = min(chunk, self.at_once)
         self.done = self.actions_in_step = 0
         self.rest: float | None = None
+        self.too_near = 0.0
         self.after = self.kept.begin
         self.origin: Problem | None = None
         self.counts: Counter[str] = Counter()
