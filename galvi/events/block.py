@@ -204,22 +204,17 @@ class Block:
         """Whether coordinates have bounds on each step."""
         return self.polynomials is not None and self.polynomials.bounded
 
-    @property
-    def places(self) -> tuple[Array, Array]:
-        """Bounds (d, n) of the coordinates on each step."""
-        return self._bounds(False)
-
     @cached_property
-    def _bounds(self) -> Callable[[bool], tuple[Array, Array]]:
-        """Those of the coordinates, or velocities, by whether it is these; kept. It must not hold
-        this block, which would outlive its search."""
+    def bounds(self) -> Callable[[bool], tuple[Array, Array]]:
+        """Bounds (d, n) of the coordinates on each step, or of the velocities, by whether it is
+        these; kept. It must not hold this block, which would outlive its search."""
         steps, points = cast(StepPolynomials, self.polynomials), 4 * self.method.stages
         return cache(lambda fast: steps.bounds(fast, points))
 
     @cached_property
     def _box(self) -> tuple[Any, Any, Entry]:
         """Entries that are bounds of each step: coordinates, velocities and the time."""
-        bounds, d = self._bounds, cast(StepPolynomials, self.polynomials).coefficients.shape[1]
+        bounds, d = self.bounds, cast(StepPolynomials, self.polynomials).coefficients.shape[1]
 
         def row(fast: bool, k: int) -> tuple[Array, Array]:
             low, high = bounds(fast)
