@@ -15,7 +15,7 @@ from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import PROBE, Chunk, Kept, members_of_a_chunk, results, workers_of
 from galvi.ensembles.folder import Folder
 from galvi.ensembles.keep import FinalStates, OfStates, StatesAt, TimeGrid, kept_of
-from galvi.ensembles.laws import Law, finest_tolerance, law_in_lanes
+from galvi.ensembles.member_laws import Law, finest_tolerance, law_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.singles import Singles

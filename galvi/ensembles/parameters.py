@@ -16,7 +16,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.ensembles.laws import Law, LawNumbers, law_of
+from galvi.ensembles.member_laws import Law, LawNumbers, law_of
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical

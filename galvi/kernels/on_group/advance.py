@@ -96,7 +96,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
 
     farthest  largest |xi| of a rotation that the chart allows
     """
-    method = Discretisation(Law(*law), layout, chart, Basis(*basis))
+    law, method = Law(*law), Discretisation(layout, chart, Basis(*basis))
     plan, kept, basis = Plan(*plan), Kept(*kept), method.basis
     state, stages, solver_state, counts, passage = progress
     (d, s), m, r = stages.shape, basis.end.size, kept.q.shape[1]
@@ -115,7 +115,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
             start.t[j] = plan.t0 + ((plan.first + step) + basis.c[j]) * plan.step
         guess(method, start, stages, solver_state[HOLDS], curve)
         allow_damping = is_flat(layout) or solver_state[HOLDS] == RATES
-        code = solve_group(method, start, curve, plan.tolerance, allow_damping, counts)
+        code = solve_group(law, method, start, curve, plan.tolerance, allow_damping, counts)
         if code != SOLVED:
             return code
         reached = arrive(method, start, curve, g1, mu1, nu, low)

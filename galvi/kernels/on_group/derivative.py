@@ -56,7 +56,7 @@ NUDGE = 2.0**-22  # relative difference step: slopes may themselves be differenc
 
 
 @jit_noalloc
-def curvature(method, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
+def curvature(law, method, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
     """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, with values here (3, d)."""
     d = xi.size
     velocity, ahead = scratch.velocity, scratch.local
@@ -66,7 +66,7 @@ def curvature(method, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
             kept = moved[a]
             moved[a] = kept + NUDGE * (scale[a] if kind == 0 else rate_scale)
             nudge = moved[a] - kept
-            local_slopes(method, scratch, g, xi, eta, t, velocity, ahead)
+            local_slopes(law, method, scratch, g, xi, eta, t, velocity, ahead)
             moved[a] = kept
             for row in range(3):
                 for i in range(d):
@@ -104,7 +104,7 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
 
 
 @jit_noalloc
-def derivative(method, scratch, start, curve, scale, rate_scale, matrix):
+def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
     """matrix <- dR/dx, (unknowns, unknowns); x[a, i] and R[a, i] have the index first[a] + i."""
     basis, h, place, rate, forces = method.basis, start.h, curve.place, curve.rate, curve.forces
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
@@ -119,7 +119,9 @@ def derivative(method, scratch, start, curve, scale, rate_scale, matrix):
             xi[a], eta[a] = place[a, j], rate[a, j]
             for row in range(3):
                 here[row, a] = forces[row, a, j]
-        curvature(method, scratch, scale, rate_scale, start.g, start.t[j], xi, eta, here, blocks)
+        curvature(
+            law, method, scratch, scale, rate_scale, start.g, start.t[j], xi, eta, here, blocks
+        )
         for a in range(d):
             for k in range(d):
                 late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]

@@ -117,7 +117,7 @@ def add(x, factor_, step):
 
 
 @jit
-def differentiate(method, scratch, start, curve, newton, rounds, counts):
+def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
     """Form the derivative here, and the correction with it; whether it is regular.
 
     rounds  how often its scales may be taken from the correction before. That of a motion from rest
@@ -134,7 +134,7 @@ def differentiate(method, scratch, start, curve, newton, rounds, counts):
             size = max(size, sizes[a])
         rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
         rate_scale = max(rate_scale, scales.SMALLEST)
-        derivative(method, scratch, start, curve, sizes, rate_scale, newton.matrix)
+        derivative(law, method, scratch, start, curve, sizes, rate_scale, newton.matrix)
         counts[solve.FORCES] += 2 * d * s
         counts[solve.SOLVES] += 1
         if not factor(newton.matrix, newton.pivots):
@@ -169,7 +169,7 @@ def verdict(method, h, curve, change, tolerance, history):
 
 
 @jit
-def solve_group(method, start, curve, tolerance, allow_damping, counts):
+def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     """The curve's x <- the solution nearest to it, with its forces and velocities. Returns a code.
 
     The derivative is reused while the iteration contracts well. If a correction is larger than the
@@ -190,7 +190,7 @@ def solve_group(method, start, curve, tolerance, allow_damping, counts):
     position_scale(layout, g, scale)
     scales.grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
-        stage_slopes(method, scratch, start, curve)
+        stage_slopes(law, method, scratch, start, curve)
         residual(method, scratch, start, curve, newton.R)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
@@ -214,7 +214,7 @@ def solve_group(method, start, curve, tolerance, allow_damping, counts):
         here = not formed
         if not formed:
             rounds = MEASURED if passes == 0 else 1
-            if not differentiate(method, scratch, start, curve, newton, rounds, counts):
+            if not differentiate(law, method, scratch, start, curve, newton, rounds, counts):
                 return solve.NOT_FINITE
             change = scales.relative(
                 newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
@@ -231,7 +231,7 @@ def solve_group(method, start, curve, tolerance, allow_damping, counts):
             position_scale(layout, g, now)
             scales.grow_scale(layout, place, rate, h, now)
             if not scales.shrink_scale(now, scale):
-                stage_slopes(method, scratch, start, curve)
+                stage_slopes(law, method, scratch, start, curve)
                 counts[solve.FORCES] += s
                 return solve.SOLVED
             solve.reset_history(history)

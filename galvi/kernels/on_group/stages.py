@@ -81,9 +81,11 @@ def place_curve(basis, h, x, place, rate):
 
 
 class Discretisation(NamedTuple):
-    """A Lagrangian on a group, and how its motion is discretised: see above."""
+    """How a motion on a group is discretised: see above.
 
-    law: Any
+    Without the law, which kernels that are compiled cannot take where it is Python's.
+    """
+
     layout: Any
     chart: Any
     basis: Any
@@ -139,9 +141,9 @@ def new_scratch(d, r, m):
 
 
 @jit_inline
-def local_slopes(method, scratch, g, xi, eta, t, velocity, out):
+def local_slopes(law, method, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    law, layout, chart = method.law, method.layout, method.chart
+    layout, chart = method.layout, method.chart
     there, own, d, flat = scratch.place, scratch.slopes, xi.size, is_flat(layout)
     if flat:
         for i in range(d):
@@ -163,7 +165,7 @@ def local_slopes(method, scratch, g, xi, eta, t, velocity, out):
 
 
 @jit_noalloc
-def stage_slopes(method, scratch, start, curve):
+def stage_slopes(law, method, scratch, start, curve):
     """The curve's forces and velocities <- their values at all stages."""
     place, rate, forces, velocities = curve.place, curve.rate, curve.forces, curve.velocities
     d, s = place.shape
@@ -171,7 +173,7 @@ def stage_slopes(method, scratch, start, curve):
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        local_slopes(method, scratch, start.g, xi, eta, start.t[j], velocity, out)
+        local_slopes(law, method, scratch, start.g, xi, eta, start.t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
             velocities[a, j] = velocity[a]

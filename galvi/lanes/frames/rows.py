@@ -238,11 +238,10 @@ def add_rows(typingctx, b, k, high, low, first, rows):
             this = builder.add(done, loop.index)
             total = added_up(builder, products(builder.add(this, first)))
             places = [builder.gep(array.data, [this]) for array in (highs, lows)]
-            high, low = (builder.load(place) for place in places)
-            high, rest = _two_sum(builder, high, total)
-            high, rest = _two_sum(builder, high, builder.fadd(rest, low))
-            builder.store(high, places[0])
-            builder.store(rest, places[1])
+            high, low = (Lane(builder, builder.load(place), ()) for place in places)
+            moved = compensated(high, low, Lane(builder, total, ()))
+            for value, place in zip(moved, places, strict=True):
+                builder.store(value.value, place)
         return context.get_dummy_value()
 
     return signature, generate
@@ -283,13 +282,6 @@ def added_up(builder, vector):
         )
         vector = builder.fadd(low, high)
     return builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
-
-
-def _two_sum(builder, x, y):
-    total = builder.fadd(x, y)
-    part = builder.fsub(total, x)
-    one = builder.fsub(x, builder.fsub(total, part))
-    return total, builder.fadd(one, builder.fsub(y, part))
 
 
 @intrinsic

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from galvi.run.general import inertial_formulation
-from galvi.run.in_lanes.laws import group_kernel
+from galvi.run.in_lanes.lagrangian import group_kernel
 from galvi.run.in_lanes.nystrom import vector_kernel
 from galvi.run.on_group import CountedByNewton
 from galvi.run.request import RunRequest

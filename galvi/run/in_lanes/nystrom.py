@@ -26,7 +26,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 from galvi.tracing.lane_law import compiled_law, fits, unit_mass_law
-from galvi.tracing.laws import slopes_of
+from galvi.tracing.laws_of_systems import slopes_of
 
 # What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
 # 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for

@@ -40,7 +40,7 @@ from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 from galvi.tracing.lane_law import compiled_group_law, compiled_law, coupled
-from galvi.tracing.laws import LawCode, law_of
+from galvi.tracing.laws_of_systems import LawCode, law_of
 
 # In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
 # step with 2^-55, and 1.2e-18 with 2^-58.

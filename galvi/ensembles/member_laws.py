@@ -24,7 +24,7 @@ from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import coupled_layout
-from galvi.run.in_lanes.laws import (
+from galvi.run.in_lanes.lagrangian import (
     FINEST_IN_LANES,
     FINEST_ON_RN,
     component_degrees,
@@ -45,7 +45,7 @@ from galvi.tracing.lane_law import (
     function_of,
     unit_mass_law,
 )
-from galvi.tracing.laws import force_of, slopes_of
+from galvi.tracing.laws_of_systems import force_of, slopes_of
 
 WIDEST = 32  # coordinates up to which a law is written out for members
 
