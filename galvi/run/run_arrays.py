@@ -86,7 +86,7 @@ class RunArrays(NamedTuple):
             run.checkpoint,
         )
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
-        saved_steps = np.minimum(np.arange(0, steps + start.save_every, start.save_every), steps)
+        saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
         saved_q[0], saved_v[0] = state[0][0, :r], state[0][row, :d]
         solver_state = state[2].copy()
