@@ -17,7 +17,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.jit import VECTOR, compiled_for, jit
+from galvi.kernels.compile.jit import VECTOR, compiled_for, jit, jit_noalloc
 from galvi.kernels.forces.lagrangian_derivatives import LAW_TUPLE, Law
 from galvi.kernels.forces.passages import note_passages
 from galvi.kernels.lie import product
@@ -70,7 +70,7 @@ def guess(method, start, stages, holds, curve):
         guess_curve(method.layout, method.chart, method.basis, start.h, curve.velocities, curve.x)
 
 
-@jit
+@jit_noalloc
 def keep(plan, kept, step, start, nodes, curve, g1, mu1, passage):
     """Record the step that ends at (g1, mu1)."""
     (d, s), r, m = curve.place.shape, g1.size, curve.x.shape[1]

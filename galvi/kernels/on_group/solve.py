@@ -63,7 +63,7 @@ def guess_curve(layout, chart, basis, h, velocities, x):
 class Newton(NamedTuple):
     """The state of an iteration.
 
-    matrix, pivots   factors of the derivative
+    matrix, pivots   factors of the derivative, and ``right``, scratch for a right-hand side
     R, ahead, step   (d, m)  residual, the correction from here, and the last one that was taken
     to_place, to_rate  (d, s)  of the correction from here
     scale, sizes     (d,)    see galvi.kernels.on_group.scale; ``sizes`` is scratch
@@ -72,6 +72,7 @@ class Newton(NamedTuple):
 
     matrix: Any
     pivots: Any
+    right: Any
     R: Any
     ahead: Any
     step: Any
@@ -86,17 +87,16 @@ class Newton(NamedTuple):
 def new_iteration(unknowns, d, m, s):
     """A ``Newton`` for so many unknowns."""
     return Newton(
-        np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64), np.empty((d, m)),
-        np.empty((d, m)), np.empty((d, m)), np.empty((d, s)), np.empty((d, s)), np.empty(d),
-        np.empty(d), np.empty(4),
+        np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64), np.empty(unknowns),
+        np.empty((d, m)), np.empty((d, m)), np.empty((d, m)), np.empty((d, s)), np.empty((d, s)),
+        np.empty(d), np.empty(d), np.empty(4),
     )  # fmt: skip
 
 
-@jit
+@jit_noalloc
 def correct(basis, h, newton):
     """The correction from here <- -matrix^-1 R, and its curve."""
-    R, ahead, first = newton.R, newton.ahead, basis.first
-    flat = np.empty(first[R.shape[0]])
+    R, ahead, first, flat = newton.R, newton.ahead, basis.first, newton.right
     for a in range(R.shape[0]):
         for i in range(first[a + 1] - first[a]):
             flat[first[a] + i] = -R[a, i]
@@ -116,7 +116,7 @@ def add(x, factor_, step):
             x[a, i] += factor_ * step[a, i]
 
 
-@jit
+@jit_noalloc
 def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
     """Form the derivative here, and the correction with it; whether it is regular.
 
