@@ -38,12 +38,10 @@ def as_trajectory(
     counts: Mapping[str, int],
     step: float | None = None,
     failure: Failure | None = None,
-    doubt: str = "",
     notes: Iterable[str] = (),
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
-    doubt  why the result of a run without failure may be wrong, as a clause; "" for nothing
     notes  sentences that the status of a run without failure ends with; empty ones are left out
 
     A non-finite state that the engine did not report becomes a failure.
@@ -68,8 +66,7 @@ def as_trajectory(
             states[failure.row :] = np.nan
         outcome = Outcome(End.STEP_FAILED, failure.step, sentence=failure.why)
     else:
-        end = End.DOUBTFUL if doubt else End.COMPLETED
-        outcome = Outcome(end, reason=doubt, notes=tuple(filter(None, notes)))
+        outcome = Outcome(End.COMPLETED, notes=tuple(filter(None, notes)))
     return Trajectory(
         problem=problem,
         t=read_only(t),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from galvi import Canonical, NBody, Problem, Trajectory, input_checks
+from galvi import Canonical, End, NBody, Outcome, Problem, Trajectory, input_checks
 from galvi.arrays import Array
+from galvi.trajectory import Ending
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import acceleration, acceleration_jacobian, is_forced
@@ -75,7 +76,7 @@ class ImplicitEuler:
             if k == steps.saved[row]:
                 saved_q[row], saved_v[row] = q, v
                 row += 1
-        return as_trajectory(
+        run = as_trajectory(
             problem,
             described(self.name, setting),
             times,
@@ -91,8 +92,10 @@ class ImplicitEuler:
             },
             step=steps.step,
             failure=failure,
-            doubt=_accepted(stalled) if stalled else "",
         )
+        if not (stalled and run.success):
+            return run
+        return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(stalled))))
 
 
 def _stalled(k: int, used: int, t0: float, h: float) -> str:
