@@ -10,9 +10,9 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import steps_of_run
 from references.rigid_equations import RigidEquations, is_rigid_body
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 from references.textbook.nystrom import Nystrom, splitting
 
 EXPLICIT_EULER = Nystrom(
@@ -43,9 +43,7 @@ class MatrixEuler:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         equations = RigidEquations(problem, quaternions=False)
         slope, state = equations.slope(), equations.start

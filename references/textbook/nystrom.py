@@ -14,10 +14,10 @@ from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
 from references.compiled import njit
-from references.contender import require
+from references.contender import steps_of_run
 from references.forces.force import FUNCTION, OPTIONS, VECTOR
 from references.newton import inverse_mass, is_forced, total_force
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 
 # The compiled loop of an explicit Nystrom method; its arguments are tuples.
 #
@@ -169,9 +169,7 @@ class Nystrom:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; compiled when the forces are, else interpreted. See `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         arrays = map(np.array, (self.stages, self.nodes, self.position, self.velocity))
         tableau = (*arrays, self.reuses_last)

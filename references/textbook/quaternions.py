@@ -16,9 +16,9 @@ from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
 from references.closed_forms.top_motion import PrincipalBody, is_known_body
 from references.compiled import njit
-from references.contender import require
+from references.contender import steps_of_run, times_of_run
 from references.forces.force import OPTIONS
-from references.setting import check_keys, described, fixed_steps, sample_times
+from references.setting import described
 
 # The compiled loops of RK4 and DOP853 for a rigid body, in quaternions and body momentum.
 #
@@ -235,9 +235,7 @@ class QuaternionRK4:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         body = PrincipalBody.of(problem)
         advance = compiled("rk4")
@@ -306,9 +304,7 @@ class QuaternionDOP853:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", "tolerance"))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, "tolerance")
         tolerance = input_checks.positive(
             "tolerance", setting.get("tolerance", DEFAULT["tolerance"])
         )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
-from typing import Any
+from typing import Any, get_type_hints
 
 import typer
 
@@ -27,8 +27,7 @@ def spread(command: Callable[..., int]) -> Callable[..., int]:
     A group is a dataclass, whose fields have options as their defaults.
     """
     signature = inspect.signature(command, eval_str=True)
-    annotations = {name: one.annotation for name, one in signature.parameters.items()}
-    groups = {name: one for name, one in annotations.items() if is_dataclass(one)}
+    groups = {name: one for name, one in get_type_hints(command).items() if is_dataclass(one)}
 
     @wraps(command)
     def grouped(**values: Any) -> int:
@@ -39,14 +38,14 @@ def spread(command: Callable[..., int]) -> Callable[..., int]:
     parameters = (
         one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
         for name, parameter in signature.parameters.items()
-        for one in (_options(groups[name]) if name in groups else [parameter])
+        for one in (
+            inspect.signature(groups[name], eval_str=True).parameters.values()
+            if name in groups
+            else [parameter]
+        )
     )
     vars(grouped)["__signature__"] = signature.replace(parameters=list(parameters))
     return grouped
-
-
-def _options(group: Any) -> Iterable[inspect.Parameter]:
-    return inspect.signature(group, eval_str=True).parameters.values()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from reports.figures.profiles import PROFILES
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.motion import motions
-from reports.page.site import Grid, grid, ledger
+from reports.page.site import Explained, Grid, grid, ledger
 from reports.page.sources import commands, files, sources, statements, without_folder
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
@@ -131,14 +131,6 @@ class StudySection:
     pictures: tuple[Picture, ...]
     rows: Grid
     notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class TargetsSection:
-    """The targets: an introduction, and a line for each."""
-
-    text: str
-    rows: Grid
 
 
 @dataclass(frozen=True)
@@ -293,11 +285,11 @@ def _left_out(one: SectionResult) -> tuple[str, str, str]:
     return one.section.title, command, one.failure or one.note
 
 
-def _targets(frame: pd.DataFrame) -> TargetsSection | None:
+def _targets(frame: pd.DataFrame) -> Explained | None:
     if frame.empty:
         return None
     text = f"{TEXT} {targets_summary(frame)}"
-    return TargetsSection(text, grid(*readable_targets(frame)))
+    return Explained(text, grid(*readable_targets(frame)))
 
 
 def _comparisons(
