@@ -27,6 +27,22 @@ class Failure:
     why: str
 
 
+def non_finite(
+    step: int, saved: Array, times: Array, reason: str = "the step is too large"
+) -> Failure:
+    """The failure of the first step that gave a non-finite state.
+
+    saved, times  numbers of the steps kept and their times, (saved,)
+    """
+    row = int(np.searchsorted(saved, step))
+    return Failure(
+        row=row,
+        step=step,
+        why=f"Step {step}, towards t = {times[row]:.6g}, gave a non-finite state: {reason}. Choose "
+        "a smaller step, or end the run earlier.",
+    )
+
+
 def as_trajectory(
     problem: Problem,
     method: str,

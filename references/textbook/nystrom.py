@@ -11,8 +11,7 @@ import numpy as np
 from numba import types
 
 from galvi import Canonical, NBody, Problem, Trajectory
-from galvi.arrays import Array
-from references.as_trajectory import Failure, as_trajectory
+from references.as_trajectory import as_trajectory, non_finite
 from references.compiled import njit
 from references.contender import steps_of_run
 from references.forces.force import FUNCTION, OPTIONS, VECTOR
@@ -113,6 +112,7 @@ def compiled() -> Callable[..., Any]:
 # A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
+MET = "bodies met or the step is too large"
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +198,7 @@ class Nystrom:
             *saved,
             counts={"steps": done, "force_evaluations": evaluations},
             step=steps.step,
-            failure=_failure(failed, steps.saved, times) if failed else None,
+            failure=non_finite(failed, steps.saved, times, MET) if failed else None,
         )
 
 
@@ -218,14 +218,4 @@ def splitting(name: str, order: int, nodes: Sequence[float], kicks: Sequence[flo
         nodes=tuple(nodes),
         position=tuple(kicks[j] * (1.0 - nodes[j]) for j in times),
         velocity=tuple(kicks),
-    )
-
-
-def _failure(failed: int, saved: Any, times: Array) -> Failure:
-    row = int(np.searchsorted(saved, failed))
-    return Failure(
-        row=row,
-        step=failed,
-        why=f"Step {failed}, towards t = {times[row]:.6g}, gave a non-finite state: bodies met or "
-        "the step is too large. Choose a smaller step, or end the run earlier.",
     )

@@ -13,7 +13,7 @@ from numba import types
 
 from galvi import Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from references.as_trajectory import Failure, as_trajectory
+from references.as_trajectory import Failure, as_trajectory, non_finite
 from references.closed_forms.top_motion import PrincipalBody, is_known_body
 from references.compiled import njit
 from references.contender import steps_of_run, times_of_run
@@ -257,18 +257,8 @@ class QuaternionRK4:
             p=p,
             counts={"steps": done, "force_evaluations": 4 * (done + (failed > 0))},
             step=steps.step,
-            failure=_failure(failed, steps.saved, times) if failed else None,
+            failure=non_finite(failed, steps.saved, times) if failed else None,
         )
-
-
-def _failure(failed: int, saved: Any, times: Array) -> Failure:
-    row = int(np.searchsorted(saved, failed))
-    return Failure(
-        row=row,
-        step=failed,
-        why=f"Step {failed}, towards t = {times[row]:.6g}, gave a non-finite state: the step is "
-        "too large. Choose a smaller step, or end the run earlier.",
-    )
 
 
 QUATERNION_RK4 = QuaternionRK4()
