@@ -12,8 +12,9 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
-from galvi.curves.curves import Curves, FrameCurves, RedoneCurves
+from galvi.curves.clock_curves import ClockCurves
+from galvi.curves.curves import Curves, FrameCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.systems.lagrangian import velocity_at
@@ -92,7 +93,7 @@ class TrajectoryFields:
     ending: Ending | DeferredEnding = field(default_factory=Ending)
     interrupted: bool = False
     velocities: Array | None = None
-    again: RedoneCurves | RedoneClockCurves | None = None
+    again: RedoneCurves | None = None
     engine: str = ""
     tau: Array | None = None
     events: Any = None

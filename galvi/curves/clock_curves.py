@@ -12,17 +12,14 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import (
     EPSILON,
     Curves,
     LocalChart,
     refuse_outside,
     times_asked,
-    unchecked,
 )
 from galvi.method import Galerkin
-from galvi.problem import Problem
 from galvi.tableau import Tableau
 
 PASSES = 60  # of a bracketed Newton iteration
@@ -125,53 +122,6 @@ def _to_samples(table: Tableau) -> Array:
 
 def _each(basis: Any, series: Any) -> Array:
     return np.einsum("kl,lk->k", basis, series)
-
-
-@dataclass(frozen=True, eq=False)
-class RedoneClockCurves:
-    """As `ClockCurves`, of a run that kept none: steps are done again from known states.
-
-    known  the run before some of its steps, in their order
-    end    the last time of the run
-    check  raises ValueError where the problem's functions are no longer those of the run
-    """
-
-    problem: Problem
-    method: Galerkin
-    step: float
-    known: tuple[Checkpoint, ...]
-    end: float
-    check: Callable[[], None] = unchecked
-
-    def position(self, t: Any) -> Array:
-        """q at t, as `ClockCurves.position`."""
-        return self._each(t, lambda curves, times: curves.position(times), self.problem.q0.shape)
-
-    def velocity(self, t: Any) -> Array:
-        """dq/dt at t, as `ClockCurves.velocity`."""
-        return self._each(t, lambda curves, times: curves.velocity(times), self.problem.v0.shape)
-
-    def _each(self, t: Any, values: Any, shape: tuple[int, ...]) -> Array:
-        self.check()
-        times, single = times_asked(t)
-        sign = 1.0 if self.step > 0.0 else -1.0
-        wanted, grid = sign * times, np.array([s.clock[0] for s in self.known])
-        inside = (wanted >= sign * grid[0]) & (wanted <= sign * self.end)
-        refuse_outside(inside, float(grid[0]), self.end, t)
-        pieces = np.searchsorted(sign * grid, wanted, side="right") - 1
-        found = np.full((len(wanted), *shape), np.nan)
-        for k in np.unique(pieces).tolist():
-            rows = np.flatnonzero(pieces == k)
-            farthest = sign * float(wanted[rows].max())
-            if farthest == grid[k]:  # a step is needed, however short the run
-                farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
-            from galvi.run.loop import curves_from  # runs stand on curves
-
-            curves = curves_from(
-                self.problem, self.method, self.step, self.known[k], farthest, self.end
-            )
-            found[rows] = values(curves, sign * wanted[rows])
-        return found[0] if single else found
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import Chart, place, tangent
-from galvi.checkpoint import Checkpoint
 from galvi.groups.group import Group
-from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.spaces.space import Space
 
@@ -158,76 +156,6 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
     index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
     return index, place - index, single
-
-
-class CurvesOfSteps(Protocol):
-    """Curves of consecutive steps."""
-
-    def places(self, index: Any, tau: Array) -> Array:
-        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-
-    def velocities(self, index: Any, tau: Array) -> Array:
-        """dq/dt there, (k, ...)."""
-
-
-def unchecked() -> None:
-    """Of a run whose functions are not compared, as of one from a file."""
-
-
-@dataclass(frozen=True, eq=False)
-class RedoneCurves:
-    """As `Curves`, bit for bit, of ``total`` steps from known[0], of which ``done`` were done.
-
-    known  the run before some of its steps, in their order
-    check  raises ValueError where the problem's functions are no longer those of the run
-    """
-
-    problem: Problem
-    method: Galerkin
-    step: float
-    total: int
-    done: int
-    known: tuple[Checkpoint, ...]
-    check: Callable[[], None] = unchecked
-
-    def position(self, t: Any) -> Array:
-        """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
-
-        ValueError outside the run.
-        """
-        shape = self.problem.q0.shape
-        return self._each(t, shape, lambda curves, index, tau: curves.places(index, tau))
-
-    def velocity(self, t: Any) -> Array:
-        """dq/dt at t, as `Curves.velocity`."""
-        shape = self.problem.v0.shape
-        return self._each(t, shape, lambda curves, index, tau: curves.velocities(index, tau))
-
-    def _each(
-        self, t: Any, shape: tuple[int, ...], values: Callable[[CurvesOfSteps, Any, Array], Array]
-    ) -> Array:
-        self.check()
-        origin = self.known[0].first
-        begin = self.problem.t0 + origin * self.step
-        zeros = np.broadcast_to(0.0, (self.total, 1, 1))
-        index, tau, single = located(begin, self.step, zeros, t)
-        ended = (index == self.done) & (tau == 0.0) & (index > 0)
-        index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
-        starts = np.array([one.first - origin for one in self.known])
-        pieces = np.searchsorted(starts, index, side="right") - 1
-        pieces[index >= self.done] = -1
-        found = np.full((len(index), *shape), np.nan)
-        for k in np.unique(pieces[pieces >= 0]).tolist():
-            rows = np.flatnonzero(pieces == k)
-            own = index[rows] - starts[k]
-            first, count = int(own.min()), int(own.max() - own.min()) + 1
-            from galvi.run.loop import curves_of_steps  # runs stand on curves
-
-            curves = curves_of_steps(
-                self.problem, self.method, self.step, self.known[k], first, count
-            )
-            found[rows] = values(curves, own - first, tau[rows])
-        return found[0] if single else found
 
 
 TINY = 1e-100  # imaginary increments of complex steps

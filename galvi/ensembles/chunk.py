@@ -15,7 +15,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.ensembles.keep import Keep, TimeGrid
-from galvi.ensembles.laws import Law, LawNumbers, kernel_of
+from galvi.ensembles.member_laws import Law, LawNumbers, kernel_of
 from galvi.input_checks import shown
 from galvi.lanes.members.steps import FIRST, TODO
 from galvi.lanes.vectors import LANES

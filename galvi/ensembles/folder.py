@@ -182,7 +182,9 @@ class Folder:
             return None
         self.loaded += 1
         passes, facts = arrays.pop("passes"), json.loads(str(arrays.pop("outcomes")))
-        outcomes = {int(member): Outcome.from_json(fields) for member, fields in facts.items()}
+        outcomes = {
+            members.start + int(k): Outcome.from_json(fields) for k, fields in facts.items()
+        }
         return tuple(arrays[f"value{k}"] for k in range(len(arrays))), passes, outcomes
 
     def _read(self, members: slice) -> dict[str, Any] | None:
@@ -200,10 +202,11 @@ class Folder:
     ) -> None:
         """Write what some members left, completely or not at all.
 
-        outcomes  by number from the first of these members
+        outcomes  of all members, by their numbers; in a file from the first of these members
         """
         arrays: dict[str, Any] = {f"value{k}": value for k, value in enumerate(values)}
-        facts = {member: outcome.to_json() for member, outcome in outcomes.items()}
+        numbered = ((k, outcomes.get(members.start + k)) for k in range(len(passes)))
+        facts = {k: outcome.to_json() for k, outcome in numbered if outcome is not None}
         arrays |= {"passes": passes, "outcomes": np.array(json.dumps(facts))}
         digest, path = np.array(self._digest(members, arrays)), self._file(members)
         try:

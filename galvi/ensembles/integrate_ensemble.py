@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -14,28 +14,23 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import PROBE, Chunk, Kept, members_of_a_chunk, results, workers_of
 from galvi.ensembles.folder import Folder
-from galvi.ensembles.keep import OfStates, TimeGrid, kept_of
-from galvi.ensembles.laws import Law, iterates_places, law_of, runs_in_lanes
+from galvi.ensembles.keep import FinalStates, OfStates, StatesAt, TimeGrid, kept_of
+from galvi.ensembles.member_laws import Law, finest_tolerance, law_in_lanes
 from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
 from galvi.ensembles.result import Ensemble
-from galvi.ensembles.singles import Single, Singles, members_in_clock
+from galvi.ensembles.singles import Singles
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.outcome import Outcome
 from galvi.problem import Problem
 from galvi.run.engines import stepper_for
 from galvi.run.ensemble import processors
-from galvi.run.group_system import coupled_layout
-from galvi.run.in_lanes.laws import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.run.in_lanes.nystrom import FINER
-from galvi.run.request import RunRequest, check_end, number_of_steps
+from galvi.run.request import RunRequest, check_types, number_of_steps
 
 BY_ITSELF = "It was run by itself, since {why}."
-NO_LAW = "the system has no vector code"
-IN_FRAME = "methods in a frame run one member at a time"
-NOT_ITERATED = "vector code does not solve this system with the method's weights or degrees"
 OF_PYTHON = "what is kept is a Python function of a run"
 NOT_IN_LANES = "vector code could not do step {step}"
+Count = Callable[[int], Any]
 
 
 def integrate_ensemble(
@@ -90,148 +85,138 @@ def integrate_ensemble(
     Raises ValueError or TypeError for bad input before the first step.
     """
     shows = progress is not None and input_checks.flag("progress", progress)
-    if isinstance(method, Galerkin) and method.clock is not None:
-        return members_in_clock(
-            problem, q0, v0, method, step, steps, parameters, keep, executor, folder, shows,
-            duration, tolerance,
-        )  # fmt: skip
-    if duration is not None or steps is None:
-        each = {number_of_steps(h, steps, duration) for h in np.atleast_1d(step).tolist()}
-        if len(each) > 1:
-            raise ValueError(
-                f"duration must be the same number of steps of all members; received {duration!r}, "
-                f"{min(each)} to {max(each)} steps. Give steps."
-            )
-        (steps,) = each
-    work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
+    check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, steps)")
+    values = checked_parameters(parameters)
+    starts = starts_of(problem, q0, v0, step, values)
+    own = Parameters(problem, values, len(starts[0]))
+    work = _Work(own, *starts, method, keep, steps, duration, tolerance)
+    if work.in_clock and (executor is not None or folder is not None):
+        given = "executor" if executor is not None else "folder"
+        raise ValueError(f"with a clock members run in threads; received {given}. Leave it out.")
     workers = workers_of(executor, processors())
     if version is not None and not isinstance(version, str):
         raise TypeError(f"version must be a text, or None; received {shown(version)}.")
     store = None if folder is None else Folder(folder, *work.identity(), version)
-    with ExitStack() as stack:
-        bar = None
-        if shows:
-            bar = stack.enter_context(tqdm(total=work.members, unit="run"))
+    with tqdm(total=work.members, unit="run") if shows else nullcontext() as bar:
         return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
 
 
+def steps_of_all(step: Array, steps: int | None, duration: float | None) -> int:
+    """The number of steps of members with their own ``step``; ValueError for several numbers."""
+    each = {number_of_steps(h, steps, duration) for h in np.unique(step).tolist()}
+    if len(each) > 1:
+        raise ValueError(
+            f"duration must be the same number of steps of all members; received {duration!r}, "
+            f"{min(each)} to {max(each)} steps. Give steps."
+        )
+    return each.pop()
+
+
 class _Work:
-    """The arguments of `integrate_ensemble`, checked, and its result while it grows."""
+    """The members of an ensemble, and its result while it grows."""
 
     def __init__(
-        self, problem: Problem, q0: Any, v0: Any, method: Galerkin, step: Any, steps: int,
-        parameters: Any, keep: Any, tolerance: float | None,
+        self, parameters: Parameters, q: Array, v: Array, step: Array, method: Galerkin, keep: Any,
+        steps: int | None, duration: float | None, tolerance: float | None,
     ) -> None:  # fmt: skip
-        self.problem, self.method = problem, method
-        if not isinstance(problem, Problem):
-            raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
-        values = checked_parameters(parameters)
-        self.q, self.v, self.step = starts_of(problem, q0, v0, step, values)
-        self.members = len(self.q)
-        self.parameters = Parameters(problem, values, self.members)
-        self.problem = problem = self.parameters.problem
-        first = problem.with_initial_state(self.q[0], self.v[0])
-        request = RunRequest.checked(
-            first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance
-        )
-        stepper_for(request)  # which refuses what no engine can do
-        with np.errstate(over="ignore"):
-            ends = problem.t0 + int(steps) * self.step
-        check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
-        self.plan = TimeGrid(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
+        self.parameters, self.method, self.q, self.v, self.step = parameters, method, q, v, step
+        self.members, self.in_clock = len(q), method.clock is not None
+        if not self.in_clock:
+            steps, duration = steps_of_all(step, steps, duration), None
+        limits: dict[str, Any] = {"steps": steps, "duration": duration, "tolerance": tolerance}
+        problem = parameters.problem
+        first = problem.with_initial_state(q[0], v[0])
+        longest = float(step[np.argmax(np.abs(step))])
+        stepper_for(RunRequest.checked(first, method, longest, curves=False, **limits))
+        self.plan = TimeGrid(steps or 0, step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = kept_of(keep)
         self.singles = Singles(
-            self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
+            parameters, method, self.plan, q, v, self.keep, self.function, limits
         )
         self.law: Law | None = None
-        found = law_of(problem.system, problem.v0.size)
-        if self.keep is None:
+        self.why_alone, self.tolerance = "", tolerance or 0.0
+        if self.in_clock:
+            self._check_kept_in_clock(keep)
+        elif self.keep is None:
             self.why_alone = OF_PYTHON
-        elif method.in_frame:
-            self.why_alone = IN_FRAME
         else:
-            self.why_alone = NO_LAW if found is None else NOT_ITERATED
-        if found is not None and self.keep is not None and runs_in_lanes(*found, method):
-            self.law, self.own = found
-            if self.law.layout:
-                layout = coupled_layout(problem.system, first).tolist()
-                self.law = replace(self.law, layout=tuple(map(tuple, layout)))
-            self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
-        else:
-            self.parameters.check()
-        finest = FINEST_ON_RN
-        if self.law is not None and self.law.layout:
-            finest = FINEST_IN_LANES
-        elif self.law is not None and iterates_places(self.law, method):
-            finest = FINER
-        self.tolerance = max(tolerance or 0.0, finest)
-        if self.keep is not None:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
+            self._use_lanes(first)
+        if self.law is None:
+            parameters.check()
         self.values: list[Array] = []
         self.passes = np.zeros(self.members, dtype=np.int64)
         self.outcomes: dict[int, Outcome] = {}
 
+    def _check_kept_in_clock(self, keep: Any) -> None:
+        if self.function is None and not isinstance(self.keep, FinalStates | StatesAt):
+            raise ValueError(
+                f"with a clock keep must be galvi.FinalStates(), galvi.StatesAt(times) or a Python "
+                f"function of a run, since members do not share their steps; received "
+                f"{shown(keep)}."
+            )
+
+    def _use_lanes(self, first: Problem) -> None:
+        """Take the law by which lanes run the members, or note why they do not."""
+        found = law_in_lanes(first, self.method)
+        if isinstance(found, str):
+            self.why_alone = found
+            return
+        self.law, self.own = found
+        self.numbers = self.parameters.numbers(self.law, self.own)
+        self.tolerance = max(self.tolerance, finest_tolerance(self.law, self.method))
+
     def identity(self) -> tuple[Any, dict[str, Array]]:
         """What files are named by: what all members share, and what each has."""
         kept = self.function if self.keep is None else self.keep
-        system: Any = self.problem.system
+        system: Any = self.parameters.problem.system
         if self.law is not None:  # its text says all of a function that was traced
             system = self.law, self.own.constants, self.own.mass
         facts = system, self.method, self.plan.steps, self.plan.t0, self.tolerance, kept
         given = {f"parameters/{name}": array for name, array in self.parameters.values.items()}
         return facts, {"q": self.q, "v": self.v, "step": self.step, **given}
 
-    def run(
-        self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
-    ) -> Ensemble:
+    def run(self, executor: Any, workers: int, store: Folder | None, count: Count) -> Ensemble:
         """All members; ``count`` receives the number of finished members."""
-        size = self.first_size(executor, workers, store, count)
-        pieces = [
-            slice(k, min(k + size, self.members)) for k in range(self.begun, self.members, size)
-        ]
-        missing = []
-        for members in pieces:
-            if store is None or not self.loaded(store, members):
-                missing.append(members)
-            else:
-                count(members.stop - members.start)
+        size, begun = self.first_size(executor, workers, store, count)
+        firsts = range(begun, self.members, size)
+        pieces = [slice(first, min(first + size, self.members)) for first in firsts]
+        missing = [members for members in pieces if not self.loaded(store, members, count)]
         if missing and store is not None:
             store.make_writable()
         for members, kept in self.computed(missing, executor, workers):
-            self.take(members, kept)
+            self.take(members, kept, count)
             if store is not None:
-                self.saved(store, members)
-            count(members.stop - members.start)
+                kept_values = tuple(rows[members] for rows in self.values)
+                store.save(members, kept_values, self.passes[members], self.outcomes)
         values = tuple(read_only(value) for value in self.values)
         files = "" if store is None else store.summary(len(missing))
         return Ensemble(values, self.outcomes, self.passes, files)
 
     def first_size(
-        self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
-    ) -> int:
-        """Members of a chunk: from the time of a first one, which is done, or as in the folder."""
-        self.begun = 0
+        self, executor: Any, workers: int, store: Folder | None, count: Count
+    ) -> tuple[int, int]:
+        """Members of a chunk: from the time of a first one, or as in the folder; and how many are
+        done, which is the first one where there is no folder."""
         if store is not None and (size := store.members_of_a_file()):
-            return size
+            return size, 0
         if self.law is None:
-            return PROBE
+            return (self.members if store is None else PROBE), 0
         if store is not None:
             store.make_writable()
         probe = slice(0, min(PROBE, self.members))
         ((_, kept),) = self.computed([probe], executor, workers)
         assert kept is not None
-        each = max(kept.seconds / (probe.stop - probe.start), 1e-9)
+        each = max(kept.seconds / probe.stop, 1e-9)
         bytes_each = 8.0 * sum(value[0].size for value in kept.values)
         if isinstance(self.keep, OfStates):
             bytes_each += 8.0 * (self.plan.steps + 1) * (self.q[0].size + self.v[0].size)
         bytes_each += 8.0 * (self.law.dimension * (self.method.stages + 8) + self.q[0].size + 64)
         size = members_of_a_chunk(each, bytes_each, self.members, workers)
         if store is not None:
-            return size
-        self.take(probe, kept)
-        count(probe.stop)
-        self.begun = probe.stop
-        return size
+            return size, 0
+        self.take(probe, kept, count)
+        return size, probe.stop
 
     def computed(
         self, pieces: Sequence[slice], executor: Any, workers: int
@@ -252,33 +237,24 @@ class _Work:
             self.q[members], self.v[members],
         )  # fmt: skip
 
-    def take(self, members: slice, kept: Kept | None) -> None:
+    def take(self, members: slice, kept: Kept | None, count: Count) -> None:
         """Keep what some members left, and run those by themselves that lanes did not."""
-        alone: Iterator[int] = iter(range(members.start, members.stop))
-        why = self.why_alone
+        alone: Sequence[int] = range(members.start, members.stop)
         if kept is not None:
             self.place(members, kept.values)
             self.passes[members] = kept.passes
-            alone = (members.start + int(k) for k in np.flatnonzero(kept.failed))
-        for member in alone:
+            alone = (members.start + np.flatnonzero(kept.failed)).tolist()
+            count(len(kept.failed) - len(alone))
+        for member, single in zip(alone, self.singles.each(alone), strict=True):
+            why, notes = self.why_alone, single.outcome.notes
             if kept is not None:
                 why = NOT_IN_LANES.format(step=int(kept.failed[member - members.start]))
-            single = self.single(member)
+            if why:
+                notes = (*notes, BY_ITSELF.format(why=why))
             self.place(slice(member, member + 1), tuple(value[None] for value in single.values))
-            notes = (*single.outcome.notes, BY_ITSELF.format(why=why))
             self.outcomes[member] = replace(single.outcome, notes=notes)
             self.passes[member] = single.passes
-
-    def single(self, member: int) -> Single:
-        """One member by itself; exceptions carry its number."""
-        try:
-            if self.keep is not None:
-                return self.singles.kept(member, self.keep)
-            assert self.function is not None
-            return self.singles.returned(member, self.function)
-        except Exception as error:
-            error.add_note(f"This was member {member}.")
-            raise
+            count(1)
 
     def place(self, members: slice, values: tuple[Array, ...]) -> None:
         """Put values in their rows."""
@@ -292,19 +268,13 @@ class _Work:
                 )
             rows[members] = value
 
-    def loaded(self, store: Folder, members: slice) -> bool:
+    def loaded(self, store: Folder | None, members: slice, count: Count) -> bool:
         """Whether some members are in the folder; they are taken from there."""
-        found = store.load(members)
+        found = None if store is None else store.load(members)
         if found is None:
             return False
         values, self.passes[members], outcomes = found
         self.place(members, values)
-        self.outcomes |= {members.start + k: outcome for k, outcome in outcomes.items()}
+        self.outcomes |= outcomes
+        count(members.stop - members.start)
         return True
-
-    def saved(self, store: Folder, members: slice) -> None:
-        """Write some members to the folder."""
-        every = range(members.start, members.stop)
-        outcomes = {k - members.start: self.outcomes[k] for k in every if k in self.outcomes}
-        values = tuple(rows[members] for rows in self.values)
-        store.save(members, values, self.passes[members], outcomes)

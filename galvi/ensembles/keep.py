@@ -78,6 +78,13 @@ def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
     return x
 
 
+class _AtEachStep:
+    """Of what sees the members at the start and after each step."""
+
+    def steps(self, plan: TimeGrid) -> Sequence[int]:
+        return range(plan.steps + 1)
+
+
 @dataclass(frozen=True)
 class FinalStates:
     """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
@@ -152,7 +159,7 @@ class _At:
 
 
 @dataclass(frozen=True)
-class Extrema:
+class Extrema(_AtEachStep):
     """The least and the largest value of a quantity at the steps, the start included.
 
     quantity  (t, q, p) of n members, (n,), (n, ...) and (n, ...), -> (n, ...); None: q
@@ -165,9 +172,6 @@ class Extrema:
     def __post_init__(self) -> None:
         if self.quantity is not None:
             _check_callable(self.quantity)
-
-    def steps(self, plan: TimeGrid) -> Sequence[int]:
-        return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
         return _Extremes(self.quantity)
@@ -189,7 +193,7 @@ class _Extremes:
 
 
 @dataclass(frozen=True)
-class Histogram:
+class Histogram(_AtEachStep):
     """How often a quantity lies between edges, at the steps of each run, the start included.
 
     quantity  (t, q, p) of n members, as for `Extrema`, -> (n,)
@@ -207,9 +211,6 @@ class Histogram:
         if edges.ndim != 1 or edges.size < 2 or np.any(np.diff(edges) <= 0.0):
             raise ValueError(f"edges must be increasing; received {edges.tolist()}.")
         object.__setattr__(self, "edges", tuple(edges.tolist()))
-
-    def steps(self, plan: TimeGrid) -> Sequence[int]:
-        return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
         return _Counts(self.quantity, np.array(self.edges), len(plan.step))
@@ -237,7 +238,7 @@ class _Counts:
 
 
 @dataclass(frozen=True)
-class OfStates:
+class OfStates(_AtEachStep):
     """A function compiled by ``numba.njit`` of the whole run of one member.
 
     function  (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array of
@@ -245,9 +246,6 @@ class OfStates:
     """
 
     function: Any
-
-    def steps(self, plan: TimeGrid) -> Sequence[int]:
-        return range(plan.steps + 1)
 
     def begin(self, plan: TimeGrid) -> Record:
         return _Whole(self.function, plan)

@@ -16,7 +16,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.ensembles.laws import Law, LawNumbers, law_of
+from galvi.ensembles.member_laws import Law, LawNumbers, law_of
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
@@ -105,31 +105,26 @@ class Parameters:
             result.trace(self.problem.q0, self.problem.v0, self.problem.t0)
         return result
 
-    def rows(self, members: slice) -> dict[str, Array]:
-        """The values of some members."""
-        return {name: values[members] for name, values in self.values.items()}
-
-    def numbers(self, law: Law, own: LawNumbers, members: slice) -> LawNumbers:
-        """What of the law differs between some members; ``own`` is the problem's.
+    def numbers(self, law: Law, own: LawNumbers) -> LawNumbers:
+        """What of the law differs between the members; ``own`` is the problem's.
 
         Raises ValueError, with a note that names the member, for a value that a system refuses.
         """
-        if not self.values:
+        given = self.values
+        if not given:
             return own
-        given = self.rows(members)
         if self._symbolic_only():
-            return self._symbolic_numbers(own, given)
+            return self._symbolic_numbers(own)
         flat = np.concatenate(
             [values.reshape(len(values), -1) for values in given.values()], axis=1
         )
         _, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
         found = []
         for k in first:
-            member = (members.start or 0) + int(k)
-            made = law_of(self._checked_system(member), law.dimension)
+            made = law_of(self._checked_system(int(k)), law.dimension)
             if made is None or made[0].lines != law.lines:
                 raise ValueError(
-                    f"the parameters of member {member} give another law than the problem's; "
+                    f"the parameters of member {k} give another law than the problem's; "
                     f"received {[values[k].tolist() for values in given.values()]}."
                 )
             found.append(made[1])
@@ -148,15 +143,14 @@ class Parameters:
             for path in self.places[name]
         )
 
-    def _symbolic_numbers(self, own: LawNumbers, given: Mapping[str, Array]) -> LawNumbers:
+    def _symbolic_numbers(self, own: LawNumbers) -> LawNumbers:
         """Of a law from SymPy, whose constants are its parameters, then those of its force."""
         system: Any = self.problem.system
-        count = len(next(iter(given.values())))
-        constants = np.tile(own.constants, (count, 1))
+        constants = np.tile(own.constants, (self.members, 1))
         first = 0
         for part in (system.function, system.force):
             if isinstance(part, SYMBOLIC):
-                for name, values in given.items():
+                for name, values in self.values.items():
                     if name in part.names:
                         constants[:, first + part.names.index(name)] = values
                 first += len(part.constants)
@@ -213,12 +207,11 @@ def starts_of(
     problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
 ) -> tuple[Array, Array, Array]:
     """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
-    q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
-    h = input_checks.array("step", step)
+    given: Any = {"q0": (q0, problem.q0.shape), "v0": (v0, problem.v0.shape), "step": (step, ())}
+    arrays = {name: input_checks.array(name, value) for name, (value, _) in given.items()}
     counts = {}
-    for name, array, shape in (
-        ("q0", q, problem.q0.shape), ("v0", v, problem.v0.shape), ("step", h, ())
-    ):  # fmt: skip
+    for name, (_, shape) in given.items():
+        array = arrays[name]
         if array.shape == shape:
             continue
         if array.shape[1:] != shape or array.ndim != len(shape) + 1 or not len(array):
@@ -229,24 +222,18 @@ def starts_of(
         counts[name] = len(array)
     for name, values in parameters.items():
         counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
-    if not counts:
-        counts["q0"] = 1
     if len(set(counts.values())) > 1:
         found = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise ValueError(
             f"q0, v0, step and parameters must have the same number of members; received {found}."
         )
-    (members,) = set(counts.values())
-    if np.any(h == 0.0):
+    if np.any(arrays["step"] == 0.0):
         raise ValueError("step must not be zero. Give the step size in units of time.")
-    q = _of_all(q, problem.q0.shape, members)
-    v = _of_all(v, problem.v0.shape, members)
-    check = getattr(problem.system, "group", None)
-    if check is not None and q[0].ndim == 2:
+    members = max(counts.values(), default=1)
+    q, v, h = (np.broadcast_to(arrays[name], (members, *shape))
+               for name, (_, shape) in given.items())  # fmt: skip
+    group = getattr(problem.system, "group", None)
+    if group is not None and q[0].ndim == 2:
         for k, g in enumerate(q):
-            check.check(f"q0[{k}]", g)
-    return q, v, read_only(np.array(_of_all(h, (), members)))
-
-
-def _of_all(array: Array, shape: tuple[int, ...], members: int) -> Array:
-    return array if array.shape != shape else np.broadcast_to(array, (members, *shape))
+            group.check(f"q0[{k}]", g)
+    return q, v, read_only(np.array(h))

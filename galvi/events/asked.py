@@ -12,13 +12,15 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.events.entries import Entry, computed, entries, later_entries
+from galvi.events.entries import Entry, computed, later_entries
 from galvi.events.event import Event, ManyQuantities, Value
 from galvi.problem import Problem
 
 AGREES = 1e-9  # of a function's values, to which those of entries are its own
 AT_ONCE = 2**20  # numbers that bounds of pairs take
 TRIED = 3  # states at which that is seen
+
+Row = Callable[[int], Array]  # from the number of an entry to its values
 
 
 class Function:
@@ -37,7 +39,7 @@ class Function:
         first = self._each(q[:, :1], v[:, :1], t[:1])
         self._check(first, t[:1])
         try:
-            own = self._computed(q, v, t)
+            own = self._computed(q.__getitem__, v.__getitem__, t)
         except Exception as error:  # whatever the function raises with entries
             self.refusal = f"{type(error).__name__}: {error}".rstrip(".")
             return
@@ -48,27 +50,17 @@ class Function:
 
     def at(self, q: Array, v: Array, t: Array) -> Array:
         """Values (*t.shape) at states, whose entries are in front: (r, *t.shape)."""
-        if self.refusal:
-            flat = q.reshape(len(q), -1), v.reshape(len(v), -1)
-            found = self._each(*flat, t.ravel()).reshape(t.shape)
-        else:
-            found = self._computed(q, v, t)
-        self._check(found, t)
-        return found
+        return self.at_later(q.__getitem__, v.__getitem__, t)
 
-    def at_later(
-        self, place: Callable[[int], Array], velocity: Callable[[int], Array], t: Array
-    ) -> Array:
+    def at_later(self, place: Row, velocity: Row, t: Array) -> Array:
         """As ``at``, with functions from the number of an entry to its values, of which those that
         are used are called."""
-        (d, n), shapes = map(math.prod, self.shapes), self.shapes
         if self.refusal:
-            q, v = (np.stack([one(k) for k in range(size)])
-                    for one, size in ((place, d), (velocity, n)))  # fmt: skip
-            return self.at(q, v, t)
-        q, v = (later_entries(partial(_twice, one), size).reshape(shape) for one, size, shape
-                in ((place, d, shapes[0]), (velocity, n, shapes[1])))  # fmt: skip
-        found = computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
+            q, v = (np.stack([row(k).ravel() for k in range(math.prod(shape))])
+                    for row, shape in zip((place, velocity), self.shapes, strict=True))  # fmt: skip
+            found = self._each(q, v, t.ravel()).reshape(t.shape)
+        else:
+            found = self._computed(place, velocity, t)
         self._check(found, t)
         return found
 
@@ -81,9 +73,10 @@ class Function:
         q, v = q.reshape(self.shapes[0]), v.reshape(self.shapes[1])
         return computed(self._traceable, q, v, t, t.low.shape)
 
-    def _computed(self, q: Array, v: Array, t: Any) -> Array:
-        states = entries(q, self.shapes[0]), entries(v, self.shapes[1])
-        return computed(self._traceable, *states, Entry(t, t), t.shape)[0]
+    def _computed(self, place: Row, velocity: Row, t: Any) -> Array:
+        q, v = (later_entries(partial(_twice, row), math.prod(shape)).reshape(shape)
+                for row, shape in zip((place, velocity), self.shapes, strict=True))  # fmt: skip
+        return computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
 
     def _each(self, q: Array, v: Array, t: Array) -> Array:
         """Values (n,) of states (r, n), one after another."""
@@ -106,7 +99,7 @@ class Function:
             )
 
 
-def _twice(find: Callable[[int], Array], k: int) -> tuple[Array, Array]:
+def _twice(find: Row, k: int) -> tuple[Array, Array]:
     """Of a value both bounds."""
     values = find(k)
     return values, values

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.events.asked import Function
 from galvi.events.entries import Entry, later_entries
 from galvi.events.roots import points_of, times_matrix
@@ -90,13 +90,13 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
         )
 
 
-def _redone(run: Trajectory, again: RedoneCurves | RedoneClockCurves) -> Iterator[Piece]:
+def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
     known, after = again.known, float(run.t[0])
     before: Trajectory | None = None
     for k, start in enumerate(known):
         begin = replace(start, save_every=1, curves=True)
         steps = known[k + 1].first - start.first if k + 1 < len(known) else None
-        if isinstance(again, RedoneClockCurves):
+        if again.method.clock is not None:
             here = run.problem, again.method, again.step, steps, begin, again.end, before
             before = prepared(RunRequest(*here))()
         else:
@@ -204,22 +204,17 @@ class Block:
         """Whether coordinates have bounds on each step."""
         return self.polynomials is not None and self.polynomials.bounded
 
-    @property
-    def places(self) -> tuple[Array, Array]:
-        """Bounds (d, n) of the coordinates on each step."""
-        return self._bounds(False)
-
     @cached_property
-    def _bounds(self) -> Callable[[bool], tuple[Array, Array]]:
-        """Those of the coordinates, or velocities, by whether it is these; kept. It must not hold
-        this block, which would outlive its search."""
+    def bounds(self) -> Callable[[bool], tuple[Array, Array]]:
+        """Bounds (d, n) of the coordinates on each step, or of the velocities, by whether it is
+        these; kept. It must not hold this block, which would outlive its search."""
         steps, points = cast(StepPolynomials, self.polynomials), 4 * self.method.stages
         return cache(lambda fast: steps.bounds(fast, points))
 
     @cached_property
     def _box(self) -> tuple[Any, Any, Entry]:
         """Entries that are bounds of each step: coordinates, velocities and the time."""
-        bounds, d = self._bounds, cast(StepPolynomials, self.polynomials).coefficients.shape[1]
+        bounds, d = self.bounds, cast(StepPolynomials, self.polynomials).coefficients.shape[1]
 
         def row(fast: bool, k: int) -> tuple[Array, Array]:
             low, high = bounds(fast)

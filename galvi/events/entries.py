@@ -182,13 +182,6 @@ def _entry(value: Any) -> Entry:
     return _exactly(float(number))
 
 
-def entries(values: Array, shape: tuple[int, ...]) -> Any:
-    """(*shape) entries of values (r, ...), whose further axes are those of the states."""
-    found = np.empty(len(values), dtype=object)
-    found[:] = [_exactly(row) for row in values]
-    return found.reshape(shape)
-
-
 def computed(
     function: Callable[..., Any], q: Any, v: Any, t: Any, shape: tuple[int, ...]
 ) -> tuple[Array, Array]:

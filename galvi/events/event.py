@@ -161,47 +161,34 @@ class Approach:
 
 @dataclass(frozen=True)
 class Distance:
-    """The square of two bodies' distance, relative to that of a number, less 1."""
+    """The square of two bodies' distance, relative to that of a number, less 1.
+
+    far   the distance, or how many Hill radii that is
+    hill  whether it is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M the
+          largest mass, from whose body r are the distances
+    """
 
     one: Any
     other: Any
-    distance: float
+    far: float
+    hill: bool
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
         i, j = _two_bodies(problem, self.one, self.other)
         _, apart, _ = Approach(i, j).of(problem)
-        square = self.distance**2
-
-        def relative(q: Any, v: Any, t: Any) -> Any:
-            gap = q[i] - q[j]
-            return _dot(gap, gap) / square - 1.0
-
-        return relative, apart, None
-
-
-@dataclass(frozen=True)
-class HillDistance:
-    """As `Distance`, in Hill radii of two bodies: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with
-    M the largest mass, from whose body r are the distances."""
-
-    one: Any
-    other: Any
-    radii: float
-
-    def of(self, problem: Problem) -> tuple[Value, Value, None]:
-        i, j = _two_bodies(problem, self.one, self.other)
         (share,), star = _hill_shares(problem, np.array([[i, j]]))
-        if star in (i, j):
+        if self.hill and star in (i, j):
             raise ValueError(
                 f"the heaviest body has no Hill radius; received {shown(self.one)} and "
                 f"{shown(self.other)}. Give a distance."
             )
-        _, apart, _ = Approach(i, j).of(problem)
-        factor = self.radii * share
+        factor = self.far * share
 
         def relative(q: Any, v: Any, t: Any) -> Any:
-            gap, one, other = q[i] - q[j], q[i] - q[star], q[j] - q[star]
-            radius = factor * (np.sqrt(_dot(one, one)) + np.sqrt(_dot(other, other)))
+            gap, radius = q[i] - q[j], self.far
+            if self.hill:
+                one, other = q[i] - q[star], q[j] - q[star]
+                radius = factor * (np.sqrt(_dot(one, one)) + np.sqrt(_dot(other, other)))
             return _dot(gap, gap) / radius**2 - 1.0
 
         return relative, apart, None
@@ -219,11 +206,10 @@ ANY = "any"
 
 @dataclass(frozen=True)
 class Distances:
-    """Distances of all pairs of bodies, or of one body from all others; see `galvi.events.within`.
+    """As `Distance`, of all pairs of bodies, or of one body from all others: see
+    `galvi.events.within`.
 
     one, other  bodies, or ANY
-    far         the distance, or how many Hill radii that is
-    hill        whether it is in Hill radii
     """
 
     one: Any
@@ -245,7 +231,7 @@ class Distances:
         return every
 
     def one_of(self, i: int, j: int) -> Quantity:
-        return HillDistance(i, j, self.far) if self.hill else Distance(i, j, self.far)
+        return Distance(i, j, self.far, self.hill)
 
     def name_of(self, i: Any, j: Any) -> str:
         return f"{i} and {j} at {self.far:g}{' Hill radii' * self.hill}"

@@ -8,7 +8,9 @@ which a linear term adjusts the interpolant: no root is lost or found twice wher
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,6 +23,7 @@ from galvi.events.roots import roots
 from galvi.events.shortened_steps import Shortened, shortened_steps
 from galvi.input_checks import shown
 from galvi.method import Galerkin
+from galvi.outcome import Outcome
 from galvi.problem import Problem
 from galvi.run.states import Reaching
 from galvi.trajectory import Trajectory
@@ -118,12 +121,9 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(f"events are found on runs of galvi.integrate; received {shown(run)}.")
     search = Search(run.problem, run.method, several)
-    for piece in pieces(run):
-        search.on(piece)
-        if search.count > MOST:
-            raise ValueError(
-                f"a run may have {MOST} events; received more, until t = {piece.times[-1]:.10g}."
-            )
+    beyond = search.over(pieces(run))
+    if beyond is not None:
+        raise ValueError(f"a run may have {MOST} events; received more, until t = {beyond:.10g}.")
     return search.found()
 
 
@@ -138,6 +138,15 @@ class Search:
         ]
         self.rows: list[Rows] = []
         self.unresolved = self.count = 0
+
+    def over(self, run: Iterable[Piece]) -> float | None:
+        """Seek the events of all pieces; the time after which none are sought, if they are too
+        many."""
+        for piece in run:
+            self.on(piece)
+            if self.count > MOST:
+                return float(piece.times[-1])
+        return None
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
@@ -164,7 +173,7 @@ class Search:
         found, n = [], len(block.begin)
         signs: Any = [(np.arange(len(starts)), np.zeros((len(starts), n)))]
         if block.bounded:
-            bounds = asked.bounds(*block.places)
+            bounds = asked.bounds(*block.bounds(False))
             signs = ((rows, sign_of(low, high)) for rows, low, high in bounds)
         for rows, sure in signs:
             same = (sure == sure[:, :1]).all(axis=1) & (sure[:, 0] * starts[rows] >= 0.0)
@@ -205,6 +214,15 @@ class Search:
         number, index = block.piece.first + block.first + row + 1, np.full(len(t), asked.number)
         value = asked.reported.of(q, v, t)
         return Rows(t, number, index, np.zeros_like(index), q, v, value).at(good)
+
+    def keep(self, n: int) -> None:
+        """Keep the first n events of the last piece alone."""
+        self.count -= len(self.rows[-1].t) - n
+        self.rows[-1] = self.rows[-1].at(slice(n))
+
+    def noted(self, outcome: Outcome) -> Outcome:
+        """The outcome of the run, with a note on what is not guaranteed."""
+        return replace(outcome, notes=(*outcome.notes, *filter(None, [self.status])))
 
     def none(self) -> Rows:
         """No events."""
@@ -248,17 +266,15 @@ def _refined(
 ) -> tuple[Array, Array, Array]:
     """Times (n,), q and v of roots, from those of the curves at x (n,) in [-1, 1] of steps, and the
     slopes by x there."""
-    found = shortened_steps(block, steps, x)
-    if found is None:
-        return _secants(function, _each_reached(reaching, block, steps, x), block, steps, x, slope)
-    states = _secants(function, found, block, steps, x, slope)
-    lost = np.flatnonzero(~np.isfinite(states[0]))
-    if lost.size:
+    problem, n, lost = block.piece.run.problem, len(x), np.arange(len(x))
+    states = np.full(n, np.nan), np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
+    for reach in (shortened_steps, partial(_each_reached, reaching)):
         some = steps[lost], x[lost]
-        given = block, *some, slope[lost]
-        each = _secants(function, _each_reached(reaching, block, *some), *given)
-        for array, part in zip(states, each, strict=True):
-            array[lost] = part
+        if lost.size and (shortened := reach(block, *some)) is not None:
+            parts = _secants(function, shortened, block, *some, slope[lost])
+            for array, part in zip(states, parts, strict=True):
+                array[lost] = part
+            lost = np.flatnonzero(~np.isfinite(states[0]))
     return states
 
 

@@ -16,7 +16,7 @@ from galvi.curves.curves import FrameCurves
 from galvi.events.block import Block
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.clocked.plan import Motion
+from galvi.run.clocked.motion import Motion
 from galvi.run.engines import motion_in_clock
 from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import velocity_at

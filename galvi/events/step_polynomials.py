@@ -78,10 +78,8 @@ class StepPolynomials(NamedTuple):
         return self.lapses.shape[1] == 2
 
     def times(self, rows: Any, x: Array) -> tuple[Array, Array]:
-        """The times at x (k,) of the steps ``rows`` (k,), and dt/dx."""
+        """The times at x (k,) of the steps ``rows`` (k,), which are not even, and dt/dx."""
         series, y = self.lapses[rows], 2.0 * x - 1.0
-        if self.even:
-            return self.begin[rows] + x * self.lengths[rows], self.lengths[rows]
         values = chebyshev.chebvander(y, series.shape[1] - 1)
         slopes = chebyshev.chebvander(y, series.shape[1] - 2)
         rates = chebyshev.chebder(series, axis=1, scl=2.0)

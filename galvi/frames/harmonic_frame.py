@@ -21,7 +21,7 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.traces import Traces, traces
 from galvi.tracing import code
 from galvi.tracing.lane_law import WIDEST
-from galvi.tracing.laws import slopes_of
+from galvi.tracing.laws_of_systems import slopes_of
 
 SOURCE = """from galvi.lanes.frames.harmonic import harmonic_rates
 {slopes}

@@ -12,6 +12,7 @@ import math
 from llvmlite import ir
 
 from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.lie import arithmetic
 from galvi.kernels.lie.arithmetic import polynomial
 from galvi.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
 
@@ -62,11 +63,8 @@ EIGHTH = 0.41421356237309503  # tan(pi / 8)
 
 
 def two_sum(x, y):
-    """x + y as a sum and its rounding error (Knuth)."""
-    x, y = x.exact, y.exact
-    total = x + y
-    part = total - x
-    return total, (x - (total - part)) + (y - part)
+    """x + y of lanes as a sum and its rounding error, whose operations are not fused."""
+    return arithmetic.two_sum(x.exact, y.exact)
 
 
 def two_product(x, y):

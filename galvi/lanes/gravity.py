@@ -168,22 +168,18 @@ add_combined = _combining(LANES, onto=True)
 
 
 @intrinsic
-def move(
-    typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body, stages, padded, chunk
-):
+def move(typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body, stages, chunk):
     """Q <- q + (base + (low + sum_j a_j matrix[start + j])), all axes of one body, eight stages.
 
     Returns the larger of ``change`` and size |change of Q|; NaN counts as largest.
     """
     whole, real = types.intp, types.float64
-    signature = real(
-        axes, matrix, whole, a, base, low, q, Q, real, real, whole, whole, whole, whole
-    )
+    signature = real(axes, matrix, whole, a, base, low, q, Q, real, real, whole, whole, whole)
 
     def generate(context, builder, signature, arguments):
-        start, change, size, body, stages, padded, chunk = (
-            arguments[k] for k in (2, *range(8, 14))
-        )
+        start, change, size, body, stages, chunk = (arguments[k] for k in (2, *range(8, 13)))
+        stages_of = context.make_array(signature.args[7])(context, builder, arguments[7])
+        padded = builder.extract_value(stages_of.shape, 1)
         lanes = Lanes(context, builder, padded, chunk)
         dimension = signature.args[0].count
         factors, values, bases, lows, origin, places = (

@@ -229,6 +229,39 @@ def begin_stages(tables, complement, s, state, work):
 
 
 @jit_inline
+def extrapolate(ahead, series, growth, before, solver_state, V, out, sizes):
+    """V <- the last step's velocities extrapolated, with terms chosen anew where that outgrows
+    them; ``out`` and ``sizes`` are scratch."""
+    s = series.shape[0]
+    gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
+    if outgrows(V, before):
+        solver_state[TERMS] = terms_of(series, growth, before, out, sizes)
+        gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
+
+
+@jit_inline
+def end(kicks, alone, stages, h, V, F, state):
+    """The state at the step's end; returns whether it is finite."""
+    if alone:
+        gather(kicks, 0, stages, V, F)
+        return end_of_step(h, F, state)
+    return complete(kicks, V, F, state)
+
+
+@jit_inline
+def keep(plan, kept, step, fit, line, V, saved, alone):
+    """Keep the curve of a step from the state ``saved``, and its stages where it is watched."""
+    d = V.shape[0]
+    if kept.bases.shape[0] > 0:
+        curve_of(fit, V, kept.curves[step])
+        for i in range(d if alone else 0):
+            for l in range(line.size):
+                kept.curves[step, i, l] += line[l] * saved[2, i]
+    if not alone:
+        watch_stages(plan, kept, step, 2 * d, V, fit.shape[1])
+
+
+@jit_inline
 def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, spare, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
@@ -257,12 +290,9 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
                 solver_state[TERMS] = terms_of(series, growth, before, Q, sizes)
-            terms = solver_state[TERMS]
             if not alone:
-                gather(ahead, (terms - 1) * s, s, before, V)
-                if outgrows(V, before):
-                    solver_state[TERMS] = terms = terms_of(series, growth, before, Q, sizes)
-                    gather(ahead, (terms - 1) * s, s, before, V)
+                extrapolate(ahead, series, growth, before, solver_state, V, Q, sizes)
+            terms = solver_state[TERMS]
         numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
         if alone:
             numbers[2 * d], numbers[2 * d + 2] = 1.0 / size if size > 0.0 else 0.0, -1.0 - terms
@@ -273,25 +303,15 @@ def advance_law(law, given, parts, alone, plan, todo, progress, work, numbers, s
         code = iterate(
             law, given, tables, alone, s, h, state, work, numbers, plan.tolerance, counts, history
         )
-        if code == solve.SOLVED:
-            if alone:
-                gather(kicks, 0, s, V, F)
-                code = solve.SOLVED if end_of_step(h, F, state) else solve.NOT_FINITE
-            elif not complete(kicks, V, F, state):
-                code = solve.NOT_FINITE
+        if code == solve.SOLVED and not end(kicks, alone, s, h, V, F, state):
+            code = solve.NOT_FINITE
         if code != solve.SOLVED:
             copy_into(state, saved)
             copy_rows(stages, before)
             return code
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, saved[0], state[0], state[second])
-        if kept.bases.shape[0] > 0:
-            curve_of(fit, V, kept.curves[step])
-            for i in range(d if alone else 0):
-                for l in range(line.size):
-                    kept.curves[step, i, l] += line[l] * saved[2, i]
-        if not alone:
-            watch_stages(plan, kept, step, 2 * d, V, s)
+        keep(plan, kept, step, fit, line, V, saved, alone)
         if passage.size > 0:
             fast, slow = near_limit(passage, V[:, 0], h, fit.shape[0])
             note_passages(

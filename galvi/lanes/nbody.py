@@ -12,9 +12,6 @@ bodies; the PAIR_PASSES + 1 evaluations of the single pair are counted as PAIRS.
 begins with h^2 A^T, and Q, a, base, low and background are (d, P).
 
 d = bodies * dimension rows, one for each coordinate
-masses        (bodies,)               G m
-heavy, light  whole numbers           the bodies with a mass, and the massless ones
-pulls, poles                          terms of galvi.kernels.forces.celestial
 ahead         ((l + 2) s, P)          h^2 A^T; then for r = 1 .. l the same after extrapolation to
                                       the next step with r Legendre terms; then its low part
 series        (s, P)                  Legendre coefficients from stages, transposed
@@ -33,6 +30,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -60,9 +58,60 @@ from galvi.lanes.gravity import LANES, combine, drift, fused
 PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 
 
+class Bodies(NamedTuple):
+    """What attracts.
+
+    masses        (bodies,)      G m
+    heavy, light  whole numbers  the bodies with a mass, and the massless ones
+    pulls, poles                 terms of galvi.kernels.forces.celestial
+    star                         the heaviest body
+    """
+
+    masses: Any
+    heavy: Any
+    light: Any
+    pulls: Any
+    poles: Any
+    star: Any
+
+
+class Tables(NamedTuple):
+    """The tables of a method, see above."""
+
+    ahead: Any
+    series: Any
+    growth: Any
+    sums: Any
+    c: Any
+
+
+class Step(NamedTuple):
+    """The step that is being solved.
+
+    state      (4, d)     at its start
+    Q, a       (d, P)     stages and their last accelerations
+    base, low  (d, P)     h c v, and its low part with that of q
+    scratch    (d, P)
+    sizes      (bodies,)  1 / distances from the origin
+    history    (4,)       see galvi.kernels.nystrom.solve
+    nearest    (P,)       least squared distances of two bodies at the stages; 0 if there is none
+    """
+
+    state: Any
+    Q: Any
+    a: Any
+    base: Any
+    low: Any
+    scratch: Any
+    sizes: Any
+    history: Any
+    nearest: Any
+
+
 @jit_inline
-def pull_all(axes, masses, heavy, light, Q, a):
+def pull_all(axes, bodies, Q, a):
     """a <- accelerations at stages Q, adding the attractions of the last pairs first."""
+    masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(heavy.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // gravity.LANES):
             gravity.attract(axes, Q, a, masses, heavy, k, Q.shape[1], chunk)
@@ -72,8 +121,9 @@ def pull_all(axes, masses, heavy, light, Q, a):
 
 
 @jit_inline
-def pull_and_measure(axes, masses, heavy, light, Q, a, nearest):
+def pull_and_measure(axes, bodies, Q, a, nearest):
     """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
+    masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
     for k in range(heavy.size - 1, -1, -1):
@@ -87,22 +137,24 @@ def pull_and_measure(axes, masses, heavy, light, Q, a, nearest):
 
 
 @jit_inline
-def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
-    """a <- given + sign times the attraction between two bodies, in their rows."""
-    star_mass, planet_mass = sign * masses[star], sign * masses[fastest_planet]
+def pull_pair(axes, bodies, planet, sign, Q, given, a):
+    """a <- given + sign times the attraction between the star and a planet, in their rows."""
+    star, masses = bodies.star, bodies.masses
+    star_mass, planet_mass = sign * masses[star], sign * masses[planet]
     for chunk in range(Q.shape[1] // gravity.LANES):
         gravity.attract_pair(
-            axes, Q, given, a, star, fastest_planet, star_mass, planet_mass, Q.shape[1], chunk
+            axes, Q, given, a, star, planet, star_mass, planet_mass, Q.shape[1], chunk
         )
 
 
 @jit_inline
-def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
+def move_one(axes, moves, start, s, a, step, change, body):
     """Q <- q + (base + (low + h^2 A a)) of one body; returns the largest change so far."""
-    for chunk in range(Q.shape[1] // gravity.LANES):
+    for chunk in range(a.shape[1] // gravity.LANES):
         change = gravity.move(
-            axes, moves, start, a, base, low, state, Q, change, size, body, s, Q.shape[1], chunk
-        )
+            axes, moves, start, a, step.base, step.low, step.state, step.Q, change,
+            step.sizes[body], body, s, chunk,
+        )  # fmt: skip
     return change
 
 
@@ -117,63 +169,56 @@ def add_low_parts(axes, moves, s, a, low):
 
 
 @jit_inline
-def iterate_pair(
-    axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a, background, history
-):
-    """Some passes over the star and one planet, the attraction of all others in ``background``.
+def iterate_pair(axes, bodies, planet, moves, s, step):
+    """Some passes over the star and one planet, the attraction of all others in the scratch.
 
     Extrapolation predicts the fastest planet by far the worst, and these passes are cheap. They
     contract like the passes over all bodies, which continue from their result.
     """
+    history, a = step.history, step.a
     last, change = history[0], history[0]
     for _passes in range(PAIR_PASSES):
         last = change
-        pull_pair(axes, masses, star, fastest_planet, 1.0, Q, background, a)
-        change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
-        change = move_one(
-            axes, moves, 0, s, a, base, low, state, Q, change, sizes[fastest_planet], fastest_planet
-        )
+        pull_pair(axes, bodies, planet, 1.0, step.Q, step.scratch, a)
+        change = move_one(axes, moves, 0, s, a, step, 0.0, bodies.star)
+        change = move_one(axes, moves, 0, s, a, step, change, planet)
     solve.reset_history(history)
     if change > 0.0:
         history[0], history[1] = change, change / last
 
 
 @jit_inline
-def iterate(axes, masses, heavy, light, pulls, poles, star, fastest_planet, moves, s, state, base,
-            low, sizes, tolerance, counts, Q, a, background, history, nearest):  # fmt: skip
+def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
-    ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
-    the second pass, which is accurate enough for that; 0 if there is none.
+    Least distances are those of the second pass, which is accurate enough for that.
     """
-    nearest[0], settled = 0.0, False
+    Q, a, history, settled = step.Q, step.a, step.history, False
+    step.nearest[0] = 0.0
     solve.reset_history(history)
     for passes in range(solve.FIXED_POINT_PASSES):
         if passes == 1:
-            pull_and_measure(axes, masses, heavy, light, Q, a, nearest)
+            pull_and_measure(axes, bodies, Q, a, step.nearest)
         else:
-            pull_all(axes, masses, heavy, light, Q, a)
-        add_terms(axes, pulls, poles, s, Q, a)
-        with_pair = passes == 0 and masses.size > 2
+            pull_all(axes, bodies, Q, a)
+        add_terms(axes, bodies.pulls, bodies.poles, s, Q, a)
+        with_pair = passes == 0 and bodies.masses.size > 2
         if with_pair:
-            pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)
+            pull_pair(axes, bodies, fastest_planet, -1.0, Q, a, step.scratch)
             counts[solve.PAIRS] += (PAIR_PASSES + 1) * s
         change = 0.0
-        for body in range(masses.size):
-            change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[body], body)
+        for body in range(bodies.masses.size):
+            change = move_one(axes, moves, 0, s, a, step, change, body)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
         code = solve.verdict(change, tolerance, history)
         if not settled and solve.close_enough(change, tolerance):
             settled = True
-            add_low_parts(axes, moves, s, a, low)
+            add_low_parts(axes, moves, s, a, step.low)
         elif code != solve.GOING:
             return code
         if with_pair:
-            iterate_pair(
-                axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a,
-                background, history,
-            )  # fmt: skip
+            iterate_pair(axes, bodies, fastest_planet, moves, s, step)
     return solve.DIVERGED
 
 
@@ -183,12 +228,13 @@ RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 
 
 @jit_inline
-def choose_terms(axes, series, growth, a, out, terms, sizes):
+def choose_terms(axes, tables, a, out, terms, sizes):
     """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
 
     ``out`` (d, P) and ``sizes`` (s,) are scratch.
     """
-    s, padded, dimension = series.shape[0], series.shape[1], len(axes)
+    series, growth, dimension = tables.series, tables.growth, len(axes)
+    s, padded = series.shape
     for body in range(terms.size):
         for chunk in range(padded // LANES):
             combine(axes, series, 0, a, out, body, s, padded, chunk)
@@ -200,32 +246,33 @@ def choose_terms(axes, series, growth, a, out, terms, sizes):
 
 
 @jit_inline
-def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
+def place(axes, bodies, tables, h, terms, a, step):
     """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
 
     a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
     body, other than the star, with the largest displacement in a step relative to its distance.
     """
-    dimension, padded, bodies = len(axes), c.shape[1], masses.size
+    state, sizes, c, star = step.state, step.sizes, tables.c, bodies.star
+    dimension, padded, s = len(axes), c.shape[1], tables.series.shape[0]
     largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
-    for body in range(bodies):
+    for body in range(sizes.size):
         size, way = 0.0, 0.0
         for x in range(dimension):
             i = body * dimension + x
             far = h * state[2, i]
             far_low = fused(h, state[2, i], -far) + h * state[3, i]
             for chunk in range(padded // LANES):
-                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+                drift(c, step.base, step.low, i, far, far_low, state[1, i], padded, chunk)
             way = max(way, abs(far))
             size = max(size, abs(state[0, i]), abs(state[0, i] + far))
         sizes[body] = size
         largest = max(largest, size)
         if body != star and way > most * size:
             fastest_planet, most = body, way / size
-    for body in range(bodies):
+    for body in range(sizes.size):
         size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
-        move_one(axes, ahead, terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body)
+        move_one(axes, tables.ahead, terms[body] * s, s, a, step, 0.0, body)
     return fastest_planet
 
 
@@ -278,33 +325,35 @@ def moved(x, low, far, more, rest):
 def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
             spare, kept):  # fmt: skip
     """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
-    tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
-    ahead, series, growth, sums, c = tables
+    tableau, plan, kept, tables = (
+        NystromTableau(*tableau),
+        Plan(*plan),
+        Kept(*kept),
+        Tables(*tables),
+    )
     state, stages, solver_state, counts, passage = progress
-    h, tolerance = plan.step, plan.tolerance
-    bodies, s, d = masses.size, series.shape[0], state.shape[1]
-    Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
-    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], solver_state[3:]
-    nearest, n = spare[7, : Q.shape[1]], tableau.velocity_coefficients.size
+    h, n = plan.step, tableau.velocity_coefficients.size
+    s, d = tables.series.shape[0], state.shape[1]
+    Q, a, scratch, new = work[0], work[1], work[4], work[5]
+    before, terms, nearest = spare[:4, :d], solver_state[3:], spare[7, : Q.shape[1]]
     star = 0
-    for body in range(bodies):
+    for body in range(masses.size):
         if masses[body] > masses[star]:
             star = body
+    bodies = Bodies(masses, heavy, light, pulls, poles, star)
     copy_rows(a, stages)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         copy_into(before, state)
         if solver_state[HOLDS] != LAST_STEP:
             terms[:] = 0
         elif (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
-            choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
-        fastest_planet = place(
-            axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
+            choose_terms(axes, tables, a, scratch, terms, spare[6, :s])
+        now = Step(
+            state, Q, new, work[2], work[3], scratch, spare[4, : masses.size], spare[5, :4], nearest
         )
-        code = iterate(
-            axes, masses, heavy, light, pulls, poles, star, fastest_planet, ahead, s, state, base,
-            low, sizes, tolerance, counts, Q, new, scratch, history, nearest,
-        )  # fmt: skip
-        if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
+        fastest_planet = place(axes, bodies, tables, h, terms, a, now)
+        code = iterate(axes, bodies, fastest_planet, tables.ahead, s, now, plan.tolerance, counts)
+        if code == SOLVED and not finish(axes, tables.sums, h, new, state, scratch):
             code = NOT_FINITE
         if code != SOLVED:
             copy_into(state, before)

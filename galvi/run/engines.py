@@ -10,8 +10,8 @@ import numpy as np
 from galvi.environment import FAST
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.plan import Motion
-from galvi.run.clocked.run import CLOCK, in_transformed_time
+from galvi.run.clocked.motion import Motion
+from galvi.run.clocked.run import CLOCK, energy_at_start, in_transformed_time
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.general import GENERAL_EQUAL_STEPS, inertial_formulation
 from galvi.run.in_frame.engine import FRAME, IN_FRAME
@@ -28,9 +28,8 @@ class General:
     def offers(self, request: RunRequest) -> Stepper | ClockStepper | Declined:
         """A stepper for all runs but those in moving frames."""
         if request.method.clock is not None:
-            return in_transformed_time(
-                request, self.name, "GALVI_FAST=0 leaves the clock's lanes out"
-            )
+            reason = "GALVI_FAST=0 leaves the clock's lanes out"
+            return in_transformed_time(request, self.name, reason, energy_at_start(request))
         return GENERAL_EQUAL_STEPS.offers(request)
 
 

@@ -31,7 +31,7 @@ class GeneralEqualSteps:
 
     def offers(self, request: RunRequest) -> Stepper | Declined:
         """A stepper for all but moving frames, and fixed-point iteration on groups."""
-        problem, method, solver = request.problem, request.method, request.start.solver
+        problem, method, solver = request.problem, request.method, request.checkpoint.solver
         if method.in_frame:
             return Declined("moving frames need the lanes, which GALVI_FAST=0 leaves out.")
         formulation = inertial_formulation(problem, method)

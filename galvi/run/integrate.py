@@ -9,8 +9,6 @@ from typing import Any
 from galvi import input_checks
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.clocked.run import run_in_clock
-from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import stepper_for
 from galvi.run.loop import run_steps
 from galvi.run.request import RunRequest, announce, check_memory
@@ -73,9 +71,7 @@ def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]
 
         return with_events(request, events)
     stepper = stepper_for(request)
-    if isinstance(stepper, ClockStepper):
-        return partial(run_in_clock, stepper)
-    if request.start.solver != "newton":
+    if request.checkpoint.solver != "newton" and request.method.clock is None:
         announce(request.problem)
     return partial(run_steps, stepper)
 

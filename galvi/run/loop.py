@@ -13,39 +13,39 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.redone_curves import RedoneCurves
+from galvi.input_checks import LARGEST
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.batches import APART, step_in_batches
-from galvi.run.clocked.run import run_in_clock
+from galvi.run.clocked.run import ending_in_clock
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.energies import asks_force, asks_functions
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import EACH, MasslessError, looked_at, massless_error
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
+from galvi.run.run_arrays import NEVER, has_massless
 from galvi.run.run_samples import assess_run
-from galvi.run.same_functions import of_run
+from galvi.run.same_functions import SameFunctions
 from galvi.run.status import outcome_of
-from galvi.run.stepper import Formulation, RunCurves, Stepper, solve_steps
+from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
-from galvi.systems.nbody import NBody
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
 MOST_KNOWN = 512  # states from which curves can be found again
 
 
 def run_steps(
-    stepper: Stepper, *, progress: bool | None = None, watched: bool = True,
+    stepper: Stepper | ClockStepper, *, progress: bool | None = None, watched: bool = True,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:  # fmt: skip
-    """The trajectory of a run of equal steps.
+    """The trajectory of a run.
 
-    A step that cannot be solved is retried once with a guess from smaller steps, whose energy is
-    not assessed; if that fails too, the run ends.
+    An equal step that cannot be solved is retried once with a guess from smaller steps, whose
+    energy is not assessed; if that fails too, the run ends.
 
     watched      whether its energy can be assessed
     interrupted  returns whether to stop; None: Ctrl-C stops the run
@@ -53,76 +53,82 @@ def run_steps(
     Raises `Interrupted` for Ctrl-C after the last step or one that failed; a run that was being
     assessed is then assessed when it is asked.
     """
-    stepper.start(watched=watched)
-    work, request = stepper.work, stepper.request
-    start, steps = request.start, cast(int, request.steps)
-
-    def recover(code: int) -> int:
-        return stepper.retry(ENGINES, code)
-
-    known, apart = list[Checkpoint](), 0
-    massless = watched and _has_massless(request.problem)
-    if massless or not start.keeps_curves:
-        apart = max(APART, -(-steps // MOST_KNOWN))
-        known.append(_checkpoint(start, work))
+    stepper.begin(watched=watched)
+    request = stepper.request
+    problem, steps, apart = request.problem, request.steps, 0
+    if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
+        apart = max(APART, -(-(steps or 0) // MOST_KNOWN))
+    known = [stepper.checkpoint]
     with defer_interrupts() as pressed:
+        stopped = interrupted or pressed
         code = step_in_batches(
-            stepper, recover, steps, progress, interrupted or pressed, apart,
-            lambda: known.append(_checkpoint(start, work)),
+            stepper, lambda code: stepper.retry(ENGINES, code), steps or LARGEST, progress,
+            lambda: stepper.over or stopped(), apart, lambda: known.append(stepper.checkpoint),
         )  # fmt: skip
-        done = _trajectory(stepper, code, known)
-        if pressed() and not done.interrupted:
-            raise Interrupted(done)
-    system: Any = request.problem.system
-    if watched and (asks_functions(system) or asks_force(system)):
+        stepper.finish()
+        run = _trajectory(stepper, code, known)
+        if pressed() and not run.interrupted:
+            raise Interrupted(run)
+    system: Any = problem.system
+    if watched and (asks_functions(system) or asks_force(system) or _has_time(system)):
         try:
-            done.ending.assess()  # now: what the functions refer to may change
+            run.ending.assess()  # now: what the functions refer to may change
         except KeyboardInterrupt:
-            raise Interrupted(done) from None
-    return done
+            raise Interrupted(run) from None
+    return run
 
 
-def _trajectory(stepper: Stepper, code: int, known: list[Checkpoint]) -> Trajectory:
+def _has_time(system: Any) -> bool:
+    return getattr(system, "explicit_time", False)
+
+
+def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoint]) -> Trajectory:
     """The trajectory of a run whose last kernel call returned ``code``, to be assessed when asked.
 
     known  states from which its curves, and the error of bodies without mass, can be found
     """
-    formulation, run, work = stepper.formulation, stepper.request, stepper.work
-    problem, method, step, start, steps = *run[:3], run.start, cast(int, run.steps)
-    done, shape = work.done, problem.q0.shape
-    times: Array = problem.t0 + (start.first + work.saved_steps) * step
-    curves = None
-    if start.keeps_curves:
-        bases, coefficients = read_only(work.bases), read_only(work.coefficients)
-        curves = formulation.curves(problem, method, step, run.begin, bases, coefficients)
-    again = None
+    problem, method, step, steps, start = stepper.request[:5]
+    states, curves, again = stepper.states(), stepper.curves, None
+    t, q, p, velocities, tau = (None if x is None else read_only(x) for x in states)
     if curves is None:
-        q, v = work.saved_q, work.saved_v
-        check = of_run(problem, q, v, times, None, bool(work.in_lanes))
-        again = RedoneCurves(problem, method, step, steps, done, tuple(known), check)
-    counts = _counts(formulation, problem, work)
-    return Trajectory(
+        check = SameFunctions(problem, states.q, states.p, states.t, method.clock, stepper.traced)
+        last = float(states.t[-1])
+        again = RedoneCurves(
+            problem, method, step, steps or 0, stepper.done, last, tuple(known), check
+        )
+    counts = stepper.counted()
+
+    def ending() -> Ending:
+        if isinstance(stepper, ClockStepper):
+            return ending_in_clock(stepper, run)
+        return _ending(stepper, code, counts, known)
+
+    run = Trajectory(
         problem=problem,
-        t=read_only(times),
-        q=read_only(work.saved_q.reshape(-1, *shape)),
-        p=read_only(formulation.momenta(problem, work.saved_v)),
-        velocities=_kept_velocities(problem, work),
+        t=cast(Array, t),
+        q=cast(Array, q),
+        p=cast(Array, p),
+        velocities=velocities,
         counts=counts,
         step=step,
         method=method,
         curves=curves,
-        ending=DeferredEnding(lambda: _ending(stepper, code, counts, known), start),
+        ending=DeferredEnding(ending, start),
         again=again,
-        interrupted=done < steps and code == SOLVED,
+        interrupted=code == SOLVED
+        and not (stepper.over or stepper.reached)
+        and stepper.done != steps,
         engine=stepper.engine,
         engine_reason=stepper.engine_reason,
+        tau=tau,
     )
+    return run
 
 
 def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
     formulation, run, work = stepper.formulation, stepper.request, stepper.work
-    start = run.start
+    start = run.checkpoint
     if has_work(run.problem.system):
         report = assess_work(formulation, run, work, unwatched)
     else:
@@ -137,30 +143,25 @@ def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Che
 
 
 def unwatched(request: RunRequest) -> Trajectory:
-    """A run of equal steps whose energy is not assessed; KeyboardInterrupt for Ctrl-C."""
-    stepper = cast(Stepper, stepper_for(request))
-    return uninterrupted(run_steps(stepper, watched=False))
-
-
-def _has_massless(problem: Problem) -> bool:
-    return isinstance(problem.system, NBody) and problem.system.has_massless
+    """A run whose energy is not assessed; KeyboardInterrupt for Ctrl-C."""
+    return uninterrupted(run_steps(stepper_for(request), watched=False))
 
 
 def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError | None:
     """The estimate for bodies without mass; None without any, or where the run is not watched."""
     run, work = stepper.request, stepper.work
-    if work.watch == NEVER or not _has_massless(run.problem):
+    if work.watch == NEVER or not has_massless(run.problem):
         return None
-    _, stages, solver_state = stepper.formulation.start(run.problem, run.method)
+    _, stages, solver_state = stepper.formulation.initial_state(run.problem, run.method)
 
-    states = [*known, _checkpoint(run.start, work)]
+    states = [*known, stepper.checkpoint]
     chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
 
     def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = run._replace(step=-run.step / n, steps=n, start=there)
+        back = run._replace(step=-run.step / n, steps=n, checkpoint=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return arrays.saved_q[-1], arrays.saved_v[-1]
 
@@ -169,12 +170,6 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         return rows.reshape(2, -1, *run.problem.q0.shape)
 
     return massless_error(run.problem, ends)
-
-
-def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:
-    """The current state of a run."""
-    state = (work.state.copy(), work.stages.copy(), work.solver_state.copy())
-    return Checkpoint(start.first + work.done, *state, start.solver, start.tolerance)
 
 
 def curves_of_steps(
@@ -199,32 +194,9 @@ def curves_from(
     there = replace(state, save_every=1, curves=True)
 
     def again(steps: int | None, until: float) -> Trajectory:
-        request = RunRequest(problem, method, step, steps, there, until)
-        return run_in_clock(cast(ClockStepper, stepper_for(request)))
+        return unwatched(RunRequest(problem, method, step, steps, there, until))
 
     run = again(len(again(None, time).t) - 1, end)
     if run.curves is None:
         raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
     return cast(ClockCurves, run.curves)
-
-
-def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
-    """The velocities at the saved states, where momenta do not determine them."""
-    if _has_massless(problem):
-        return read_only(work.saved_v.reshape(-1, *problem.v0.shape))
-    return None
-
-
-def _counts(formulation: Formulation, problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs, left, in_lanes = work.counts.tolist()
-    result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
-    forces = result["force_evaluations"]
-    if isinstance(problem.system, NBody):
-        result["pair_evaluations"] = forces * problem.system.pairs + pairs
-    differenced = getattr(problem.system, "potential_calls_per_force", 0)
-    if differenced and forces > in_lanes:
-        called = forces - in_lanes
-        result["potential_evaluations"] = called * differenced * problem.v0.size
-    if left:
-        result[formulation.in_other_way[0]] = left
-    return result

@@ -49,7 +49,7 @@ class GeneralGroupKernel:
         layout, chart = coupled_layout(system, problem), method.group_chart
         unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
         basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
-        tolerance = max(run.start.tolerance, FINEST)
+        tolerance = max(run.checkpoint.tolerance, FINEST)
         plan, self._progress, self._saved = run_plan(run, work, tolerance)
         self._run = law, layout, chart.number, chart.farthest, basis, plan
 
@@ -153,7 +153,7 @@ class OnGroup:
     velocity_row, guess_kind = 1, RATES
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return _start_of(problem, method.stages, traces(problem.system))
 
@@ -183,9 +183,9 @@ class OnGroup:
         """
         problem, method, step = run.problem, run.method, run.step
         group, chart = _system(problem, method).group, method.group_chart
-        t, v = problem.t0 + (run.start.first + work.done) * step, work.stages[:, -1]
+        t, v = problem.t0 + (run.checkpoint.first + work.done) * step, work.stages[:, -1]
         work.step_angle[0] = abs(step) * farthest_turn(group, v)
-        if run.start.solver == "fixed_point":
+        if run.checkpoint.solver == "fixed_point":
             return None
         q = work.state[0, : problem.q0.size].reshape(group.shape)
         for parts in SUBSTEPS:
@@ -212,7 +212,7 @@ class OnGroup:
 
     def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
+        problem, method, step, solver = run.problem, run.method, run.step, run.checkpoint.solver
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
             q, p = work.state[:2]
             v = problem.system.velocity(p.reshape(problem.q0.shape)).ravel()

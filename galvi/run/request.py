@@ -42,8 +42,8 @@ class RunRequest(NamedTuple):
 
     problem, method, step  see `galvi.integrate`
     steps      number of steps; in a clock the most there may be, None without a bound
-    start      the state from which it begins, with its settings; a state without entries is the
-               problem's start: see `from_start`
+    checkpoint  the state from which it begins, with its settings; one without entries is the
+                problem's start: see `from_start`
     until      the time at which a run in a clock ends; None: after ``steps``
     continues  the run whose end that state is: in a clock and with events its last state is the
                first of this one
@@ -53,7 +53,7 @@ class RunRequest(NamedTuple):
     method: Galerkin
     step: float
     steps: int | None
-    start: Checkpoint
+    checkpoint: Checkpoint
     until: float | None = None
     continues: Trajectory | None = None
 
@@ -106,9 +106,9 @@ class RunRequest(NamedTuple):
         return cls(problem, method, h, steps, start, until)
 
     @property
-    def begin(self) -> float:
+    def begin_time(self) -> float:
         """The time of the first state of a run of equal steps."""
-        return self.problem.t0 + self.start.first * self.step
+        return self.problem.t0 + self.checkpoint.first * self.step
 
 
 def from_start(

@@ -11,6 +11,7 @@ from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
+from galvi.problem import Problem
 from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -78,9 +79,14 @@ class RunArrays(NamedTuple):
         curve_size  numbers of a curve's base, and rows of its coefficients
         watched     whether states are kept to assess the energy
         """
-        problem, method, steps, start = run.problem, run.method, cast(int, run.steps), run.start
+        problem, method, steps, start = (
+            run.problem,
+            run.method,
+            cast(int, run.steps),
+            run.checkpoint,
+        )
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
-        saved_steps = np.minimum(np.arange(0, steps + start.save_every, start.save_every), steps)
+        saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
         saved_q[0], saved_v[0] = state[0][0, :r], state[0][row, :d]
         solver_state = state[2].copy()
@@ -89,11 +95,7 @@ class RunArrays(NamedTuple):
         watch = watched_steps(steps) if watched else NEVER
         seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
-        passage = np.zeros(0)
-        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
-            known = start.passage if start.passage.size else np.zeros(FOUND)
-            system = problem.system
-            passage = np.array([*known, problem.q0.shape[1], *(system.G * system.masses)])
+        passage = passage_record(problem, start.passage)
         return cls(
             state[0].copy(), state[1].copy(), solver_state, np.zeros(1),
             np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
@@ -113,7 +115,7 @@ class RunArrays(NamedTuple):
 
     def record(self, run: RunRequest, q: Array, v: Array) -> None:
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
-        start = run.start
+        start = run.checkpoint
         self.solver_state[DONE] += 1
         row, rest = divmod(self.done, start.save_every)
         if self.done == run.steps:
@@ -126,11 +128,26 @@ class RunArrays(NamedTuple):
             self.seen[row, : q.size + v.size] = np.concatenate([q, v])
 
 
+def has_massless(problem: Problem) -> bool:
+    """Whether some of the bodies are point masses without mass."""
+    return isinstance(problem.system, NBody) and problem.system.has_massless
+
+
+def passage_record(problem: Problem, known: Array) -> Array:
+    """What notes the passages of point masses, see galvi.kernels.forces.passages, from the worst
+    one known, which may be empty; (0,) without point masses."""
+    system = problem.system
+    if not isinstance(system, NBody) or system.masses.size < 2:
+        return np.zeros(0)
+    worst = known if known.size else np.zeros(FOUND)
+    return np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
+
+
 def run_plan(
     run: RunRequest, work: RunArrays, tolerance: float
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     """The steps of a run, its current state and its kept results, as the kernels take them."""
-    start = run.start
+    start = run.checkpoint
     plan = Plan(
         float(run.problem.t0), run.step, tolerance, start.first, cast(int, run.steps),
         start.save_every, work.watch,

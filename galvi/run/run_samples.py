@@ -28,7 +28,7 @@ VELOCITIES = 2  # the row of the state that has them
 
 def assess_run(formulation: Formulation, run: RunRequest, work: RunArrays) -> EnergyReport:
     """The report on a run so far; nothing of a system that does not conserve its energy."""
-    problem, start = run.problem, run.start
+    problem, start = run.problem, run.checkpoint
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
     samples = samples_of(formulation, run, work)
@@ -49,7 +49,7 @@ def samples_of(formulation: Formulation, run: RunRequest, work: RunArrays) -> Sa
     states = states_of(formulation, problem, rows)
     if isinstance(problem.system, Lagrangian):
         states = states._replace(v=near_velocities(problem, run.method, rows))
-    steps = steps_of(run.start, work)
+    steps = steps_of(run.checkpoint, work)
     return Samples(steps, states._replace(t=problem.t0 + steps * run.step))
 
 
@@ -61,7 +61,7 @@ def saved_states(formulation: Formulation, run: RunRequest, work: RunArrays) -> 
 
 def watched_rows(formulation: Formulation, run: RunRequest, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
-    first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
+    first, r, d = run.checkpoint.first, run.problem.q0.size, run.problem.v0.size
     last = first + work.done
     n = (last >> work.watch) - (first >> work.watch)
     if n == 0 or last & ((1 << work.watch) - 1) != 0:
@@ -91,7 +91,7 @@ def _kept_before(
     formulation: Formulation, run: RunRequest, work: RunArrays, ruined: int, samples: Samples
 ) -> Samples:
     """The kept states between the last sample before step ``ruined`` and that one."""
-    problem, start, steps = run.problem, run.start, samples.steps
+    problem, start, steps = run.problem, run.checkpoint, samples.steps
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))

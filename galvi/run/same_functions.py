@@ -21,16 +21,21 @@ State = tuple[Array, Array, float]  # q, v, t
 
 class SameFunctions:
     """Raises ValueError, when called, once the problem's functions do not return what they did when
-    this was made, at the start or at another state of the run.
+    this was made, at the start or at the last finite state of the run: there may be no force at
+    the start.
 
-    other   where there may be a force, as there may be none at the start
-    clock   of the run's method
-    traced  whether the run is that of what tracing them found, which is kept with the system
+    q, v, t  states of the run (k, ...); v may be momenta
+    clock    of the run's method
+    traced   whether the run is that of what tracing them found, which is kept with the system
     """
 
-    def __init__(self, problem: Problem, other: State, clock: Any, traced: bool) -> None:
+    def __init__(
+        self, problem: Problem, q: Array, v: Array, t: Array, clock: Any, traced: bool
+    ) -> None:
         self.problem, self.clock = problem, clock
-        self.states = (problem.q0, problem.v0, problem.t0), other
+        last = max(int(np.count_nonzero(np.isfinite(q.reshape(len(t), -1)).all(axis=1))) - 1, 0)
+        end = q[last].reshape(problem.q0.shape), v[last].reshape(problem.v0.shape), float(t[last])
+        self.states = (problem.q0, problem.v0, problem.t0), end
         self.values = [_values(problem, clock, state) for state in self.states]
         self.found: Traces | None = traces(problem.system) if traced else None
 
@@ -50,14 +55,6 @@ class SameFunctions:
                     "of its system do not return what they did: a number to which they refer has "
                     "changed. Change it back, or keep the curves of a run with curves=True."
                 )
-
-
-def of_run(problem: Problem, q: Array, v: Array, t: Array, clock: Any, traced: bool) -> Any:
-    """`SameFunctions` of a run with these states (k, ...); v may be momenta."""
-    last = max(int(np.count_nonzero(np.isfinite(q.reshape(len(t), -1)).all(axis=1))) - 1, 0)
-    speeds = v[last].reshape(problem.v0.shape)
-    other = q[last].reshape(problem.q0.shape), speeds, float(t[last])
-    return SameFunctions(problem, other, clock, traced)
 
 
 def _values(problem: Problem, clock: Any, state: State) -> Array | None:

@@ -14,20 +14,18 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.input_checks import shown
-from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import formulation_of, motion_in_clock
 from galvi.run.in_frame.inertial import in_parts
-from galvi.run.loop import unwatched
+from galvi.run.loop import run_steps, unwatched
 from galvi.run.request import RunRequest, from_start
 from galvi.run.vector_space import VECTOR_SPACE, reaching
 from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-AHEAD = 8  # steps in a clock that are tried at once on the way to a time
 FAR = 1e-9  # of a place: a step in a frame that ends so far from the curve missed a passage
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
@@ -192,20 +190,14 @@ def _reach_in_clock(run: Trajectory) -> Reach:
         state = replace(motion.at(q, v, t), curves=False)
         for parts in PARTS:
             request = RunRequest(run.problem, run.method, step / parts, None, state, time)
-            loop = ClockStepper(request, motion)
-            loop.start_steps()
-            while not loop.over and loop.advance(AHEAD) == SOLVED:
-                pass
-            found, _ = loop.to_time() if loop.reached else (None, 0.0)
-            if found is None and loop.reached:  # at the grid point
-                found = loop.last
-            if found is not None:
+            there = run_steps(ClockStepper(request, motion), watched=False)
+            if there.t[-1] == time:
                 break
-        if found is None:
+        else:
             return np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
-        q, p = found.q[0].reshape(q.shape), found.p[0].reshape(v.shape)
-        if found.v is not None:
-            return q, p, found.v[0].reshape(v.shape)
+        q, p = there.q[-1], there.p[-1]
+        if there.velocities is not None:
+            return q, p, there.velocities[-1]
         return q, p, velocity_at(run.problem.system, q[None], p[None], time, v)[0]
 
     return reach

@@ -15,7 +15,6 @@ from galvi.run.energies import conserves_energy
 from galvi.run.energy_assessment import EnergyReport
 from galvi.run.gimbal_lock import LOCKED
 from galvi.run.point_masses import encounters
-from galvi.run.request import RunRequest
 from galvi.run.stepper import Formulation, Stepper
 from galvi.systems.lagrangian import Lagrangian
 
@@ -39,14 +38,15 @@ def outcome_of(
         end, reason = End.INTERRUPTED, ""
         if code != SOLVED:
             end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
-        t = problem.t0 + (run.start.first + work.done) * step
-        return Outcome(end, work.done + 1, t, reason, _notes_on_energy(run, report), steps)
+        t = problem.t0 + (run.checkpoint.first + work.done) * step
+        notes = notes_on_energy(report, run.checkpoint.first, lambda k: problem.t0 + k * step)
+        return Outcome(end, work.done + 1, t, reason, notes, steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
     return completed(
-        problem, report, run.start.first, passage, massless, remedy, steps,
+        problem, report, run.checkpoint.first, passage, massless, remedy, steps,
         notes_on_exceptions(stepper.formulation, counts),
     )  # fmt: skip
 
@@ -95,18 +95,21 @@ def completed(
     return Outcome(End.DOUBTFUL, None, None, reason, notes, steps, remedy)
 
 
-def _notes_on_energy(run: RunRequest, report: EnergyReport) -> tuple[str, ...]:
-    """What a run that ended early says of its energy."""
+def notes_on_energy(
+    report: EnergyReport, first: int, time_of: Callable[[int], float]
+) -> tuple[str, ...]:
+    """What a run that ended early says of its energy.
+
+    first    steps since the problem's start before this run
+    time_of  (number of a step since then) -> the time at which it ends
+    """
     notes = []
     if report.ruined is not None:
-        t = run.problem.t0 + max(report.ruined, run.start.first + 1) * run.step
+        t = time_of(max(report.ruined, first + 1))
         notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(report))}.")
-    return (*notes, *note_unassessed(report))
-
-
-def note_unassessed(report: EnergyReport) -> tuple[str, ...]:
-    """That the energy of a run that ended early is not known, if so."""
-    return (f"Its energy could not be judged {report.unassessed}.",) if report.unassessed else ()
+    if report.unassessed:
+        notes.append(f"Its energy could not be judged {report.unassessed}.")
+    return tuple(notes)
 
 
 def _wrong(report: EnergyReport) -> list[str]:

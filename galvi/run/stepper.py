@@ -10,13 +10,15 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol, cast
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, FrameCurves, LocalChart
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import RunArrays, State
+from galvi.run.run_arrays import COUNTED, RunArrays, State, has_massless
+from galvi.systems.nbody import NBody
 
 RunCurves = Curves | FrameCurves
 BY_NEWTON = (
@@ -48,7 +50,7 @@ class Formulation(Protocol):
     guess_kind: int
     in_other_way: tuple[str, str]
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """The state before the first step; the same arrays for each run, which copies them."""
 
     def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
@@ -80,25 +82,35 @@ def curves_in(
     return Curves(method.space, t0, step, bases.reshape(-1, *problem.q0.shape), x, chart)
 
 
+class SavedStates(NamedTuple):
+    """The saved states of a run, as `galvi.Trajectory` has them."""
+
+    t: Array
+    q: Array
+    p: Array
+    velocities: Array | None
+    tau: Array | None = None
+
+
 class Stepper:
     """The equal steps of one run by one engine.
 
-    request      what the run is asked to do
-    formulation  what its state is
-    engine       the ``name`` of one of `galvi.run.engines.ENGINES`
-    reason       why this engine does it
-    work         its arrays, once started
+    request        what the run is asked to do
+    formulation    what its state is
+    engine         the ``name`` of one of `galvi.run.engines.ENGINES`
+    engine_reason  why this engine does it, and why those do not that were asked before
+    work           its arrays, once begun
     """
 
     work: RunArrays
-    declined: tuple[str, ...] = ()  # by the engines that were asked before
+    over = reached = False  # in a clock, whether it ends before all steps, and at its time
 
     def __init__(
         self, request: RunRequest, formulation: Formulation, engine: str, reason: str,
         kernel: MakeKernel, kernel_after_guess: MakeKernel,
     ) -> None:  # fmt: skip
         self.request, self.formulation = request, formulation
-        self.engine, self.reason = engine, reason
+        self.engine, self.engine_reason = engine, reason
         self._kernel, self._kernel_after_guess = kernel, kernel_after_guess
 
     @property
@@ -106,17 +118,12 @@ class Stepper:
         """Steps done so far."""
         return self.work.done
 
-    @property
-    def engine_reason(self) -> str:
-        """Why this engine does the run, and why others do not."""
-        return "; ".join(filter(None, [self.reason, *self.declined]))
-
-    def start(self, *, watched: bool = True) -> None:
+    def begin(self, *, watched: bool = True) -> None:
         """Make the arrays; ``watched``: keep states by which the energy is assessed."""
         (problem, method, _, _, start, *_), formulation = self.request, self.formulation
         state = start.state, start.stages, start.solver_state
         if not start.state.size:
-            state = formulation.start(problem, method)
+            state = formulation.initial_state(problem, method)
         size = formulation.curve_size(problem, method)
         self.work = RunArrays.of(self.request, state, formulation.velocity_row, size, watched)
         self._steps = self._kernel(self.request, self.work)
@@ -139,12 +146,57 @@ class Stepper:
             work.stages[:], work.solver_state[HOLDS] = before, held
         return code
 
+    def finish(self) -> None:
+        """Nothing is left to do after the last step."""
+
     @property
-    def curves(self) -> RunCurves:
-        """The curves of the steps done so far, where they are kept."""
-        problem, method, step = self.request[:3]
-        arrays = self.work.bases, self.work.coefficients
-        return self.formulation.curves(problem, method, step, self.request.begin, *arrays)
+    def checkpoint(self) -> Checkpoint:
+        """The current state of the run."""
+        start, work = self.request.checkpoint, self.work
+        state = work.state.copy(), work.stages.copy(), work.solver_state.copy()
+        return Checkpoint(start.first + work.done, *state, start.solver, start.tolerance)
+
+    @property
+    def traced(self) -> bool:
+        """Whether the run is that of what tracing the user's functions found."""
+        return self.work.in_lanes
+
+    @property
+    def curves(self) -> Any:
+        """The `RunCurves` of the steps done so far; None where they are not kept."""
+        problem, method, step, _, start = self.request[:5]
+        if not start.keeps_curves:
+            return None
+        arrays = read_only(self.work.bases), read_only(self.work.coefficients)
+        return self.formulation.curves(problem, method, step, self.request.begin_time, *arrays)
+
+    def states(self) -> SavedStates:
+        """The saved states."""
+        problem, _, step, _, start = self.request[:5]
+        work, velocities = self.work, None
+        if has_massless(problem):
+            velocities = work.saved_v.reshape(-1, *problem.v0.shape)
+        return SavedStates(
+            problem.t0 + (start.first + work.saved_steps) * step,
+            work.saved_q.reshape(-1, *problem.q0.shape),
+            self.formulation.momenta(problem, work.saved_v), velocities,
+        )  # fmt: skip
+
+    def counted(self) -> dict[str, int]:
+        """What was counted, by name."""
+        *counted, pairs, left, in_lanes = self.work.counts.tolist()
+        system: Any = self.request.problem.system
+        counts = {"steps": self.done, **dict(zip(COUNTED, counted, strict=True))}
+        forces = counts["force_evaluations"]
+        if isinstance(system, NBody):
+            counts["pair_evaluations"] = forces * system.pairs + pairs
+        differenced = getattr(system, "potential_calls_per_force", 0)
+        if differenced and forces > in_lanes:
+            called = forces - in_lanes
+            counts["potential_evaluations"] = called * differenced * self.request.problem.v0.size
+        if left:
+            counts[self.formulation.in_other_way[0]] = left
+        return counts
 
     @property
     def is_compiled(self) -> bool:
@@ -180,7 +232,7 @@ def first_offer(engines: Sequence[Engine], request: RunRequest) -> Any:
     for engine in engines:
         offer = engine.offers(request)
         if not isinstance(offer, Declined):
-            offer.declined = tuple(declined)
+            offer.engine_reason = "; ".join(filter(None, [offer.engine_reason, *declined]))
             return offer
         if offer.reason:
             declined.append(f"{engine.name}: {offer.reason}")
@@ -198,7 +250,7 @@ def solve_steps(
     retried  whether a step that fails is tried once more, from a guess by smaller steps
     """
     stepper, code = first_offer(engines, request), 0
-    stepper.start(watched=False)
+    stepper.begin(watched=False)
     steps = cast(int, request.steps)
     while code == 0 and stepper.done < steps:
         code = stepper.advance(steps - stepper.done)

@@ -39,8 +39,8 @@ class GeneralVectorKernel:
         self._kernel = (
             advance.compiled_advance() if field.compiled else interpreted(advance.advance)
         )
-        tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.start.solver]
-        plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.checkpoint.solver]
+        plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
         self._run = force, tableau, plan, solver
 
     def advance(self, n: int) -> int:
@@ -53,8 +53,8 @@ def reaching(run: RunRequest) -> Callable[..., None]:
     system: Any = run.problem.system
     field, force = _force(system, run.problem.q0.shape[-1])
     kernel = compiled_reach() if field.compiled else interpreted(reach)
-    tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.start.solver]
-    return partial(kernel, force, tableau, solver, run.start.tolerance, run.step)
+    tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.checkpoint.solver]
+    return partial(kernel, force, tableau, solver, run.checkpoint.tolerance, run.step)
 
 
 @lru_cache(maxsize=32)
@@ -110,7 +110,7 @@ class VectorSpace:
     velocity_row, guess_kind = 2, GUESS
     in_other_way = "newton_steps", BY_NEWTON
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return nystrom_start(problem, method.stages)
 
@@ -139,9 +139,9 @@ class VectorSpace:
         fixed_point. Adds the cost to the counts.
         """
         problem, method, step = run.problem, run.method, run.step
-        if run.start.solver == "fixed_point":
+        if run.checkpoint.solver == "fixed_point":
             return None
-        t, shape = problem.t0 + (run.start.first + work.done) * step, problem.q0.shape
+        t, shape = problem.t0 + (run.checkpoint.first + work.done) * step, problem.q0.shape
         q, _, v, _ = work.state
         here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
         for parts in SUBSTEPS:
@@ -159,11 +159,11 @@ class VectorSpace:
 
     def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, solver = run.problem, run.start.solver
+        problem, solver = run.problem, run.checkpoint.solver
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
             return encounter(problem, problem.system, run.method.stages, run.step, work.state)
         if isinstance(problem.system, Canonical):
-            t = problem.t0 + (run.start.first + work.done) * run.step
+            t = problem.t0 + (run.checkpoint.first + work.done) * run.step
             with np.errstate(all="ignore"):
                 noise = problem.system.noise_of_differences(work.state[0], t)
             if noise > NOISY:

@@ -67,7 +67,7 @@ def assess_work(
 
     redo  does a run of one step again
     """
-    so_far = run.start.energies
+    so_far = run.checkpoint.energies
     if work.done == 0 or work.watch == NEVER:
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
@@ -108,9 +108,9 @@ def _steps(
     formulation: Formulation, run: RunRequest, work: RunArrays, states: States, redo: Redo
 ) -> Steps:
     """Some steps: of curves that were kept, or done again from watched states."""
-    problem, start, tau = run.problem, run.start, 0.5 * (_nodes(run.method.stages)[0] + 1.0)
+    problem, start, tau = run.problem, run.checkpoint, 0.5 * (_nodes(run.method.stages)[0] + 1.0)
     if start.keeps_curves and start.save_every == 1:
-        begin = run.begin
+        begin = run.begin_time
         curves = formulation.curves(
             problem, run.method, run.step, begin, work.bases, work.coefficients
         )
@@ -172,7 +172,7 @@ def _again(
 def _one_step(
     formulation: Formulation, run: RunRequest, here: Problem, step: float, curves: bool, redo: Redo
 ) -> Trajectory:
-    start = from_start("auto", run.start.tolerance, curves=curves)
+    start = from_start("auto", run.checkpoint.tolerance, curves=curves)
     return redo(RunRequest(here, run.method, step, 1, start))
 
 
@@ -210,8 +210,8 @@ def _watched(formulation: Formulation, run: RunRequest, work: RunArrays) -> Stat
     if not isinstance(problem.system, Lagrangian):
         return seen
     near = near_velocities(problem, run.method, rows)
-    v = problem.v0[None] if run.start.first == 0 else near[:1]
-    if run.start.first > 0:
+    v = problem.v0[None] if run.checkpoint.first == 0 else near[:1]
+    if run.checkpoint.first > 0:
         v = _velocities(problem, States(*(part[:1] for part in seen)), near[:1], seen.t[:1])
     return seen._replace(v=np.vstack([v, near]))
 
@@ -248,7 +248,7 @@ def _of_states(run: RunRequest, work: RunArrays, states: States) -> tuple[Array,
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
     more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
     other forces only the work in some steps is known: they may act between these."""
-    problem, start = run.problem, run.start
+    problem, start = run.problem, run.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
     states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]

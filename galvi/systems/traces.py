@@ -64,7 +64,7 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     known = traces(system)
     if not FAST or (known is not NONE and not (anew and not known.hold)):
         return
-    from galvi.tracing.laws import finders_of  # tracing stands on systems
+    from galvi.tracing.laws_of_systems import finders_of  # tracing stands on systems
 
     found: dict[str, Trace] = {}
     refused: dict[str, str] = {}

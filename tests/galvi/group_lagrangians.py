@@ -10,7 +10,7 @@ import numpy as np
 import galvi
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import product
-from galvi.tracing.laws import lines_of
+from galvi.tracing.laws_of_systems import lines_of
 from tests.galvi.group_matrices import element
 
 GROUPS: dict[str, Any] = {

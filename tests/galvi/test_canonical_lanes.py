@@ -20,7 +20,7 @@ from galvi.run import engines
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from galvi.systems.canonical import Canonical
 from galvi.tracing.lane_law import WIDEST, WIDEST_COUPLED
-from galvi.tracing.laws import slopes_of
+from galvi.tracing.laws_of_systems import slopes_of
 from references.forces.force import gradient
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))

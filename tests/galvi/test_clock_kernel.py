@@ -24,7 +24,7 @@ from galvi.run.clocked.in_lanes import (
     mean_velocity,
     motion_in_lanes,
 )
-from galvi.run.clocked.plan import Motion, Taken
+from galvi.run.clocked.motion import Motion, Taken
 from galvi.run.clocked.transformed import motion_in_transformed_time
 from galvi.run.request import ROUND_OFF
 from galvi.run.stepper import Declined

@@ -202,6 +202,18 @@ def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
         assert np.max(np.abs(run.q[-1] - grid.q[-1])) < 1e-14
 
 
+def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("galvi.run.loop.APART", 4)
+    grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
+    end = float(grid.t[-1])
+    run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
+    assert run.again is not None and [one.first for one in run.again.known] == [0, 4, 8]
+    times = np.array([0.0, 0.4 * end, grid.t[4], end])
+    assert np.array_equal(run(times), grid(times)) and np.array_equal(run(end), grid.q[-1])
+
+
 @pytest.mark.parametrize(("ulps", "met"), [(40, True), (100, False)])
 def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met: bool) -> None:
     """Planted: steps whose times come in grains, the time asked for between two of them."""
@@ -219,7 +231,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     time = grain * (round(0.3 / grain) + 0.5)
     request = RunRequest(KEPLER, plain, 1.0, None, start, time)
     loop = ClockStepper(request, replace(motion, advance=advance))
-    loop.start_steps()
+    loop.begin()
     end, _ = loop.to_time()
     assert (end is not None) == met and bool(loop.reason) != met
 
@@ -247,12 +259,25 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     start = replace(sound.at(KEPLER.q0, KEPLER.v0, 0.0), save_every=1)
     request = RunRequest(KEPLER, chosen, 0.2, None, start)
     loop = ClockStepper(request, replace(sound, advance=advance))
-    loop.start_steps()
+    loop.begin()
     while not loop.over:
         loop.advance(4)
     whole = galvi.integrate(KEPLER, chosen, 0.2, 5)
     assert loop.done == 5 and "not positive at a stage of the step" in loop.reason
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
+
+
+@pytest.mark.parametrize("force", [None, lambda q, v: -0.05 * v])
+def test_counts_do_not_depend_on_the_portions(force: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that are done again since they pass the time asked for count once."""
+    problem = galvi.Problem(
+        galvi.Canonical(1.0, galvi.CentralForce(1.0), force=force), KEPLER.q0, KEPLER.v0
+    )
+    counts = []
+    for seconds in (0.0, 1e-3, 1e9):  # that a portion takes
+        monkeypatch.setattr("galvi.run.batches.CALL_SECONDS", seconds)
+        counts.append(galvi.integrate(problem, method(3, CIRCLES), 0.2, duration=2.0).counts)
+    assert counts[0] == counts[1] == counts[2]
 
 
 def test_a_wrong_gradient_of_a_clock_is_refused() -> None:

@@ -95,7 +95,7 @@ def test_members_with_controls_of_their_own() -> None:
 
 
 def test_other_controls_do_not_compile_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    from galvi.tracing.laws import law_of
+    from galvi.tracing.laws_of_systems import law_of
 
     zero, other = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), U[0]))
     assert law_of(zero)[0] == law_of(other)[0] == law_of(arm().system)[0]

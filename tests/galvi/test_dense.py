@@ -14,7 +14,7 @@ import galvi
 from galvi.lanes import dense
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.tracing import lane_law
 
 

@@ -144,3 +144,53 @@ def test_a_potential_that_raises_when_it_is_assessed_loses_nothing():
     run = galvi.integrate(started(system), gauss(2, NEAR), 0.3, 3)
     assert "could not be judged at t = " in run.status
     assert run.outcome.end is End.DOUBTFUL and np.all(np.isfinite(run.q))
+
+
+def pull_up_to(far):
+    """`pull` with a gradient of the wrong sign, which is not a number from a distance on."""
+
+    def gradient(q):
+        return -(q @ q) * q if q @ q < far * far else np.full(2, np.nan)
+
+    system = galvi.Canonical(1.0, lambda q: 0.25 * (q @ q) ** 2, gradient, force=drag, check=False)
+    return started(system)
+
+
+@pytest.mark.parametrize("end", [End.STEP_LIMIT, End.STEP_FAILED])
+def test_a_run_that_stops_early_says_that_it_was_ruined_before(end):
+    """By the bound of its steps before a time, and by a step that fails."""
+    lost = galvi.integrate(started(pull(-1.0)), gauss(4, NEAR), 0.3, 10)
+    assert lost.outcome.end is End.RUINED
+    if end is End.STEP_LIMIT:
+        run = galvi.integrate(started(pull(-1.0)), gauss(4, NEAR), 0.3, 10, duration=1e3)
+    else:
+        far = float(np.max(np.linalg.norm(lost.q, axis=1)))
+        run = galvi.integrate(pull_up_to(far), gauss(4, NEAR), 0.3, 20)
+    assert run.outcome.end is end
+    t = lost.t[lost.failed_step]
+    assert f"It was ruined from t = {t:.10g} on: the energy and the work" in run.status
+
+
+def test_what_a_lagrangian_raises_after_the_run_is_said():
+    """At the end of the last step alone, where no step asks for L."""
+    end: list[float] = []
+
+    def checked(q):
+        if end and abs(q[0] - end[0]) < 1e-12:
+            raise RuntimeError("out of the table")
+
+    def L(q, v):
+        checked(q)
+        return 0.5 * (v @ v) - 0.5 * (q @ q)
+
+    def slopes(q, v):
+        checked(q)
+        return np.concatenate([v, -q])
+
+    spring = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), slopes), [1.0, 0.5], [0.3, 0.4])
+    right = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
+    assert right.status == "Completed."
+    end.append(float(right.q[-1, 0]))
+    run = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
+    assert run.success and np.max(np.abs(run.q - right.q)) < 1e-14
+    assert "could not be judged at t = " in run.status and "out of the table" in run.status

@@ -13,7 +13,7 @@ import galvi
 from benchmarks.statistics.drift import Growth, growth
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.charts import CHARTS
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 
 RUNS, SAMPLES, SIZE, SEED = 12, 500, 1e-12, 1937
 FEW, MANY = 10_000, 100_000

@@ -14,7 +14,7 @@ import galvi
 from galvi.ensembles import chunk as schedule
 from galvi.ensembles.chunk import Chunk, run_chunk
 from galvi.ensembles.keep import FinalStates, TimeGrid
-from galvi.ensembles.laws import law_of
+from galvi.ensembles.member_laws import law_of
 from galvi.lanes.members import rows, steps
 from tests.galvi.ensemble_cases import CASES, starts
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numba
@@ -19,7 +20,6 @@ import pytest
 import galvi
 from galvi.ensembles import chunk as schedule
 from galvi.ensembles import integrate_ensemble as engine
-from galvi.ensembles.chunk import run_chunk
 from galvi.ensembles.folder import Folder
 from tests.galvi.ensemble_cases import CASES, starts
 
@@ -88,13 +88,17 @@ def test_the_states_that_a_function_is_given_count_as_memory(monkeypatch):
 
 
 def test_what_travels_is_text_and_numbers():
-    q, v = starts(PROBLEM, 16)
-    work = engine._Work(PROBLEM, q, v, FOUR, STEP, 2, None, None, None)
-    sent = pickle.dumps(work.chunk(slice(0, 16)))
-    assert b"def law" in sent or b"law = " in sent
-    assert b"Dispatcher" not in sent and b"galvi.problem" not in sent
-    there = run_chunk(pickle.loads(sent)).values
-    assert all(np.array_equal(*pair) for pair in zip(there, run(16, 2).kept, strict=True))
+    sent = []
+
+    class Far(ThreadPoolExecutor):
+        def submit(self, function, chunk):
+            sent.append(pickle.dumps(chunk))
+            return super().submit(function, pickle.loads(sent[-1]))
+
+    with Far(1) as executor:
+        assert same(run(16, 2, executor=executor), run(16, 2))
+    assert b"def law" in sent[0] or b"law = " in sent[0]
+    assert b"Dispatcher" not in sent[0] and b"galvi.problem" not in sent[0]
 
 
 @pytest.mark.slow(beside="test_ensemble_folder.py::test_the_version_is_part_of_the_name")

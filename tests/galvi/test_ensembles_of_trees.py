@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.systems.multibody import OF_JOINTS, VARIED
 from galvi.systems.trees.joint import JointDamping
-from galvi.tracing import laws
+from galvi.tracing import laws_of_systems
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 HINGES = [galvi.Joint("hinge", axis=(0, 1, 0)), galvi.Joint("hinge", axis=(1, 0, 0))]
@@ -112,9 +112,11 @@ def test_a_parameter_that_is_left_out_is_caught(monkeypatch: pytest.MonkeyPatch)
     parameters = {"damping": np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]])}
     assert off(START, parameters) < 1e-13
     lines = "def force(q, v, t, c):\n    return [0.0 * c[0], 0.0 * c[1], 0.0 * c[2]]\n"
-    known = laws.lines_of
+    known = laws_of_systems.lines_of
     monkeypatch.setattr(
-        laws, "lines_of", lambda one: lines if isinstance(one, JointDamping) else known(one)
+        laws_of_systems,
+        "lines_of",
+        lambda one: lines if isinstance(one, JointDamping) else known(one),
     )
     with pytest.raises(AssertionError):
         assert np.ptp(ends(START, parameters), axis=0).max() > 1e-3

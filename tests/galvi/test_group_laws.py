@@ -12,7 +12,7 @@ from galvi.kernels.lie.groups import so3
 from galvi.lanes.group_pass import SIZES
 from galvi.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.run.group_system import coupled_layout
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.run.in_lanes.nystrom import words_of
 from galvi.tracing.lane_law import compiled_group_law
 from tests.galvi.group_lagrangians import GROUPS, swelling

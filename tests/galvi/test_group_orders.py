@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 from references.closed_forms.top_motion import FREE_TOP
 from tests.galvi.group_motions import (
     CAYLEY,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.ensembles.laws import law_of
+from galvi.ensembles.member_laws import law_of
 from galvi.ensembles.parameters import Parameters
 from galvi.systems.traces import traces
 from tests.galvi.ensemble_cases import CASES, farthest, starts

@@ -13,7 +13,7 @@ import galvi
 from galvi.interop import from_mujoco as reader
 from galvi.interop import mujoco_forces
 from galvi.interop.mujoco_limits import BeyondTrees
-from galvi.tracing.laws import lines_of
+from galvi.tracing.laws_of_systems import lines_of
 from tests.galvi.random_trees import random_tree
 
 mujoco = pytest.importorskip("mujoco")

@@ -10,8 +10,8 @@ import sympy as sp
 
 import galvi
 from galvi.lanes import laws
-from galvi.run.in_lanes.laws import has_law
-from galvi.tracing.laws import SLOPES
+from galvi.run.in_lanes.lagrangian import has_law
+from galvi.tracing.laws_of_systems import SLOPES
 from tests.galvi.agreement.on_vector_spaces import SYMBOLIC
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.tableau import Tableau
 from tests.galvi.agreement.on_vector_spaces import symbolic
 

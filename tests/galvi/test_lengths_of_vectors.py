@@ -9,7 +9,7 @@ import pytest
 
 import galvi
 from galvi.lanes import functions, vectors
-from galvi.run.in_lanes import laws as law_stepper
+from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from tests.galvi.lane_functions import compiled
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.ensembles import laws
+from galvi.ensembles import member_laws
 from galvi.tableau import Tableau
 
 
@@ -40,7 +40,7 @@ def test_the_energy_of_members_does_not_drift(name: str) -> None:
 
 
 def test_tables_of_members_rounded_to_float64_drift(monkeypatch: pytest.MonkeyPatch) -> None:
-    sound = laws.nystrom_tables
+    sound = member_laws.nystrom_tables
 
     def rounded(table: Tableau) -> tuple[Any, ...]:
         tables, *others = sound(table)
@@ -48,5 +48,5 @@ def test_tables_of_members_rounded_to_float64_drift(monkeypatch: pytest.MonkeyPa
         tables[s : 2 * s], tables[3 * s : 4 * s], tables[4 * s + 1 : 4 * s + 3] = 0.0, 0.0, 0.0
         return tables, *others
 
-    monkeypatch.setattr(laws, "nystrom_tables", rounded)
+    monkeypatch.setattr(member_laws, "nystrom_tables", rounded)
     assert drift("kepler") > 10.0

@@ -125,6 +125,20 @@ def test_a_passage_in_the_last_shortened_step_is_named() -> None:
     assert len(short.t) == step + 1 and "passed at a distance of about" in short.status
 
 
+@pytest.mark.parametrize("step", [0.3, -0.3])
+def test_a_passage_at_the_start_is_the_same_in_transformed_time(step: float) -> None:
+    """Whose state has momenta, where that of lanes has velocities."""
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
+    whole = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION)
+    near = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))
+    here = problem.moved(whole.q[near], whole.v[near], float(whole.t[near]))
+    lanes, newton = (
+        galvi.integrate(here, method(8, DYNAMICAL), step, 1, solver=solver).checkpoint.passage
+        for solver in ("auto", "newton")
+    )
+    assert lanes[0] > 0.0 and np.allclose(lanes, newton, rtol=1e-6)
+
+
 @pytest.mark.parametrize("mass", [1.0, 1e-3, 0.0])
 def test_a_fall_with_actions_ends_in_a_sentence(mass: float) -> None:
     """The last step has no length, since time stands still where the bodies collide."""

@@ -10,7 +10,7 @@ import pytest
 
 import galvi
 from galvi.lanes import group_rows
-from galvi.run.in_lanes.laws import has_group_law
+from galvi.run.in_lanes.lagrangian import has_group_law
 from galvi.systems.traces import Untraceable
 from galvi.tracing.graph import Graph
 from galvi.tracing.traced_lagrangian import traced_lagrangian

@@ -13,7 +13,7 @@ from numba import njit
 
 import galvi
 from galvi.tracing.lane_law import WIDEST, fits
-from galvi.tracing.laws import slopes_of
+from galvi.tracing.laws_of_systems import slopes_of
 from tests.galvi.agreement.on_vector_spaces import morse
 from tests.galvi.lagrangians import opaque
 from tests.galvi.test_canonical_lanes import EIGHT, both

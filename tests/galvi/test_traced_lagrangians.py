@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.in_lanes.laws import has_law
+from galvi.run.in_lanes.lagrangian import has_law
 from tests.galvi.agreement.called_functions import called
 from tests.galvi.agreement.on_vector_spaces import LAGRANGIANS, M, with_mass_matrix
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.tracing.laws import lines_of
+from galvi.tracing.laws_of_systems import lines_of
 from tests.galvi.random_trees import FLAGS, random_state, random_tree
 from tests.galvi.tree_equations import defects, terms
 

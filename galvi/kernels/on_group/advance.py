@@ -27,7 +27,15 @@ from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
-from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_place, place_curve
+from galvi.kernels.on_group.stages import (
+    BASIS,
+    Basis,
+    Curve,
+    Discretisation,
+    Start,
+    carried,
+    end_place,
+)
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
 STREAK = 1
@@ -36,17 +44,50 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 
 @jit
-def arrive(layout, chart, basis, h, g, forces, x, g1, mu, nu, low):
+def arrive(method, start, curve, g1, mu, nu, low):
     """g1, and mu, nu and low (d,) moved to the step's end; returns the largest |xi(1)| of a
     rotation."""
-    d = x.shape[0]
+    layout, chart, g, d = method.layout, method.chart, start.g, mu.size
     xi, kick = np.empty(d), np.empty(d)
-    end_place(basis, x, xi)
-    carried(basis, h, np.zeros(d), forces, kick)
+    end_place(method.basis, curve.x, xi)
+    carried(method.basis, start.h, np.zeros(d), curve.forces, kick)
     product.place(layout, chart, g, xi, g1)
     product.restore(layout, g1)
     product.carry(layout, chart, g, g1, xi, kick, mu, nu, low)
     return product.largest_rotation(layout, xi)
+
+
+@jit
+def guess(method, start, stages, holds, curve):
+    """The curve's x <- where the iteration begins, from what the stages hold."""
+    if holds == LAST_STEP:
+        predict(method.basis, stages, curve.velocities)
+    else:
+        copy_into(curve.velocities, stages)
+    if holds == RATES:
+        coefficients(method.basis, start.h, curve.velocities, curve.x)
+    else:
+        guess_curve(method.layout, method.chart, method.basis, start.h, curve.velocities, curve.x)
+
+
+@jit
+def keep(plan, kept, step, start, nodes, curve, g1, mu1, passage):
+    """Record the step that ends at (g1, mu1)."""
+    (d, s), r, m = curve.place.shape, g1.size, curve.x.shape[1]
+    record(plan, kept, step, start.g, g1, mu1)
+    if kept.bases.shape[0] > 0:
+        copy_into(kept.curves[step], curve.x)
+    row = watched_row(plan, kept, step)
+    if row >= 0 and kept.seen.shape[1] > r + d:
+        for i in range(d):
+            for j in range(s):
+                kept.seen[row, r + d + i * s + j] = curve.velocities[i, j]
+    if passage.size > 0:  # point masses, on R^d
+        for i in range(d):
+            for j in range(s):
+                curve.place[i, j] += start.g[i]
+        number = plan.first + step + 1
+        note_passages(passage, curve.place, nodes, start.g, g1, start.h, m, np.inf, number)
 
 
 @jit
@@ -55,72 +96,41 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
 
     farthest  largest |xi| of a rotation that the chart allows
     """
-    law, basis, plan, kept = Law(*law), Basis(*basis), Plan(*plan), Kept(*kept)
+    law, method = Law(*law), Discretisation(layout, chart, Basis(*basis))
+    plan, kept, basis = Plan(*plan), Kept(*kept), method.basis
     state, stages, solver_state, counts, passage = progress
-    h, d, s = plan.step, stages.shape[0], stages.shape[1]
-    m, r = basis.end.size, kept.q.shape[1]
-    x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
-    forces = np.empty((3, d, s))
-    g, mu, g1, mu1, low = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
+    (d, s), m, r = stages.shape, basis.end.size, kept.q.shape[1]
+    curve = Curve(
+        np.empty((d, m)), np.empty((d, s)), np.empty((d, s)), np.empty((3, d, s)), np.empty((d, s))
+    )
+    start = Start(plan.step, np.empty(s), np.empty(r), np.empty(d))
+    g1, mu1, low = np.empty(r), np.empty(d), np.empty(d)
     nu = np.empty(d if state.shape[1] >= 3 * d else 0)
-    place, rate = np.empty((d, s)), np.empty((d, s))
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
-        for i in range(r):
-            g[i] = state[0, i]
-        for i in range(d):
-            mu[i] = mu1[i] = state[1, i]
-            low[i] = state[3, i]
-        for i in range(nu.size):
-            nu[i] = state[1, 2 * d + i]
+        start.g[:] = state[0, :r]
+        start.mu0[:] = state[1, :d]
+        mu1[:], low[:] = state[1, :d], state[3, :d]
+        nu[:] = state[1, 2 * d : 2 * d + nu.size]
         for j in range(s):
-            t[j] = plan.t0 + ((plan.first + step) + basis.c[j]) * h
-        if solver_state[HOLDS] == LAST_STEP:
-            predict(basis, stages, velocities)
-        else:
-            copy_into(velocities, stages)
-        if solver_state[HOLDS] == RATES:
-            coefficients(basis, h, velocities, x)
-        else:
-            guess_curve(layout, chart, basis, h, velocities, x)
+            start.t[j] = plan.t0 + ((plan.first + step) + basis.c[j]) * plan.step
+        guess(method, start, stages, solver_state[HOLDS], curve)
         allow_damping = is_flat(layout) or solver_state[HOLDS] == RATES
-        code = solve_group(law, layout, chart, basis, h, t, g, mu, plan.tolerance, allow_damping,
-                           counts, x, forces, velocities)  # fmt: skip
+        code = solve_group(law, method, start, curve, plan.tolerance, allow_damping, counts)
         if code != SOLVED:
             return code
-        reached = arrive(layout, chart, basis, h, g, forces, x, g1, mu1, nu, low)
+        reached = arrive(method, start, curve, g1, mu1, nu, low)
         if not reached <= farthest:
             turned[0] = angle_of(chart, reached)
             return LEFT_CHART
-        size = 0.0
-        for i in range(r):
-            size += abs(g1[i])
-        for i in range(d):
-            size += abs(mu1[i])
-        if not size < np.inf:
+        if not np.sum(np.abs(g1)) + np.sum(np.abs(mu1)) < np.inf:
             return NOT_FINITE
-        copy_into(stages, velocities)
+        copy_into(stages, curve.velocities)
         state[1:, :] = 0.0
-        for i in range(r):
-            state[0, i] = g1[i]
-        for i in range(d):
-            state[1, i], state[3, i] = mu1[i], low[i]
-        for i in range(nu.size):
-            state[1, 2 * d + i] = nu[i]
+        state[0, :r] = g1
+        state[1, :d], state[3, :d] = mu1, low
+        state[1, 2 * d : 2 * d + nu.size] = nu
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        record(plan, kept, step, g, g1, mu1)
-        if kept.bases.shape[0] > 0:
-            copy_into(kept.curves[step], x)
-        row = watched_row(plan, kept, step)
-        if row >= 0 and kept.seen.shape[1] > r + d:
-            for i in range(d):
-                for j in range(s):
-                    kept.seen[row, r + d + i * s + j] = velocities[i, j]
-        if passage.size > 0:  # point masses, on R^d
-            place_curve(basis, h, x, place, rate)
-            for i in range(d):
-                for j in range(s):
-                    place[i, j] += g[i]
-            note_passages(passage, place, basis.c, g, g1, h, m, np.inf, plan.first + step + 1)
+        keep(plan, kept, step, start, basis.c, curve, g1, mu1, passage)
     return SOLVED
 
 

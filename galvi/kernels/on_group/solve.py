@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_noalloc
@@ -58,18 +60,52 @@ def guess_curve(layout, chart, basis, h, velocities, x):
                 rates[a, j] = solved[a]
 
 
+class Newton(NamedTuple):
+    """The state of an iteration.
+
+    matrix, pivots   factors of the derivative
+    R, ahead, step   (d, m)  residual, the correction from here, and the last one that was taken
+    to_place, to_rate  (d, s)  of the correction from here
+    scale, sizes     (d,)    see galvi.kernels.on_group.scale; ``sizes`` is scratch
+    history          (4,)    see galvi.kernels.nystrom.solve
+    """
+
+    matrix: Any
+    pivots: Any
+    R: Any
+    ahead: Any
+    step: Any
+    to_place: Any
+    to_rate: Any
+    scale: Any
+    sizes: Any
+    history: Any
+
+
 @jit
-def correct(matrix, pivots, first, R, step):
-    """step (d, m) <- -matrix^-1 R."""
+def new_iteration(unknowns, d, m, s):
+    """A ``Newton`` for so many unknowns."""
+    return Newton(
+        np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64), np.empty((d, m)),
+        np.empty((d, m)), np.empty((d, m)), np.empty((d, s)), np.empty((d, s)), np.empty(d),
+        np.empty(d), np.empty(4),
+    )  # fmt: skip
+
+
+@jit
+def correct(basis, h, newton):
+    """The correction from here <- -matrix^-1 R, and its curve."""
+    R, ahead, first = newton.R, newton.ahead, basis.first
     flat = np.empty(first[R.shape[0]])
     for a in range(R.shape[0]):
         for i in range(first[a + 1] - first[a]):
             flat[first[a] + i] = -R[a, i]
-    substitute(matrix, pivots, flat)
-    step[:, :] = 0.0
+    substitute(newton.matrix, newton.pivots, flat)
+    ahead[:, :] = 0.0
     for a in range(R.shape[0]):
         for i in range(first[a + 1] - first[a]):
-            step[a, i] = flat[first[a] + i]
+            ahead[a, i] = flat[first[a] + i]
+    place_curve(basis, h, ahead, newton.to_place, newton.to_rate)
 
 
 @jit_noalloc
@@ -81,26 +117,72 @@ def add(x, factor_, step):
 
 
 @jit
-def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_damping, counts, x,
-                forces, velocities):  # fmt: skip
-    """x (d, m) <- the solution nearest to x; forces and velocities there. Returns a code.
+def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
+    """Form the derivative here, and the correction with it; whether it is regular.
+
+    rounds  how often its scales may be taken from the correction before. That of a motion from rest
+            is known only after the first one
+    """
+    d, s = curve.place.shape
+    scale, sizes, h = newton.scale, newton.sizes, start.h
+    rate_scale = scales.largest(curve.rate)
+    at_rest = rate_scale == 0.0
+    for _round in range(rounds):
+        size = 0.0
+        for a in range(d):
+            sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
+            size = max(size, sizes[a])
+        rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
+        rate_scale = max(rate_scale, scales.SMALLEST)
+        derivative(law, method, scratch, start, curve, sizes, rate_scale, newton.matrix)
+        counts[solve.FORCES] += 2 * d * s
+        counts[solve.SOLVES] += 1
+        if not factor(newton.matrix, newton.pivots):
+            return False
+        correct(method.basis, h, newton)
+        found = scales.largest(newton.to_rate)
+        if not found > scales.FAR * rate_scale and not (
+            at_rest and 0.0 < scales.FAR * found < rate_scale
+        ):
+            break
+        scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
+        rate_scale = found
+    scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
+    return True
+
+
+@jit_noalloc
+def verdict(method, h, curve, change, tolerance, history):
+    """Whether the iteration has ended with a relative change, as a code.
+
+    What changes that no longer shrink may be, to be round-off, grows with the coordinates of
+    rotations near the chart's limit.
+    """
+    code = solve.verdict(change, tolerance, history)
+    if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
+        amplified = scales.amplification(method.layout, curve.place, curve.rate, h)
+        if history[2] <= solve.FLOOR * amplified and scales.is_resolved(
+            method.basis.analysis, curve.velocities
+        ):
+            code = solve.SOLVED
+    return code
+
+
+@jit
+def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
+    """The curve's x <- the solution nearest to it, with its forces and velocities. Returns a code.
 
     The derivative is reused while the iteration contracts well. If a correction is larger than the
     one before, the latter is undone and repeated with a new derivative or halved (natural
     monotonicity test: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
     guess, damping may find another root, whose rotation exceeds the chart, so it is used only if
-    ``allow_damping``. The scale of a motion from rest is known only after the first correction; the
-    differences are then repeated. What changes that no longer shrink may be, to be round-off, grows
-    with the coordinates of rotations near the chart's limit.
+    ``allow_damping``.
     """
-    d, m = x.shape
-    s, first = t.size, basis.first
-    place, rate = np.empty((d, s)), np.empty((d, s))
-    to_place, to_rate = np.empty((d, s)), np.empty((d, s))
-    R, ahead, step = np.empty((d, m)), np.empty((d, m)), np.empty((d, m))
-    matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
-    scratch, history, scale = new_scratch(d, g.size, m), np.empty(4), np.empty(d)
-    now, sizes = np.empty(d), np.empty(d)
+    layout, basis, h, g = method.layout, method.basis, start.h, start.g
+    x, place, rate = curve.x, curve.place, curve.rate
+    (d, m), s = x.shape, place.shape[1]
+    newton, scratch = new_iteration(basis.first[d], d, m, s), new_scratch(d, g.size, m)
+    now, scale, history = np.empty(d), newton.scale, newton.history
     solve.reset_history(history)
     formed = here = False  # whether a derivative exists, and whether at step's start
     last, share = np.inf, 1.0
@@ -108,20 +190,22 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     position_scale(layout, g, scale)
     scales.grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
-        stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
-        residual(layout, chart, basis, scratch, h, mu0, forces, x, R)
+        stage_slopes(law, method, scratch, start, curve)
+        residual(method, scratch, start, curve, newton.R)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
+        change = np.inf
         if formed:
-            correct(matrix, pivots, first, R, ahead)
-            place_curve(basis, h, ahead, to_place, to_rate)
-            change = scales.relative(to_place, to_rate, h, scale, scales.largest(rate))
+            correct(basis, h, newton)
+            change = scales.relative(
+                newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
+            )
             near = NEAR * scales.amplification(layout, place, rate, h)
             if allow_damping and not change <= last and last > near:
-                add(x, -share, step)
+                add(x, -share, newton.step)
                 formed, share = here, 0.5 * share
                 if here:
-                    add(x, share, step)
+                    add(x, share, newton.step)
                 if share < SHORTEST:
                     return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
                 place_curve(basis, h, x, place, rate)
@@ -129,49 +213,25 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
             formed = change <= RENEW * last or change < near
         here = not formed
         if not formed:
-            rate_scale = scales.largest(rate)
-            at_rest = rate_scale == 0.0
-            for _measured in range(MEASURED if passes == 0 else 1):
-                size = 0.0
-                for a in range(d):
-                    sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
-                    size = max(size, sizes[a])
-                rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
-                rate_scale = max(rate_scale, scales.SMALLEST)
-                derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
-                           place, rate, forces, matrix)  # fmt: skip
-                counts[solve.FORCES] += 2 * d * s
-                counts[solve.SOLVES] += 1
-                if not factor(matrix, pivots):
-                    return solve.NOT_FINITE
-                correct(matrix, pivots, first, R, ahead)
-                place_curve(basis, h, ahead, to_place, to_rate)
-                found = scales.largest(to_rate)
-                if not found > scales.FAR * rate_scale and not (
-                    at_rest and 0.0 < scales.FAR * found < rate_scale
-                ):
-                    break
-                scales.grow_scale(layout, to_place, to_rate, h, scale)
-                rate_scale = found
-            scales.grow_scale(layout, to_place, to_rate, h, scale)
-            change = scales.relative(to_place, to_rate, h, scale, scales.largest(rate))
+            rounds = MEASURED if passes == 0 else 1
+            if not differentiate(law, method, scratch, start, curve, newton, rounds, counts):
+                return solve.NOT_FINITE
+            change = scales.relative(
+                newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
+            )
             formed = True
-        copy_into(step, ahead)
-        add(x, 1.0, step)
+        copy_into(newton.step, newton.ahead)
+        add(x, 1.0, newton.step)
         last, share = change, 1.0
         place_curve(basis, h, x, place, rate)
         if not scales.largest(place) < np.inf:
             return solve.NOT_FINITE
-        code = solve.verdict(change, tolerance, history)
-        if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
-            round_off = solve.FLOOR * scales.amplification(layout, place, rate, h)
-            if history[2] <= round_off and scales.is_resolved(basis.analysis, velocities):
-                code = solve.SOLVED
+        code = verdict(method, h, curve, change, tolerance, history)
         if code == solve.SOLVED:
             position_scale(layout, g, now)
             scales.grow_scale(layout, place, rate, h, now)
             if not scales.shrink_scale(now, scale):
-                stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
+                stage_slopes(law, method, scratch, start, curve)
                 counts[solve.FORCES] += s
                 return solve.SOLVED
             solve.reset_history(history)

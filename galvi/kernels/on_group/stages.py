@@ -80,6 +80,36 @@ def place_curve(basis, h, x, place, rate):
             place[a, j], rate[a, j] = where, speed / h
 
 
+class Discretisation(NamedTuple):
+    """How a motion on a group is discretised: see above.
+
+    Without the law, which kernels that are compiled cannot take where it is Python's.
+    """
+
+    layout: Any
+    chart: Any
+    basis: Any
+
+
+class Start(NamedTuple):
+    """The start of a step: its size h, the times t (s,) of its stages, g (r,) and mu0 (d,)."""
+
+    h: Any
+    t: Any
+    g: Any
+    mu0: Any
+
+
+class Curve(NamedTuple):
+    """The curve of a step: x, place, rate and forces as above, and velocities (d, s)."""
+
+    x: Any
+    place: Any
+    rate: Any
+    forces: Any
+    velocities: Any
+
+
 class Scratch(NamedTuple):
     """Scratch arrays.
 
@@ -111,8 +141,9 @@ def new_scratch(d, r, m):
 
 
 @jit_inline
-def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
+def local_slopes(law, method, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
+    layout, chart = method.layout, method.chart
     there, own, d, flat = scratch.place, scratch.slopes, xi.size, is_flat(layout)
     if flat:
         for i in range(d):
@@ -134,14 +165,15 @@ def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
 
 
 @jit_noalloc
-def stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities):
-    """forces (3, d, s) and velocities (d, s) <- their values at all stages."""
+def stage_slopes(law, method, scratch, start, curve):
+    """The curve's forces and velocities <- their values at all stages."""
+    place, rate, forces, velocities = curve.place, curve.rate, curve.forces, curve.velocities
     d, s = place.shape
     xi, eta, velocity, out = scratch.xi, scratch.eta, scratch.velocity, scratch.local
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        local_slopes(law, layout, chart, scratch, g, xi, eta, t[j], velocity, out)
+        local_slopes(law, method, scratch, start.g, xi, eta, start.t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
             velocities[a, j] = velocity[a]
@@ -180,8 +212,10 @@ def end_momentum(layout, chart, xi, momentum, mu1, p1):
 
 
 @jit_noalloc
-def residual(layout, chart, basis, scratch, h, mu0, forces, x, R):
+def residual(method, scratch, start, curve, R):
     """R (d, m) <- the residual of the stage equations."""
+    layout, chart, basis = method.layout, method.chart, method.basis
+    x, forces, h, mu0 = curve.x, curve.forces, start.h, start.mu0
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
     end_place(basis, x, xi)

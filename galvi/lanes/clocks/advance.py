@@ -39,7 +39,8 @@ scratch       rows (8, d, P): slopes of q and v, shifts, pulls, turns, the last 
 noise         changes below it that do not shrink are rounding; a last pass takes the mean of old
               and new slopes then
 done          (2,)     <- steps, passes
-kept          q, v, t, coefficients and g at the stages after each step, see galvi.run.clocked.plan
+kept          q, v, t, coefficients and g at the stages after each step, see
+              galvi.run.clocked.motion
 """
 
 from __future__ import annotations

@@ -24,6 +24,65 @@ def _arrays(context, builder, signature, values, which):
     return [context.make_array(signature.args[k])(context, builder, values[k]) for k in which]
 
 
+class MovedRows:
+    """Generates W <- the state + the sums of k by the rows of the matrix: see `place_rows`.
+
+    The arrays are numba's; ``largest`` is the place of the bits of the largest change.
+    """
+
+    def __init__(self, context, builder, table, slopes, out, scales):
+        self.builder, self.table, self.out, self.scales = builder, table, out, scales
+        self.slopes, self.row = slopes, builder.extract_value(out.shape, 1).type
+        self.of_k = Lanes(context, builder, builder.extract_value(slopes.shape, 1), self.row(0))
+        self.stages = builder.extract_value(table.shape, 0)
+        self.eights = builder.udiv(self.stages, self.row(UNROLLED))
+        self.largest = cgutils.alloca_once(builder, BITS)
+        builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
+
+    def do(self, lanes, first, origin, offset, count, measured):
+        """``count`` rows of the state in ``origin`` from ``first`` on, in eight stages."""
+        builder, row = self.builder, self.row
+        r = builder.add(first, offset)
+        sums = [
+            lanes.variable(lanes.spread(lanes.number(origin, lanes.plus(first, i))))
+            for i in range(count)
+        ]
+        written = builder.mul(self.eights, row(UNROLLED))
+        with cgutils.for_range(builder, self.eights, intp=row) as loop:
+            self._add(lanes, r, sums, builder.mul(loop.index, row(UNROLLED)), UNROLLED)
+        with cgutils.for_range(builder, builder.sub(self.stages, written), intp=row) as loop:
+            self._add(lanes, r, sums, builder.add(written, loop.index), 1)
+        totals = [builder.load(place) for place in sums]
+        for i, moved in enumerate(totals):
+            this = lanes.plus(r, i)
+            if measured:
+                self._measure(lanes, this, moved)
+            lanes.store(moved, self.out.data, this)
+
+    def _add(self, lanes, r, sums, stage, many):
+        """Add the products of so many stages to the sums of rows from r on."""
+        builder = self.builder
+        totals = [builder.load(place) for place in sums]
+        for j in range(many):
+            column = builder.add(stage, self.row(j))
+            factor = lanes.load(self.table.data, column)
+            for i in range(len(sums)):
+                value = self.of_k.number(self.slopes.data, lanes.plus(r, i), column)
+                totals[i] = lanes.add(totals[i], lanes.mul(lanes.spread(value), factor))
+        for total, place in zip(totals, sums, strict=True):
+            builder.store(total, place)
+
+    def _measure(self, lanes, this, moved):
+        builder = self.builder
+        scale = lanes.spread(lanes.number(self.scales.data, this))
+        far = Lane(builder, builder.fsub(moved, lanes.load(self.out.data, this)))
+        bits = abs(far * Lane(builder, scale)).bits
+        before = builder.load(self.largest)
+        # Bit patterns of nonnegative numbers are ordered like these, with NaN last.
+        more = builder.icmp_signed(">", bits, before)
+        builder.store(builder.select(more, bits, before), self.largest)
+
+
 @intrinsic
 def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
@@ -41,51 +100,9 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
         table, slopes, places, speeds, out, scales = _arrays(
             context, builder, signature, values, range(6)
         )
-        padded = builder.extract_value(out.shape, 1)
-        row = padded.type
-        stages = builder.extract_value(table.shape, 0)
+        moved = MovedRows(context, builder, table, slopes, out, scales)
+        padded, row = builder.extract_value(out.shape, 1), moved.row
         rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
-        eights = builder.udiv(stages, row(UNROLLED))
-        written = builder.mul(eights, row(UNROLLED))
-        largest = cgutils.alloca_once(builder, BITS)
-        builder.store(ir.Constant(BITS, [0] * LANES), largest)
-
-        of_k = Lanes(context, builder, builder.extract_value(slopes.shape, 1), row(0))
-
-        def do_rows(lanes, first, origin, offset, count, measured):
-            r = builder.add(first, offset)
-            sums = [
-                lanes.variable(lanes.spread(lanes.number(origin, lanes.plus(first, i))))
-                for i in range(count)
-            ]
-
-            def add(stage, many):
-                totals = [builder.load(place) for place in sums]
-                for j in range(many):
-                    column = builder.add(stage, row(j))
-                    factor = lanes.load(table.data, column)
-                    for i in range(count):
-                        value = lanes.spread(of_k.number(slopes.data, lanes.plus(r, i), column))
-                        totals[i] = lanes.add(totals[i], lanes.mul(value, factor))
-                for total, place in zip(totals, sums, strict=True):
-                    builder.store(total, place)
-
-            with cgutils.for_range(builder, eights, intp=row) as loop:
-                add(builder.mul(loop.index, row(UNROLLED)), UNROLLED)
-            with cgutils.for_range(builder, builder.sub(stages, written), intp=row) as loop:
-                add(builder.add(written, loop.index), 1)
-            totals = [builder.load(place) for place in sums]
-            for i, moved in enumerate(totals):
-                this = lanes.plus(r, i)
-                if measured:
-                    scale = lanes.spread(lanes.number(scales.data, this))
-                    far = Lane(builder, builder.fsub(moved, lanes.load(out.data, this)))
-                    bits = abs(far * Lane(builder, scale)).bits
-                    before = builder.load(largest)
-                    # Bit patterns of nonnegative numbers are ordered like these, with NaN last.
-                    more = builder.icmp_signed(">", bits, before)
-                    builder.store(builder.select(more, bits, before), largest)
-                lanes.store(moved, out.data, this)
 
         def all_rows(measured):
             chunks = builder.udiv(padded, row(LANES))
@@ -98,7 +115,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                         blocks = builder.udiv(builder.sub(rows, done), row(size))
                         with cgutils.for_range(builder, blocks, intp=row) as loop:
                             first = builder.add(done, builder.mul(loop.index, row(size)))
-                            do_rows(lanes, first, origin, offset, size, measured)
+                            moved.do(lanes, first, origin, offset, size, measured)
                         done = builder.add(done, builder.mul(blocks, row(size)))
 
         with builder.if_else(values[6]) as (yes, no):
@@ -107,7 +124,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
             with no:
                 all_rows(False)
         lanes = Lanes(context, builder, padded, row(0))
-        return builder.bitcast(lanes.largest(builder.load(largest)), DOUBLE)
+        return builder.bitcast(lanes.largest(builder.load(moved.largest)), DOUBLE)
 
     return signature, generate
 
@@ -221,11 +238,10 @@ def add_rows(typingctx, b, k, high, low, first, rows):
             this = builder.add(done, loop.index)
             total = added_up(builder, products(builder.add(this, first)))
             places = [builder.gep(array.data, [this]) for array in (highs, lows)]
-            high, low = (builder.load(place) for place in places)
-            high, rest = _two_sum(builder, high, total)
-            high, rest = _two_sum(builder, high, builder.fadd(rest, low))
-            builder.store(high, places[0])
-            builder.store(rest, places[1])
+            high, low = (Lane(builder, builder.load(place), ()) for place in places)
+            moved = compensated(high, low, Lane(builder, total, ()))
+            for value, place in zip(moved, places, strict=True):
+                builder.store(value.value, place)
         return context.get_dummy_value()
 
     return signature, generate
@@ -266,13 +282,6 @@ def added_up(builder, vector):
         )
         vector = builder.fadd(low, high)
     return builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
-
-
-def _two_sum(builder, x, y):
-    total = builder.fadd(x, y)
-    part = builder.fsub(total, x)
-    one = builder.fsub(x, builder.fsub(total, part))
-    return total, builder.fadd(one, builder.fsub(y, part))
 
 
 @intrinsic

@@ -22,7 +22,7 @@ from galvi.lanes.vectors import lanes_for
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.clocked.plan import Advanced, Motion, Taken
+from galvi.run.clocked.motion import Advanced, Motion, Taken
 from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes, with_low_part
 from galvi.run.request import ROUND_OFF
 from galvi.run.stepper import Declined
@@ -94,7 +94,9 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
         ))  # fmt: skip
         places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
         p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
-        taken = Taken(places, p, v, t, coefficients, rates, done[1] * np.array([1.0, s, 0.0, 0.0]))
+        number = state.first + np.arange(1.0, done[0] + 1.0)
+        counts = done[1] * np.array([1.0, s, 0.0, 0.0])
+        taken = Taken(places, p, v, t, coefficients, rates, counts, number)
         after = Checkpoint(state.first + int(done[0]), q, stages, solver_state, state.solver,
                            state.tolerance, clock=clock)  # fmt: skip
         return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")

@@ -1,30 +1,26 @@
-"""One run in a clock: its motion, its trajectory and how it ended."""
+"""The engine of runs in a clock, and how such a run ended."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
-from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.clocks.clock import units_of_steps
-from galvi.curves.clock_curves import ClockCurves, RedoneClockCurves
+from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
-from galvi.run.batches import step_in_batches
 from galvi.run.clocked.in_lanes import motion_in_lanes
-from galvi.run.clocked.plan import NO_COUNTS, Taken, costly_pair, joined
+from galvi.run.clocked.motion import joined
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.clocked.transformed import motion_in_transformed_time
-from galvi.run.energies import States, asks_functions, start_energies
+from galvi.run.energies import States, start_energies
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
-from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.point_masses.encounters import (
     EACH_IN_A_CLOCK,
     MasslessError,
@@ -32,38 +28,44 @@ from galvi.run.point_masses.encounters import (
     massless_error,
     unresolved_passage,
 )
+from galvi.run.point_masses.pairs import costly_pair
 from galvi.run.request import ROUND_OFF, RunRequest
-from galvi.run.run_arrays import COUNTED
-from galvi.run.same_functions import of_run
-from galvi.run.status import completed, note_unassessed
+from galvi.run.run_arrays import has_massless
+from galvi.run.status import completed, notes_on_energy
 from galvi.run.stepper import Declined
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
-from galvi.trajectory import DeferredEnding, Ending, Trajectory
+from galvi.trajectory import Ending, Trajectory
 
 TOO_LONG = "the step is too large for the clock"
 
 
-def clock_energy(request: RunRequest) -> float | None:
-    """The energy that a request's clock is told; None: that of the start.
-
-    Raises ValueError for a clock that is not one of the problem's, or without an energy.
-    """
-    problem, start = request.problem, request.start
-    request.method.clock.rate(problem)
-    total = start_energies(problem).total
+def energy_at_start(request: RunRequest) -> float:
+    """The energy at the problem's start; ValueError for a clock that is not one of the problem's,
+    or without an energy."""
+    request.method.clock.rate(request.problem)
+    total = start_energies(request.problem).total
     if not math.isfinite(total):
         raise ValueError(
             f"a clock needs a finite energy at the start; received {total}. Start elsewhere."
         )
+    return total
+
+
+def told_energy(request: RunRequest) -> float | None:
+    """The energy that a request's clock is told; None: that of the start."""
+    start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
 
-def in_transformed_time(request: RunRequest, engine: str, reason: str) -> ClockStepper:
-    """A stepper for any clock, whose steps are those of a problem in tau."""
-    problem, method, energy = request.problem, request.method, clock_energy(request)
-    total = start_energies(problem).total if energy is None else energy
-    settings = request.start.solver, request.start.tolerance
+def in_transformed_time(
+    request: RunRequest, engine: str, reason: str, energy: float
+) -> ClockStepper:
+    """A stepper for any clock, whose steps are those of a problem in tau; ``energy`` is that at the
+    problem's start."""
+    problem, method, told = request.problem, request.method, told_energy(request)
+    total = energy if told is None else told
+    settings = request.checkpoint.solver, request.checkpoint.tolerance
     motion = motion_in_transformed_time(problem, method, total, *settings)
     return ClockStepper(request, motion, engine, f"{motion.reason}, since {reason}")
 
@@ -75,142 +77,63 @@ class Clock:
 
     def offers(self, request: RunRequest) -> ClockStepper | Declined:
         """A stepper for a method with a clock."""
-        start, method = request.start, request.method
+        start, method = request.checkpoint, request.method
         if method.clock is None:
             return Declined()
-        energy = clock_energy(request)
+        energy = energy_at_start(request)
         if start.solver == "newton" or start.tolerance != ROUND_OFF:
             settings = "the clock's lanes iterate to round-off, and other settings were asked for"
-            return in_transformed_time(request, self.name, settings)
-        motion = motion_in_lanes(request.problem, method, energy)
+            return in_transformed_time(request, self.name, settings, energy)
+        motion = motion_in_lanes(request.problem, method, told_energy(request))
         if isinstance(motion, Declined):
-            return in_transformed_time(request, self.name, motion.reason)
+            return in_transformed_time(request, self.name, motion.reason, energy)
         return ClockStepper(request, motion, self.name, motion.reason)
 
 
 CLOCK = Clock()
 
 
-def run_in_clock(
-    stepper: ClockStepper, *, progress: bool | None = None,
-    interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:  # fmt: skip
-    """The trajectory of a run in a clock.
-
-    Raises `Interrupted` for Ctrl-C after the last step or one that failed.
-    """
-    loop, most = stepper, stepper.request.steps or input_checks.LARGEST
-    loop.start_steps()
-    with np.errstate(all="ignore"), defer_interrupts() as pressed:  # what is not finite is said
-        stopped = interrupted or pressed
-        code = step_in_batches(
-            loop, lambda code: code, most, progress, lambda: loop.over or stopped()
+def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
+    """How the run of a stepper ended."""
+    problem, start, notes = stepper.problem, stepper.first_state, []
+    steps, step, t = stepper.request.steps, stepper.done + 1, float(run.t[-1])
+    report, on_energy = EnergyReport(energies=start.energies), tuple[str, ...]()
+    with np.errstate(all="ignore"):
+        samples = _samples(stepper)
+    if samples is not None:
+        report = assess_energy(problem, samples, start.energies, lambda: stepper.first_length)
+        numbers, times = samples.steps, samples.states.t
+        on_energy = notes_on_energy(
+            report, start.first, lambda k: float(times[np.searchsorted(numbers, k)])
         )
-        run = _trajectory(loop, code)
-        if pressed() and not run.interrupted:
-            raise Interrupted(run)
-    system: Any = stepper.problem.system
-    if asks_functions(system) or getattr(system, "explicit_time", False):
-        run.ending.assess()  # now: what the functions refer to may change
-    return run
-
-
-def _trajectory(loop: ClockStepper, code: int) -> Trajectory:
-    """The trajectory of a loop whose last call returned ``code``, to be assessed when asked."""
-    problem, start, h = loop.problem, loop.start, loop.step
-    steps, first = loop.request.steps, loop.request.continues
-    end, share = loop.to_time() if loop.reached else (None, 0.0)
-    if end is not None:
-        loop.note_passages(end)
-    parts, numbers = list(loop.kept), [np.zeros(1), *(start.first + n for n in loop.numbers)]
-    number = start.first + loop.done
-    if end is not None:
-        parts.append(end.rows([0]))
-        numbers.append(np.array([number + share]))
-    elif loop.done and not (numbers[-1].size and numbers[-1][-1] == number):
-        parts.append(cast(Taken, loop.last))
-        numbers.append(np.array([number]))
-    tau = np.concatenate(numbers) * h
-    begin = problem.q0, problem.p0, problem.v0, problem.t0
-    if first is not None:
-        tau[0] = cast(Array, first.tau)[-1]
-        begin = first.q[-1], first.p[-1], first.v[-1], float(first.t[-1])
-    massless = isinstance(problem.system, NBody) and problem.system.has_massless
-    q, p, v = (np.reshape(x, (1, -1)) for x in begin[:3])
-    clock = np.array([[begin[3], 0.0]])
-    head = Taken(q, p, v if massless else None, clock, np.zeros((0, *problem.v0.shape)),
-                 np.zeros((1, loop.method.stages)), NO_COUNTS)  # fmt: skip
-    whole = joined([head, *(part._replace(coefficients=head.coefficients) for part in parts)])
-    times = whole.t[:, 0]
-    if loop.reached and loop.done + (end is not None):
-        times[-1] = loop.time
-    counts = {"steps": loop.done, **dict(zip(COUNTED, map(int, loop.counts), strict=True))}
-    if isinstance(problem.system, NBody):
-        counts["pair_evaluations"] = counts["force_evaluations"] * problem.system.pairs
-    curves, last = loop.curves(end, share), float(times[-1])
-    run = Trajectory(
-        problem=problem,
-        t=read_only(times),
-        q=read_only(whole.q.reshape(-1, *problem.q0.shape)),
-        p=read_only(whole.p.reshape(-1, *problem.v0.shape)),
-        counts=counts,
-        step=h,
-        method=loop.method,
-        curves=curves,
-        ending=DeferredEnding(lambda: _ending(loop, run, end), start),
-        again=None
-        if curves is not None
-        else RedoneClockCurves(
-            problem,
-            loop.method,
-            h,
-            tuple(loop.known),
-            last,
-            of_run(problem, whole.q, whole.p, times, loop.method.clock, False),
-        ),
-        interrupted=not (loop.over or loop.reached) and code == SOLVED and loop.done != steps,
-        velocities=read_only(cast(Array, whole.v).reshape(-1, *problem.v0.shape))
-        if massless
-        else None,
-        engine=loop.engine,
-        engine_reason=loop.engine_reason,
-        tau=read_only(tau),
-    )
-    return run
-
-
-def _ending(loop: ClockStepper, run: Trajectory, end: Taken | None) -> Ending:
-    """How the run of a loop ended."""
-    start, report, notes = loop.start, _assessed(loop, end), []
-    steps, step, t = loop.request.steps, loop.done + 1, float(run.t[-1])
-    unassessed = note_unassessed(report)
-    if loop.reason:
-        reason = loop.reason.removesuffix(".")
-        outcome = Outcome(End.STEP_FAILED, step, t, reason, unassessed, steps)
-        if start.first + loop.done == 0:
-            notes.append(f"Note that {units_of_steps(loop.problem, loop.method.clock)}.")
+    if stepper.reason:
+        reason = stepper.reason.removesuffix(".")
+        outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
+        if start.first + stepper.done == 0:
+            notes.append(f"Note that {units_of_steps(stepper.problem, stepper.method.clock)}.")
     elif run.interrupted:
-        outcome = Outcome(End.INTERRUPTED, step, t, notes=unassessed, steps=steps)
-    elif loop.time is not None and not loop.reached:
-        outcome = at_step_limit(loop.done, t, cast(int, steps), loop.time)
-        outcome = replace(outcome, notes=unassessed)
+        outcome = Outcome(End.INTERRUPTED, step, t, notes=on_energy, steps=steps)
+    elif stepper.time is not None and not stepper.reached:
+        outcome = at_step_limit(stepper.done, t, cast(int, steps), stepper.time)
+        outcome = replace(outcome, notes=on_energy)
     else:
         outcome = completed(
-            loop.problem, report, start.first,
-            unresolved_passage(loop.problem, None, loop.passage),
-            lambda: _massless_error(loop, run),
+            stepper.problem, report, start.first,
+            unresolved_passage(stepper.problem, None, stepper.passage),
+            lambda: _massless_error(stepper, run),
         )  # fmt: skip
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         begin = run.curves.times[back[0]]
         notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
-    notes.append(loop.motion.remark)
-    if isinstance(loop.problem.system, NBody) and loop.seen and not loop.reason:
-        q = np.concatenate([part.q for part in loop.seen])
-        notes.append(costly_pair(loop.problem, q))
+    if isinstance(problem.system, NBody) and stepper.seen and not stepper.reason:
+        q = np.concatenate([part.q for part in stepper.seen])
+        notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
-    last = replace(loop.state, energies=report.energies, passage=read_only(loop.passage[:FOUND]),
-                   save_every=start.save_every,
-                   curves=start.curves, solver=start.solver, tolerance=start.tolerance)  # fmt: skip
+    last = replace(
+        stepper.checkpoint, energies=report.energies, passage=read_only(stepper.passage[:FOUND]),
+        save_every=start.save_every, curves=start.curves, solver=start.solver,
+        tolerance=start.tolerance,
+    )  # fmt: skip
     return Ending(outcome, last)
 
 
@@ -221,14 +144,14 @@ def at_step_limit(done: int, t: float, steps: int, time: float) -> Outcome:
     return Outcome(End.STEP_LIMIT, done + 1, t, reason, steps=steps, remedy=remedy)
 
 
-def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None:
+def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | None:
     """What a step does to bodies without mass, at some of the kept states; None without any."""
-    if not (isinstance(loop.problem.system, NBody) and loop.problem.system.has_massless):
+    if not has_massless(stepper.problem):
         return None
 
-    last, shape = loop.state, loop.problem.q0.shape
+    last, shape = stepper.checkpoint, stepper.problem.q0.shape
     stages, solver_state = np.zeros_like(last.stages), np.zeros_like(last.solver_state)
-    rows = looked_at(len(run.t), loop.done, EACH_IN_A_CLOCK, start=True)
+    rows = looked_at(len(run.t), stepper.done, EACH_IN_A_CLOCK, start=True)
 
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
         state, clock = np.zeros_like(last.state), last.clock.copy()
@@ -239,35 +162,29 @@ def _massless_error(loop: ClockStepper, run: Trajectory) -> MasslessError | None
 
     def ends(n: int) -> Array:
         q, v, t = run.q[rows], run.v[rows], run.t[rows]
+        lengths = np.full(len(q), -stepper.step / n)
         for _ in range(n):
             states = [state_at(*row) for row in zip(q, v, t, strict=True)]
-            q, v, t, codes = cast(Any, loop.motion.each)(states, np.full(len(q), -loop.step / n))
+            q, v, t, codes = cast(Any, stepper.motion.each)(states, lengths)
             q[codes != SOLVED] = np.nan
         return np.stack([q, v]).reshape(2, -1, *shape)
 
-    return massless_error(loop.problem, ends)
+    return massless_error(stepper.problem, ends)
 
 
-def _assessed(loop: ClockStepper, end: Taken | None) -> EnergyReport:
-    """What the energies of some steps say."""
-    problem, start = loop.problem, loop.start
-    parts, places = list(loop.seen), list(loop.places)
-    if end is not None:
-        parts, places = [*parts, end.rows([0])], [*places, [loop.done + 1]]
-    elif loop.done % loop.stride:
-        parts, places = [*parts, cast(Taken, loop.last)], [*places, [loop.done]]
-    if not parts:
-        return EnergyReport(energies=start.energies)
-    taken, steps = joined(parts), start.first + np.concatenate(places)
-    n, t, v = len(steps), taken.t[:, 0], taken.v
+def _samples(stepper: ClockStepper) -> Samples | None:
+    """Some steps, the last one among them, by whose energies a run is assessed; None: there are
+    none."""
+    problem, last = stepper.problem, stepper.end if stepper.end is not None else stepper.last
+    if last is None or not stepper.watched:
+        return None
+    is_seen = stepper.end is None and stepper.done % stepper.stride == 0
+    taken = joined(stepper.seen if is_seen else [*stepper.seen, last.rows([0])])
+    n, t, v = len(taken.t), taken.t[:, 0], taken.v
     q, p = taken.q.reshape(n, *problem.q0.shape), taken.p.reshape(n, *problem.v0.shape)
     if v is None:
-        with np.errstate(all="ignore"):
+        try:
             v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
-    samples = Samples(steps, States(q, p, v, t), taken.energy)
-    return assess_energy(
-        problem,
-        samples,
-        start.energies,
-        lambda: float(loop.motion.rate(problem.q0.ravel())) * loop.step,
-    )
+        except Exception:  # `assess_energy` seeks them one by one, and says where that is
+            v = np.repeat(problem.v0.reshape(1, -1), n, axis=0)
+    return Samples(np.ceil(taken.number).astype(np.int64), States(q, p, v, t), taken.energy)

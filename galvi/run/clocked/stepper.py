@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -10,12 +11,14 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.curves.clock_curves import ClockCurves
-from galvi.kernels.forces.passages import FOUND, compiled_note_states
+from galvi.kernels.forces.passages import compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.batches import APART
-from galvi.run.clocked.plan import Advanced, Motion, Taken, closest_pair, joined
+from galvi.run.clocked.motion import Advanced, Motion, Taken, joined
+from galvi.run.point_masses.pairs import closest_pair
 from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
+from galvi.run.run_arrays import COUNTED, has_massless, passage_record
+from galvi.run.stepper import Engine, SavedStates
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
@@ -32,38 +35,34 @@ FULL = "what is kept fills half of the free memory. Keep fewer with save_every, 
 class ClockStepper:
     """The steps of one run in a clock, and what they gave.
 
-    motion         how they are done
-    engine         "clock", or "general" where that is alone
-    kept, numbers  states at every save_every-th step, and their numbers in this run
-    every          all steps, where curves are kept
-    seen, places   states to assess by, after every ``stride``-th step, and the numbers of these
-    last           the last one
-    known          states from which its curves can be found
-    passage        of point masses, as galvi.kernels.forces.passages has it; else empty
+    motion       how they are done
+    engine       "clock", or "general" where that is alone
+    first_state  that from which they begin; ``checkpoint`` is that after them
+    kept         all steps, where curves are kept; else the states at every save_every-th one
+    seen         states to assess by, after every ``stride``-th step
+    last         the last one
+    end          the shortened step to the time asked for, and ``share``, how much of a step it is;
+                 None without one
+    passage      of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
-    declined: tuple[str, ...] = ()  # by the engines that were asked before
+    traced = False
 
     def __init__(
         self, request: RunRequest, motion: Motion, engine: str = "", reason: str = ""
     ) -> None:
         self.request, self.motion = request, motion
-        self.engine, self._reason_of_engine = engine, reason
+        self.engine, self.engine_reason = engine, reason
         self.problem, self.method, self.step = request[:3]
-
-    @property
-    def engine_reason(self) -> str:
-        """Why this engine does the run, and why others do not."""
-        return "; ".join(filter(None, [self._reason_of_engine, *self.declined]))
 
     @property
     def is_compiled(self) -> bool:
         """Whether other threads can run at the same time."""
         return isinstance(self.problem.system, NBody)
 
-    def start_steps(self) -> None:
-        """Make what the steps are kept in."""
-        problem, start = self.problem, self.request.start
+    def begin(self, *, watched: bool = True) -> None:
+        """Make what the steps are kept in; ``watched``: keep states by which to assess energies."""
+        problem, start = self.problem, self.request.checkpoint
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
             state = replace(
@@ -75,30 +74,30 @@ class ClockStepper:
                 "this run was done by another engine, whose states are not those of the one here "
                 f"({self.engine_reason}). Resume it there, or make a problem of its end."
             )
-        self.start = self.state = state
+        self.first_state = self.checkpoint = state
         self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
         self.over, self.reason = False, ""
         self.kept: list[Taken] = []
-        self.numbers: list[Any] = []
-        self.every: list[Taken] = []
         self.seen: list[Taken] = []
-        self.places: list[Any] = []
-        self.known, self.stride = [state], 1
+        self.stride, self.watched = 1, watched
         self.last: Taken | None = None
-        self.passage = np.zeros(0)
-        system = problem.system
-        if isinstance(system, NBody) and system.masses.size > 1:
-            worst = state.passage if state.passage.size else np.zeros(FOUND)
-            self.passage = np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
+        self.end: Taken | None = None
+        self.share = 1.0
+        self.passage = passage_record(problem, state.passage)
 
+    def retry(self, engines: Sequence[Engine], code: int) -> int:
+        """The code of a step that failed, which is not tried again."""
+        return code
+
+    @np.errstate(all="ignore")  # what is not finite is said
     def advance(self, n: int) -> int:
         """Does n more steps, or as many as there are."""
-        keep = self.start.keeps_curves
+        keep = self.first_state.keeps_curves
         if keep:
             n = min(n, max(1, LARGEST // (self.problem.v0.size * self.method.space.dimension)))
-        found = self.motion.advance(self.state, self.step, n, self.time, keep)
+        found = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
         t = found.taken.t[:, 0]
-        dt = np.diff(t, prepend=self.state.clock[0])
+        dt = np.diff(t, prepend=self.checkpoint.clock[0])
         stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
         with np.errstate(invalid="ignore"):
             lost = np.flatnonzero(
@@ -106,20 +105,18 @@ class ClockStepper:
             )
         if stuck.size:
             self.reason = _collision(self.problem, found.taken.q[stuck[0]], float(t[stuck[0]]))
-            found = self.motion.advance(self.state, self.step, int(stuck[0]) + 1, None, keep)
+            found = self.motion.advance(self.checkpoint, self.step, int(stuck[0]) + 1, None, keep)
         elif lost.size:
             n_good = int(lost[0])
             self.reason = NOT_POSITIVE
             found = (
-                self.motion.advance(self.state, self.step, n_good, None, keep)
+                self.motion.advance(self.checkpoint, self.step, n_good, None, keep)
                 if n_good
-                else Advanced(found.taken.rows([]), self.state, SOLVED)
+                else Advanced(found.taken.rows([]), self.checkpoint, SOLVED)
             )
         self.note_passages(found.taken)
         self._record(found.taken, keep)
-        self.state, self.over = found.after, self.over or bool(stuck.size + lost.size)
-        if not keep and self.done - (self.known[-1].first - self.start.first) >= APART:
-            self.known.append(self.state)
+        self.checkpoint, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if found.code != SOLVED:
             self.reason = found.reason
         elif len(found.taken.t) < n:
@@ -131,13 +128,15 @@ class ClockStepper:
         if not self.passage.size or not len(taken.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
-        shape = (-1, *self.problem.v0.shape)
-        v = taken.v if taken.v is not None else system.velocity(taken.p.reshape(shape))
-        begin = self.state.state
+        begin = self.checkpoint.state[:, :d]
+        if taken.v is not None:
+            v = np.concatenate([begin[2:3], taken.v])
+        else:  # the state has momenta in transformed time
+            p = np.concatenate([begin[1:2], taken.p])
+            v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(-1, d)
         compiled_note_states()(
-            self.passage, np.concatenate([begin[:1, :d], taken.q]),
-            np.concatenate([begin[2:3, :d], v.reshape(-1, d)]),
-            np.append(self.state.clock[:1], taken.t[:, 0]), self.method.space.dimension - 1,
+            self.passage, np.concatenate([begin[:1], taken.q]), v,
+            np.append(self.checkpoint.clock[:1], taken.t[:, 0]), self.method.space.dimension - 1,
         )  # fmt: skip
 
     def _record(self, taken: Taken, keep: bool) -> None:
@@ -145,59 +144,67 @@ class ClockStepper:
         self.counts += taken.counts
         if n == 0:
             return
-        numbers = np.arange(self.done + 1, self.done + n + 1)
-        every = self.start.save_every
-        rows: Any = slice(None) if every == 1 else np.flatnonzero(numbers % every == 0)
-        self.kept.append(taken.rows(rows))
-        self.numbers.append(numbers[rows])
+        self.kept.append(taken if keep else taken.rows(self._is_saved(taken)))
         self.last = taken.rows([-1])
-        self._see(taken, numbers)
-        if keep:
-            self.every.append(taken)
-        part = taken if keep else self.kept[-1]
-        self.bytes += sum(getattr(array, "nbytes", 0) for array in part)
+        if self.watched:
+            self._see(taken)
+        self.bytes += sum(getattr(array, "nbytes", 0) for array in self.kept[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.reason = True, FULL
         self.done += n
 
     @property
-    def q(self) -> Array:
-        """The flat configuration after the last step."""
-        return self.state.state[0, : self.problem.q0.size]
+    def first_length(self) -> float:
+        """The time that a step takes at the problem's start, about."""
+        return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
-    def _see(self, taken: Taken, numbers: Any) -> None:
+    def _is_saved(self, taken: Taken) -> Any:
+        """Whether the states after some steps are saved, (n,)."""
+        return (taken.number - self.first_state.first) % self.first_state.save_every == 0
+
+    def _see(self, taken: Taken) -> None:
         """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
-        rows = np.flatnonzero(numbers % self.stride == 0)
-        self.seen.append(taken.rows(rows))
-        self.places.append(numbers[rows])
-        while sum(map(len, self.places)) > SEEN:
+        self.seen.append(self._every_so_many(taken))
+        while sum(len(part.t) for part in self.seen) > SEEN:
             self.stride *= 2
-            places = np.concatenate(self.places)
-            rows = np.flatnonzero(places % self.stride == 0)
-            self.seen, self.places = [joined(self.seen).rows(rows)], [places[rows]]
+            self.seen = [self._every_so_many(joined(self.seen))]
+
+    def _every_so_many(self, taken: Taken) -> Taken:
+        return taken.rows((taken.number - self.first_state.first) % self.stride == 0)
 
     @property
     def reached(self) -> bool:
         """Whether the time asked for is reached, or would be passed by the next step."""
         if self.time is None or self.reason:
             return False
-        t, low = self.state.clock[:2].tolist()
+        t, low = self.checkpoint.clock[:2].tolist()
         return self.over or abs((self.time - t) - low) <= 2.0 * math.ulp(
             max(abs(self.time), abs(t))
         )
 
+    @np.errstate(all="ignore")
+    def finish(self) -> None:
+        """Does the shortened step to the time, if that is near."""
+        if self.reached:
+            self.end, self.share = self.to_time()
+        if self.end is not None:
+            self.note_passages(self.end)
+
     def to_time(self) -> tuple[Taken | None, float]:
         """The shortened step from the last grid point to the time, by Newton's method for its share
         of a step; None where the grid point is there, or with a ``reason``."""
-        t, low = self.state.clock[:2].tolist()
+        t, low = self.checkpoint.clock[:2].tolist()
         time, rate, h = cast(float, self.time), self.motion.rate, self.step
         wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
         if abs(wanted) <= fine:
-            return None, 0.0
-        x, low_x, high_x = (min(1.0, wanted / (h * float(rate(self.q)))), 0.0, 2.0)
+            return None, 1.0
+        q = self.checkpoint.state[0, : self.problem.q0.size]
+        x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
         for _ in range(NEWTON):
-            found = self.motion.advance(self.state, x * h, 1, None, self.start.keeps_curves)
+            found = self.motion.advance(
+                self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
+            )
             self.counts += found.taken.counts
             if found.code != SOLVED:
                 high_x, x = x, 0.5 * (low_x + x)
@@ -214,24 +221,56 @@ class ClockStepper:
             x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
         if not best[0] <= 64.0 * fine:
             self.reason = "the step that ends there could not be solved. Use a smaller step"
-            return None, 0.0
-        return best[1], best[2]
+            return None, 1.0
+        number = np.array([self.checkpoint.first + best[2]])
+        return cast(Taken, best[1])._replace(number=number), best[2]
 
-    def curves(self, end: Taken | None, share: float) -> ClockCurves | None:
+    @property
+    def curves(self) -> ClockCurves | None:
         """The curves of all steps, the shortened one included; None where they were not kept."""
-        parts = [*self.every, *([end] if end is not None else [])]
-        if not self.every and not (parts and self.start.keeps_curves):
+        parts = self.kept + ([self.end] if self.end is not None else [])
+        if not parts or not self.first_state.keeps_curves:
             return None
-        whole, first = joined(parts), self.start.state[0, : self.problem.q0.size]
-        times = np.concatenate([self.start.clock[:1], whole.t[:, 0]])
+        whole, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
+        times = np.concatenate([self.first_state.clock[:1], whole.t[:, 0]])
         if self.reached:
             times[-1] = self.time
         bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
-        last = self.step if end is None else share * self.step
         return ClockCurves(
-            self.method, self.step, last, read_only(times), read_only(bases),
+            self.method, self.step, self.share * self.step, read_only(times), read_only(bases),
             read_only(whole.coefficients), read_only(whole.rates), self.motion.chart,
         )  # fmt: skip
+
+    def states(self) -> SavedStates:
+        """The saved states: the first, those at every save_every-th step, and the last."""
+        problem, before = self.problem, self.request.continues
+        first: Any = problem.t0, problem.q0, problem.p0, problem.v0, 0.0
+        if before is not None:
+            tau = cast(Array, before.tau)
+            first = before.t[-1], before.q[-1], before.p[-1], before.v[-1], tau[-1]
+        columns = [np.array(x)[None] for x in first]
+        parts = [part.rows(self._is_saved(part)) for part in self.kept]
+        last = self.end if self.end is not None else self.last
+        if last is not None:
+            saves_it = self.end is None and self.done % self.first_state.save_every == 0
+            whole = joined(parts if saves_it else [*parts, last.rows([0])])
+            v = whole.p if whole.v is None else whole.v
+            steps = whole.t[:, 0], whole.q, whole.p, v, whole.number * self.step
+            columns = [
+                np.concatenate([x, rows.reshape(-1, *x.shape[1:])])
+                for x, rows in zip(columns, steps, strict=True)
+            ]
+            if self.reached:
+                columns[0][-1] = self.time
+        t, q, p, velocities, tau = columns
+        return SavedStates(t, q, p, velocities if has_massless(problem) else None, tau)
+
+    def counted(self) -> dict[str, int]:
+        """What was counted, by name."""
+        counts = {"steps": self.done, **dict(zip(COUNTED, map(int, self.counts), strict=True))}
+        if isinstance(self.problem.system, NBody):
+            counts["pair_evaluations"] = counts["force_evaluations"] * self.problem.system.pairs
+        return counts
 
 
 def _collision(problem: Problem, q: Array, t: float) -> str:

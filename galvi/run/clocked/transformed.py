@@ -38,7 +38,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.lagrangians import lagrangian_of
-from galvi.run.clocked.plan import NO_COUNTS, Advanced, Motion, Taken, joined
+from galvi.run.clocked.motion import NO_COUNTS, Advanced, Motion, Taken, joined
 from galvi.run.energies import has_no_force
 from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
@@ -179,25 +179,27 @@ class TransformedTime:
         self.at_once = iterates and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:
-        """As `galvi.run.clocked.plan.Motion`; where the energy changes, with that of the state."""
+        """As of `Motion`; where the energy changes, with that of the state."""
         energy, q = self.energy, q.reshape(self.inner.q0.shape)
         if self.driven:
             energy = float(self.in_tau.base.energy(q, v.ravel(), t))
             self.stages.set(np.outer([t, energy], np.ones(self.table.c.size)), 1.0)
         u = self.rate(q.ravel()) * v.ravel()
-        start = self.formulation.start(Problem(self.inner.system, q, u, self.inner.t0), self.plain)
+        here = Problem(self.inner.system, q, u, self.inner.t0)
+        start = self.formulation.initial_state(here, self.plain)
         clock = np.array([t, 0.0, energy, 0.0])
         return Checkpoint(0, *start, self.solver, self.tolerance, clock=clock)
 
     def advance(
         self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
     ) -> Advanced:
-        """As `galvi.run.clocked.plan.Advance`."""
+        """As `galvi.run.clocked.motion.Advance`."""
         if not self.driven:
             return self._block(state, h, n, time, keep)
         (m, s), r, d = self.table.C.shape, self.problem.q0.size, self.problem.v0.size
         q, p, t, curves, rates = (np.zeros((0, *x)) for x in ((r,), (d,), (2,), (d, m), (s,)))
-        steps, reason = [Taken(q, p, None, t, curves, rates, NO_COUNTS, np.zeros(0))], ""
+        none = np.zeros(0)
+        steps, reason = [Taken(q, p, None, t, curves, rates, NO_COUNTS, none, none)], ""
         for _ in range(n):
             step = self._by_passes(state, h) if self.at_once else UNSETTLED
             if isinstance(step, str) and self.solver != "fixed_point":
@@ -232,7 +234,8 @@ class TransformedTime:
         taken = Taken(
             work.saved_q[1 : done + 1], work.saved_v[1 : done + 1], None, t[:done],
             coefficients[: done if keep else 0], rates[:done],
-            work.counts[: len(COUNTED)].astype(np.float64),
+            NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
+            state.first + np.arange(1.0, done + 1.0),
         )  # fmt: skip
         if past.size:
             return Advanced(taken, state, SOLVED)
@@ -293,7 +296,8 @@ class TransformedTime:
         taken = Taken(
             arrays[:1], arrays[1:2], None, after.clock[None, :2],
             h * (u @ table.projection.T)[None], slopes[None, :, -2],
-            passes * np.array([1.0, len(slopes), 0.0, 0.0]), after.clock[2:3],
+            passes * np.array([1.0, len(slopes), 0.0, 0.0]), np.array([after.first]),
+            after.clock[2:3],
         )  # fmt: skip
         return Advanced(taken, after, SOLVED)
 

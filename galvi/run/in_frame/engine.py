@@ -42,7 +42,7 @@ class InFrame:
     velocity_row, guess_kind = 2, 0
     in_other_way = "inertial_steps", ELSEWHERE
 
-    def start(self, problem: Problem, method: Galerkin) -> State:
+    def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
         return frame_start(problem, method)
 
@@ -71,7 +71,7 @@ class InFrame:
 
     def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
         """Nothing is guessed; None where the frame never applied."""
-        checks = checks_of(run.problem, run.method, run.step, run.start.tolerance)
+        checks = checks_of(run.problem, run.method, run.step, run.checkpoint.tolerance)
         return work.stages if checks[ALARM] >= 0.0 else None
 
     def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
@@ -108,7 +108,7 @@ IN_FRAME = InFrame()
 
 def frame_kernel(run: RunRequest, work: RunArrays) -> FrameKernel:
     """The kernel of a run, with as many passes as it needs."""
-    checks = checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    checks = checks_of(run.problem, run.method, run.step, run.checkpoint.tolerance)
     return FrameKernel(run, work, np.array(checks))
 
 
@@ -123,7 +123,7 @@ class Frame:
         if not method.in_frame:
             return Declined()
         refuse(problem, method)
-        if request.start.solver == "newton":
+        if request.checkpoint.solver == "newton":
             raise ValueError(
                 "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
             )

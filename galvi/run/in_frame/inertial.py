@@ -40,7 +40,7 @@ class InertialKernel:
         """See `galvi.run.stepper.Kernel`; one step."""
         run, work = self._run, self._work
         problem, step, d = run.problem, run.step, run.problem.q0.size
-        number = run.start.first + work.done
+        number = run.checkpoint.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
         parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
         if parts is None:

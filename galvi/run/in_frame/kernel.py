@@ -116,7 +116,7 @@ class FrameKernel:
         ):
             nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
         self._kernel = collocation.compiled_advance_frame()
-        self._plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        self._plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
         self._passage = NO_PASSAGES
         if work.passage.size:
             frame = cast(KeplerFrame, frame_of(run.method))
@@ -141,7 +141,7 @@ class FrameKernel:
         """Does n steps; before each AGAIN of them it is asked whether bodies can meet."""
         run, work, passage, code = self._run, self._work, self._passage, SOLVED
         while n and code == SOLVED:
-            block, done = divmod(run.start.first + work.done, AGAIN)
+            block, done = divmod(run.checkpoint.first + work.done, AGAIN)
             if block != self._looked_at and work.watch != NEVER and passage.size:
                 self._looked_at = block
                 q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from galvi.run.general import inertial_formulation
-from galvi.run.in_lanes.laws import group_kernel
+from galvi.run.in_lanes.lagrangian import group_kernel
 from galvi.run.in_lanes.nystrom import vector_kernel
 from galvi.run.on_group import CountedByNewton
 from galvi.run.request import RunRequest
@@ -21,7 +21,7 @@ class Lanes:
         problem, method = request.problem, request.method
         if method.in_frame or method.clock is not None:
             return Declined()
-        if request.start.solver == "newton":
+        if request.checkpoint.solver == "newton":
             return Declined("steps are iterated there, and the solver newton was asked for")
         formulation = inertial_formulation(problem, method)
         vector = formulation is VECTOR_SPACE

@@ -26,7 +26,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 from galvi.tracing.lane_law import compiled_law, fits, unit_mass_law
-from galvi.tracing.laws import slopes_of
+from galvi.tracing.laws_of_systems import slopes_of
 
 # What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
 # 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
@@ -77,7 +77,7 @@ class PointMassKernel:
         axes, d = (0,) * problem.q0.shape[-1], problem.q0.size
         self._kernel = compiled_advance(len(axes))
         tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
-        plan, self._progress, self._saved = run_plan(run, work, run.start.tolerance)
+        plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
         width = tables[1].shape[1]
         self._scratch, self._spare = aligned((6, d, width), (8, max(d, width)))
         system: Any = problem.system
@@ -97,7 +97,7 @@ class CanonicalKernel:
     """
 
     def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, table, tolerance = run.problem, run.method.table, run.start.tolerance
+        problem, table, tolerance = run.problem, run.method.table, run.checkpoint.tolerance
         system: Any = problem.system
         d, s = problem.q0.size, table.c.size
         law = _lane_force(system, d, s, traces(system))

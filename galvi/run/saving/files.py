@@ -21,8 +21,8 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import ClockCurves, JoinedCurves, RedoneClockCurves
-from galvi.curves.curves import RedoneCurves
+from galvi.curves.clock_curves import ClockCurves, JoinedCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.outcome import Outcome
@@ -83,9 +83,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         arrays["tau"] = run.tau
     if run.again is not None:
         known = [one.first for one in run.again.known]
-        facts["again"] = {"known": known} if isinstance(run.again, RedoneClockCurves) else {
-            "total": run.again.total, "done": run.again.done, "known": known,
-        }  # fmt: skip
+        facts["again"] = {"total": run.again.total, "done": run.again.done, "known": known}
         for name in (*KNOWN, "clock"):
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.events is not None:
@@ -123,7 +121,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     try:
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+            arrays = {name: read_only(file[name]) for name in file.files}
         facts = json.loads(str(arrays.pop("facts")))
         version = facts["version"]
     except FileNotFoundError:
@@ -157,7 +155,7 @@ def _check(run: Trajectory) -> None:
     if run.tau is not None:
         assert run.tau.shape == run.t.shape and end.clock.shape == (4,)
         return
-    fresh = formulation_of(run.problem, run.method).start(run.problem, run.method)
+    fresh = formulation_of(run.problem, run.method).initial_state(run.problem, run.method)
     for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
         assert one.shape == other.shape and one.dtype == other.dtype
 
@@ -166,83 +164,92 @@ def _restored(
     path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
     problem: Problem | None,
 ) -> Trajectory:  # fmt: skip
+    """The run of a file with these facts and arrays."""
+    from galvi.events.search import Found  # events stand on runs
+
     method = _read(facts["method"], path)
+    problem = _problem(path, facts, arrays, problem)
+    about, origin, restarts = facts.get("events"), None, None
+    if "origin" in facts:
+        origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
+    if "restarts_t" in arrays:
+        restarts = Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
+    events = None
+    if about:
+        arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS}
+        events = Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
+    end = Checkpoint(
+        facts["first"], arrays["state"], arrays["stages"], arrays["solver_state"],
+        facts["solver"], facts["tolerance"], facts["save_every"], facts["keep_curves"],
+        *(arrays[name] for name in WATCHED),
+    )  # fmt: skip
+    return Trajectory(
+        problem, arrays["t"], arrays["q"], arrays["p"],
+        counts=facts["counts"], step=facts["step"], method=method,
+        curves=_curves(problem, method, facts, arrays),
+        ending=Ending(Outcome.from_json(facts["outcome"]), end), interrupted=facts["interrupted"],
+        velocities=arrays.get("velocities"), again=_curves_again(problem, method, facts, arrays),
+        engine=facts["engine"], engine_reason=facts["engine_reason"], tau=arrays.get("tau"),
+        events=events, restarts=restarts, origin=origin,
+    )  # fmt: skip
+
+
+def _problem(
+    path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
+    given: Problem | None,
+) -> Problem:  # fmt: skip
+    """The problem of a file; ValueError for a given one that differs."""
+    about, problem = facts["problem"], given
     if problem is None:
-        about = facts["problem"]
         problem = Problem(
             _read(facts["system"], path), arrays["q0"], arrays["v0"], about["t0"], about["name"],
             about["parameters"], about["units"],
         )  # fmt: skip
     same = np.array_equal(problem.q0, arrays["q0"]) and np.array_equal(problem.v0, arrays["v0"])
-    if not same or problem.t0 != facts["problem"]["t0"]:
+    if not same or problem.t0 != about["t0"]:
         raise ValueError(
             f"problem must start where the run in {path} did; received another q0, v0 or t0."
         )
-    written = facts["system"]
-    if not _agree(_written(problem.system), written):
+    if not _agree(_written(problem.system), facts["system"]):
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
-    curves: Any = None
+    return problem
+
+
+def _curves(problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[str, Any]) -> Any:
+    """The kept curves; None for none."""
     if "times" in arrays:
         chart = motion_in_clock(problem, method, facts["solver"], facts["tolerance"]).chart
         times, bases, coefficients, rates = (
-            read_only(arrays[name]) for name in ("times", "bases", "coefficients", "rates")
+            arrays[name] for name in ("times", "bases", "coefficients", "rates")
         )
-        curves = ClockCurves(
+        return ClockCurves(
             method, facts["step"], facts["last"], times, bases, coefficients, rates, chart
         )
-    if facts["curves"] is not None:
-        bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
-        try:
-            curves = formulation_of(problem, method).curves(
-                problem, method, facts["step"], facts["curves"], bases, coefficients
-            )
-        except ValueError as error:  # of numpy
-            raise LookupError("the curves do not fit") from error
-    again: Any = None
-    if "again" in facts:
-        held = zip(*(arrays[f"known_{name}"] for name in (*KNOWN, "clock")), strict=True)
-        known = tuple(
-            Checkpoint(
-                first, state, stages, numbers, facts["solver"], facts["tolerance"], clock=clock
-            )
-            for first, (state, stages, numbers, clock) in zip(
-                facts["again"]["known"], held, strict=True
-            )
-        )
-        if "tau" in arrays:
-            last = float(arrays["t"][-1])
-            again = RedoneClockCurves(problem, method, facts["step"], known, last)
-    if "again" in facts and again is None:
-        total, done = facts["again"]["total"], facts["again"]["done"]
-        again = RedoneCurves(problem, method, facts["step"], total, done, known)
-    end = Checkpoint(
-        facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
-        arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
-        facts["keep_curves"], *(read_only(arrays[name]) for name in WATCHED),
-    )  # fmt: skip
-    about = facts.get("events")
-    arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS} if about else {}
-    from galvi.events.search import Found  # events stand on runs
+    if facts["curves"] is None:
+        return None
+    kept = arrays["bases"], arrays["coefficients"]
+    try:
+        formulation = formulation_of(problem, method)
+        return formulation.curves(problem, method, facts["step"], facts["curves"], *kept)
+    except ValueError as error:  # of numpy
+        raise LookupError("the curves do not fit") from error
 
-    origin = None
-    if "origin" in facts:
-        origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
-    return Trajectory(
-        problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
-        counts=facts["counts"], step=facts["step"], method=method, curves=curves,
-        ending=Ending(Outcome.from_json(facts["outcome"]), end), interrupted=facts["interrupted"],
-        velocities=read_only(arrays["velocities"]) if "velocities" in arrays else None,
-        again=again, engine=facts["engine"],
-        engine_reason=facts["engine_reason"],
-        tau=read_only(arrays["tau"]) if "tau" in arrays else None,
-        events=Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
-        if about
-        else None,
-        restarts=Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
-        if "restarts_t" in arrays
-        else None,
-        origin=origin,
-    )  # fmt: skip
+
+def _curves_again(
+    problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[str, Any]
+) -> RedoneCurves | None:
+    """What finds curves that were not kept again; None where they were."""
+    if "again" not in facts:
+        return None
+    about, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
+    held = zip(*(arrays[f"known_{name}"] for name in (*KNOWN, "clock")), strict=True)
+    known = tuple(
+        Checkpoint(first, state, stages, numbers, solver, tolerance, clock=clock)
+        for first, (state, stages, numbers, clock) in zip(about["known"], held, strict=True)
+    )
+    total, done = (about.get(name, 0) for name in ("total", "done"))
+    last = float(arrays["t"][-1])
+    return RedoneCurves(problem, method, facts["step"], total, done, last, known)
 
 
 def storable_values() -> dict[str, Any]:

@@ -40,7 +40,7 @@ from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 from galvi.tracing.lane_law import compiled_group_law, compiled_law, coupled
-from galvi.tracing.laws import LawCode, law_of
+from galvi.tracing.laws_of_systems import LawCode, law_of
 
 # In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
 # step with 2^-55, and 1.2e-18 with 2^-58.
@@ -143,7 +143,7 @@ class LawKernel:
             len(complement),
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_law(), work
-        tolerance = max(run.start.tolerance, FINEST_ON_RN)
+        tolerance = max(run.checkpoint.tolerance, FINEST_ON_RN)
         self._plan, self._progress, self._saved = run_plan(run, work, tolerance)
 
     def advance(self, n: int) -> int:
@@ -251,7 +251,7 @@ class GroupLawKernel:
             extra,
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_group_law(), work
-        tolerance = max(run.start.tolerance, FINEST_IN_LANES)
+        tolerance = max(run.checkpoint.tolerance, FINEST_IN_LANES)
         plan, self._progress, self._saved = run_plan(run, work, tolerance)
         self._run = layout, chart, others, plan
 
@@ -304,7 +304,7 @@ class WithNewton:
             work.solver_state[STREAK] -= work.done - before
             return code
         code = self._in_lanes.advance(n)
-        if code and self._run.start.solver != "fixed_point":
+        if code and self._run.checkpoint.solver != "fixed_point":
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = self._general.advance(1)
         return code

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -13,24 +13,27 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.environment import FAST
-from galvi.groups.group import Rn
 from galvi.kernels.lie import product
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.lanes.group_rows import rows_of_group_work
-from galvi.lanes.law_pass import filled, rows_of_work
+from galvi.lanes.law_pass import rows_of_work
 from galvi.lanes.members.group import group_fields
 from galvi.lanes.members.law import law_fields
 from galvi.lanes.members.steps import Fields
 from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
-from galvi.run.in_lanes.laws import (
+from galvi.problem import Problem
+from galvi.run.group_system import coupled_layout
+from galvi.run.in_lanes.lagrangian import (
+    FINEST_IN_LANES,
+    FINEST_ON_RN,
     component_degrees,
     group_law,
     lane_law,
     orthonormal_complement,
     outside,
 )
-from galvi.run.in_lanes.nystrom import aligned, aligned_copies, integrals_of
+from galvi.run.in_lanes.nystrom import FINER, aligned, aligned_copies, integrals_of
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
@@ -38,10 +41,11 @@ from galvi.tracing.lane_law import (
     built_in,
     compiled_group_members,
     compiled_members,
+    coupled,
     function_of,
     unit_mass_law,
 )
-from galvi.tracing.laws import force_of, slopes_of
+from galvi.tracing.laws_of_systems import force_of, slopes_of
 
 WIDEST = 32  # coordinates up to which a law is written out for members
 
@@ -108,11 +112,6 @@ def _rows(array: Array, members: slice) -> Array:
     return array if len(array) == 1 else array[members]
 
 
-@lru_cache(maxsize=64)
-def _coupled(law: Law) -> list[tuple[int, int]]:
-    return filled(function_of(law.lines), law.dimension)
-
-
 def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     """The law of a system whose velocities have d numbers, or None if lanes cannot run it."""
     if not FAST or d > WIDEST:
@@ -157,10 +156,26 @@ def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
     return Law(lines, d, d, in_velocity=True, of_places=system.force is None), numbers
 
 
-def runs_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
-    """Whether lanes iterate the law with a method: its weights are positive, it has no frame, and
-    components that a mass couples have the same degree."""
-    if method.in_frame or float(np.min(method.table.b)) <= 0.0:
+def law_in_lanes(problem: Problem, method: Galerkin) -> tuple[Law, LawNumbers] | str:
+    """The law by which lanes run members of a problem with a method; else why they do not."""
+    if method.in_frame:
+        return "methods in a frame run one member at a time"
+    found = law_of(problem.system, problem.v0.size)
+    if found is None:
+        return "the system has no vector code"
+    law, numbers = found
+    if not is_iterated(law, numbers, method):
+        return "vector code does not solve this system with the method's weights or degrees"
+    if law.layout:
+        layout = coupled_layout(problem.system, problem).tolist()
+        law = replace(law, layout=tuple(map(tuple, layout)))
+    return law, numbers
+
+
+def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
+    """Whether lanes iterate the law with a method: its weights are positive, and components that a
+    mass couples have the same degree."""
+    if float(np.min(method.table.b)) <= 0.0:
         return False
     degrees = component_degrees(method)
     if degrees is None:
@@ -169,7 +184,7 @@ def runs_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
         return False
     if numbers.mass is not None and numbers.mass.ndim == 3:
         return len(set(degrees)) == 1
-    return all(degrees[i] == degrees[j] for i, j in _coupled(law))
+    return all(degrees[i] == degrees[j] for i, j in coupled(law.lines, law.dimension))
 
 
 def iterates_places(law: Law, method: Galerkin) -> bool:
@@ -177,9 +192,11 @@ def iterates_places(law: Law, method: Galerkin) -> bool:
     return law.of_places and component_degrees(method) is None
 
 
-def on_space(system: Any) -> bool:
-    """Whether the configurations of a system are those of R^d."""
-    return isinstance(getattr(system, "group", Rn(1)), Rn)
+def finest_tolerance(law: Law, method: Galerkin) -> float:
+    """The relative change below which lanes do not iterate further."""
+    if law.layout:
+        return FINEST_IN_LANES
+    return FINER if iterates_places(law, method) else FINEST_ON_RN
 
 
 # Laws of few coordinates and stages are compiled for each number of stages: a quarter less time.

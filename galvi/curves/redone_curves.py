@@ -1,0 +1,115 @@
+"""The curves of a run that kept none: its steps are done again, from states that it passed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import located, refuse_outside, times_asked
+from galvi.method import Galerkin
+from galvi.problem import Problem
+
+
+def unchecked() -> None:
+    """Of a run whose functions are not compared, as of one from a file."""
+
+
+Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> values (rows, ...)
+
+
+@dataclass(frozen=True, eq=False)
+class RedoneCurves:
+    """As those that the run would have kept, bit for bit.
+
+    total, done  steps from known[0] that were asked for, and done
+    end          the last time of the run
+    known        the run before some of its steps, in their order
+    check        raises ValueError where the problem's functions are no longer those of the run
+    """
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    total: int
+    done: int
+    end: float
+    known: tuple[Checkpoint, ...]
+    check: Callable[[], None] = unchecked
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
+
+        ValueError outside the run.
+        """
+        return self._values(t, "position", "places", self.problem.q0.shape)
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, as `galvi.curves.curves.Curves.velocity`."""
+        return self._values(t, "velocity", "velocities", self.problem.v0.shape)
+
+    def _values(self, t: Any, at_times: str, in_steps: str, shape: tuple[int, ...]) -> Array:
+        self.check()
+        if self.method.clock is not None:
+            pieces, evaluate = self._in_clock(t, at_times)
+        else:
+            pieces, evaluate = self._in_steps(t, in_steps)
+        values = np.full((len(pieces), *shape), np.nan)
+        for k in np.unique(pieces[pieces >= 0]).tolist():
+            rows = np.flatnonzero(pieces == k)
+            values[rows] = evaluate(k, rows)
+        return values if np.ndim(t) else values[0]
+
+    def _in_steps(self, t: Any, name: str) -> tuple[Any, Evaluate]:
+        """The pieces between known states (k,) in which times are, -1 after a failure, and the
+        values there, of equal steps."""
+        origin = self.known[0].first
+        begin = self.problem.t0 + origin * self.step
+        zeros = np.broadcast_to(0.0, (self.total, 1, 1))
+        index, tau, _ = located(begin, self.step, zeros, t)
+        ended = (index == self.done) & (tau == 0.0) & (index > 0)
+        index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
+        starts = np.array([state.first - origin for state in self.known])
+        pieces = np.searchsorted(starts, index, side="right") - 1
+        pieces[index >= self.done] = -1
+
+        def evaluate(k: int, rows: Any) -> Array:
+            from galvi.run.loop import curves_of_steps  # runs stand on curves
+
+            steps = index[rows] - starts[k]
+            first, count = int(steps.min()), int(np.ptp(steps)) + 1
+            curves = curves_of_steps(
+                self.problem, self.method, self.step, self.known[k], first, count
+            )
+            values: Array = getattr(curves, name)(steps - first, tau[rows])
+            return values
+
+        return pieces, evaluate
+
+    def _in_clock(self, t: Any, name: str) -> tuple[Any, Evaluate]:
+        """As ``_in_steps``, in a clock."""
+        times, _ = times_asked(t)
+        sign = 1.0 if self.step > 0.0 else -1.0
+        grid = np.array([state.clock[0] for state in self.known])
+        inside = (sign * times >= sign * grid[0]) & (sign * times <= sign * self.end)
+        refuse_outside(inside, float(grid[0]), self.end, t)
+        last = max(int(np.searchsorted(sign * grid, sign * self.end)) - 1, 0)  # before the end
+        pieces = np.minimum(np.searchsorted(sign * grid, sign * times, side="right") - 1, last)
+
+        def evaluate(k: int, rows: Any) -> Array:
+            from galvi.run.loop import curves_from  # runs stand on curves
+
+            farthest = sign * float(np.max(sign * times[rows]))
+            if farthest == grid[k]:  # a step is needed, however short the run
+                farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
+            curves = curves_from(
+                self.problem, self.method, self.step, self.known[k], farthest, self.end
+            )
+            values: Array = getattr(curves, name)(times[rows])
+            return values
+
+        return pieces, evaluate

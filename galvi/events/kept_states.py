@@ -1,0 +1,89 @@
+"""What a run that is done in blocks keeps of them."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.curves.clock_curves import JoinedCurves, cut, merged
+from galvi.curves.redone_curves import RedoneCurves
+from galvi.run.request import RunRequest
+from galvi.run.same_functions import SameFunctions
+from galvi.run.states import saved_velocities
+from galvi.trajectory import Restarts, Trajectory
+
+
+class KeptStates:
+    """What a run keeps while it is done.
+
+    begin     the time of its first state
+    known     states from which its curves can be found again
+    curves    those of its parts, and when each begins
+    restarts  states t, q, v to which actions led
+    """
+
+    def __init__(self, request: RunRequest) -> None:
+        self.request = request
+        first: Any = request.continues
+        states = [getattr(request.problem, name) for name in ("t0", "q0", "p0", "v0")]
+        if first is not None:
+            states = [array[-1] for array in (first.t, first.q, first.p, first.v)]
+        self._rows: list[tuple[Array, ...]] = []
+        self.add(0.0, *states)
+        self.begin = float(states[0])
+        self.known: list[Checkpoint] = []
+        self.curves: list[tuple[float, Any]] = []
+        self.restarts: list[tuple[float, Array, Array]] = []
+
+    def add(self, number: float, *state: Any) -> None:
+        """A state t, q, p, v after a number of steps."""
+        self._rows.append(tuple(np.asarray(x)[None] for x in (number, *state)))
+
+    def add_part(self, part: Trajectory, done: int) -> None:
+        """States of a part after its first, which has ``done`` steps before it."""
+        here = np.arange(1, len(part.t))
+        wanted = (done + here) % self.request.checkpoint.save_every == 0
+        rows = here[wanted | (here == len(here))]
+        states = part.t[rows], part.q[rows], part.p[rows], saved_velocities(part, rows)
+        self._rows.append((done + rows, *states))
+
+    def cut(self, n: int) -> None:
+        """Keep the curves of the first n steps of the last part alone."""
+        if self.curves:
+            begin, curves = self.curves[-1]
+            self.curves[-1] = begin, cut(curves, n)
+
+    def states(self) -> list[Array]:
+        """Numbers, t, q, p and v of the states to be saved, and of the last one."""
+        arrays = [np.concatenate(x) for x in zip(*self._rows, strict=True)]
+        rows = np.flatnonzero(
+            np.append(arrays[0][:-1] % self.request.checkpoint.save_every == 0, True)
+        )
+        return [array[rows] for array in arrays]
+
+    def all_restarts(self) -> Restarts | None:
+        """Those of the actions; None without any."""
+        if not self.restarts:
+            return None
+        return Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
+
+    def joined_curves(self, last: float) -> Any:
+        """The curves of a run until a time; None where they are not kept."""
+        parts = [part for _, part in self.curves]
+        if not parts or not self.restarts:
+            return merged(parts) if parts else None
+        times = np.array([self.begin, *(begin for begin, _ in self.curves[1:]), last])
+        return JoinedCurves(read_only(times), tuple(parts))
+
+    def curves_again(
+        self, steps: int, last: float, states: tuple[Array, Array, Array]
+    ) -> RedoneCurves:
+        """What finds the curves of so many steps, until a time, again; of a run that saved these
+        q, p and t."""
+        problem, method, step = self.request[:3]
+        check = SameFunctions(problem, *states, cast(Any, method.clock), False)
+        known = tuple(self.known)
+        return RedoneCurves(problem, method, step, steps, steps, last, known, check)

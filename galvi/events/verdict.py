@@ -1,0 +1,76 @@
+"""How a run that is done in blocks ended: from the outcomes of its blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import cast
+
+from galvi.checkpoint import Checkpoint
+from galvi.outcome import End, Outcome
+from galvi.run.clocked.stepper import ClockStepper
+from galvi.run.point_masses.encounters import unresolved_passage
+from galvi.run.status import SMALLER_STEP, notes_on_exceptions
+from galvi.run.stepper import Stepper
+from galvi.trajectory import Trajectory
+
+
+class Verdict:
+    """What the blocks of a run say of it so far.
+
+    outcome  of the first block that was no success, or else of the last one in doubt or with a
+             note; None: of none
+    passage  of two point masses in a clock, see `galvi.kernels.forces.passages`
+    """
+
+    def __init__(self, stepper: Stepper | ClockStepper) -> None:
+        self.stepper, self.passage = stepper, stepper.request.checkpoint.passage
+        self.outcome: Outcome | None = None
+        self._names_passage = False
+
+    def add(self, block: Trajectory, done: int) -> Outcome:
+        """The outcome of a block, with the numbers of the run, which had ``done`` steps before."""
+        in_clock = isinstance(self.stepper, ClockStepper)
+        outcome = replace(block.outcome, steps=self.stepper.request.steps)
+        if outcome.step is not None:
+            outcome = replace(outcome, step=outcome.step + done)
+        if in_clock:
+            self.passage = cast(Checkpoint, block.checkpoint).passage
+        of_the_block_alone = outcome.end in (End.INTERRUPTED, End.STEP_LIMIT)
+        silent = outcome.end is End.COMPLETED and not (in_clock and outcome.notes)
+        if not (of_the_block_alone or silent) and (self.outcome is None or self.outcome.success):
+            self.outcome = outcome
+            self._names_passage = in_clock and bool(self._passage())
+        return outcome
+
+    def on(self, end: Outcome, counts: Mapping[str, int]) -> Outcome:
+        """The outcome of the run whose last step, or event, ended it in this way."""
+        verdict = self.outcome or end
+        if not end.success:
+            if verdict.end is not End.RUINED:
+                return end
+            note = f"It was ruined from step {verdict.step} on: {verdict.reason}."
+            return replace(end, notes=(note,))
+        outcome = replace(verdict, event=end.event, time=end.time)
+        if end.event and verdict.success:
+            outcome = replace(outcome, end=end.end, step=end.step)
+        if isinstance(self.stepper, ClockStepper):
+            return self._with_passage(outcome)
+        if self.outcome is None:
+            notes = notes_on_exceptions(self.stepper.formulation, counts)
+            outcome = replace(outcome, notes=notes)
+        return outcome
+
+    def _with_passage(self, outcome: Outcome) -> Outcome:
+        """The outcome with a passage that no step resolved, where no block named it."""
+        passage = "" if self._names_passage else self._passage()
+        if not outcome.success or not passage:
+            return outcome
+        return replace(
+            outcome, end=End.STOPPED_BY_EVENT if outcome.event else End.DOUBTFUL,
+            reason="; ".join(filter(None, [outcome.reason, passage])),
+            remedy=outcome.remedy or SMALLER_STEP,
+        )  # fmt: skip
+
+    def _passage(self) -> str:
+        return unresolved_passage(self.stepper.request.problem, None, self.passage)
