@@ -27,6 +27,22 @@ class Failure:
     why: str
 
 
+def non_finite(
+    step: int, saved: Array, times: Array, reason: str = "the step is too large"
+) -> Failure:
+    """The failure of the first step that gave a non-finite state.
+
+    saved, times  numbers of the steps kept and their times, (saved,)
+    """
+    row = int(np.searchsorted(saved, step))
+    return Failure(
+        row=row,
+        step=step,
+        why=f"Step {step}, towards t = {times[row]:.6g}, gave a non-finite state: {reason}. Choose "
+        "a smaller step, or end the run earlier.",
+    )
+
+
 def as_trajectory(
     problem: Problem,
     method: str,
@@ -38,12 +54,10 @@ def as_trajectory(
     counts: Mapping[str, int],
     step: float | None = None,
     failure: Failure | None = None,
-    doubt: str = "",
     notes: Iterable[str] = (),
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
-    doubt  why the result of a run without failure may be wrong, as a clause; "" for nothing
     notes  sentences that the status of a run without failure ends with; empty ones are left out
 
     A non-finite state that the engine did not report becomes a failure.
@@ -68,8 +82,7 @@ def as_trajectory(
             states[failure.row :] = np.nan
         outcome = Outcome(End.STEP_FAILED, failure.step, sentence=failure.why)
     else:
-        end = End.DOUBTFUL if doubt else End.COMPLETED
-        outcome = Outcome(end, reason=doubt, notes=tuple(filter(None, notes)))
+        outcome = Outcome(End.COMPLETED, notes=tuple(filter(None, notes)))
     return Trajectory(
         problem=problem,
         t=read_only(t),

@@ -8,6 +8,8 @@ from itertools import combinations
 from typing import Any, Protocol, runtime_checkable
 
 from galvi import LinearSpring, Problem, Trajectory
+from galvi.arrays import Array
+from references.setting import FixedSteps, check_keys, fixed_steps, sample_times
 
 
 class EngineMissing(ModuleNotFoundError):
@@ -115,3 +117,21 @@ def require(contender: Contender, problem: Problem) -> None:
     if contender.missing:
         why = f"{contender.name} cannot run: {contender.missing}"
         raise EngineMissing(why, name=missing_engine(contender))
+
+
+def steps_of_run(
+    contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
+) -> FixedSteps:
+    """The equal steps of a run, after `require`; the setting may hold these keys besides theirs."""
+    require(contender, problem)
+    check_keys(setting, ("step", "save_every", *keys))
+    return fixed_steps(duration, setting)
+
+
+def times_of_run(
+    contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
+) -> Array:
+    """The times at which states are asked for, likewise."""
+    require(contender, problem)
+    check_keys(setting, ("samples", *keys))
+    return sample_times(problem.t0, duration, setting)

@@ -109,17 +109,7 @@ def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
     rows, said = list(rows), []
     of = {one: [row for row in rows if one.speaks_of(row)] for one in found}
     for one, own in of.items():
-        for name in one.rows.split("; ") if one.rows else ():
-            if not any(replace(one, rows=name).speaks_of(row) for row in own):
-                said.append(f"{one.where} ({one.statement}) names rows that are not there: {name}.")
-        needed, seen = STATUSES[one.status], {row.verdict for row in own}
-        derived = one.status == FALSE and not one.claims
-        if needed and not derived and not needed & seen:
-            said.append(f"{one.where} ({one.statement}) is called {one.status}; no row says so.")
-        if one.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & seen:
-            said.append(f"{one.where} ({one.statement}) is called reproduced; a row says not.")
-        if one.status == NOT_REPRODUCED and EXCEEDS in seen:
-            said.append(f"{one.where} exceeds what was measured: only proved bounds are exceeded.")
+        said += _objections(one, own)
     for status in (NOT_REPRODUCED, FALSE):
         told = {id(row) for one, own in of.items() if one.status == status for row in own}
         for row in rows:
@@ -128,6 +118,21 @@ def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
                     f"{row.id} has a row that is {status}; no statement of it is called so."
                 )
     return list(dict.fromkeys(said))
+
+
+def _objections(one: Statement, own: list[Row]) -> Iterator[str]:
+    """What of a statement its own rows do not support."""
+    for name in one.rows.split("; ") if one.rows else ():
+        if not any(replace(one, rows=name).speaks_of(row) for row in own):
+            yield f"{one.where} ({one.statement}) names rows that are not there: {name}."
+    needed, seen = STATUSES[one.status], {row.verdict for row in own}
+    derived = one.status == FALSE and not one.claims
+    if needed and not derived and not needed & seen:
+        yield f"{one.where} ({one.statement}) is called {one.status}; no row says so."
+    if one.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & seen:
+        yield f"{one.where} ({one.statement}) is called reproduced; a row says not."
+    if one.status == NOT_REPRODUCED and EXCEEDS in seen:
+        yield f"{one.where} exceeds what was measured: only proved bounds are exceeded."
 
 
 def counted(found: Sequence[Statement]) -> str:

@@ -17,6 +17,7 @@ from typing import Any
 
 from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT, cpu, versions
+from benchmarks.store.row_files import digest_of
 
 FOLDER = "unfinished"  # subfolder of the output folder
 WEEK = 7 * 86_400  # seconds after which a result expires
@@ -66,7 +67,7 @@ class ResultCache:
         for path in self._files():
             try:
                 digest, _, text = path.read_text(encoding="utf-8").partition("\n")
-                if digest == _digest(text) and not _expired(path):
+                if digest == digest_of(text) and not _expired(path):
                     name, result = json.loads(text)
                     found[name] = result
             except (OSError, ValueError, RecursionError):
@@ -76,7 +77,7 @@ class ResultCache:
     def keep(self, name: str, result: Any) -> None:
         """Store a result. Raises OSError when that fails."""
         text = json.dumps([name, result])
-        write(self._path(name), f"{_digest(text)}\n{text}")
+        write(self._path(name), f"{digest_of(text)}\n{text}")
 
     def forget(self, names: Iterable[str] | None = None) -> None:
         """Delete these results (None: all of this state), and the folder when it is empty."""
@@ -90,14 +91,10 @@ class ResultCache:
                 empty.rmdir()
 
     def _path(self, name: str) -> Path:
-        return self.storage / FOLDER / self.state / f"{_digest(name)[:32]}{ENDING}"
+        return self.storage / FOLDER / self.state / f"{digest_of(name)[:32]}{ENDING}"
 
     def _files(self) -> Iterator[Path]:
         yield from (self.storage / FOLDER / self.state).glob(f"*{ENDING}")
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _expired(path: Path) -> bool:

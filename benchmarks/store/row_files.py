@@ -40,7 +40,7 @@ class RowFiles:
     def write(self, name: str, frame: pd.DataFrame) -> None:
         """Write the frame, replacing an earlier one."""
         text = as_csv(frame[list(self.columns)])
-        write(self.path(name), f"{text}{MARK}{_digest(text)}\n")
+        write(self.path(name), f"{text}{MARK}{digest_of(text)}\n")
 
     def read(self, name: str) -> pd.DataFrame | None:
         """The rows with all digits; None when the file is missing or damaged."""
@@ -52,7 +52,7 @@ class RowFiles:
         except (OSError, UnicodeDecodeError) as error:
             self.set_aside(path, str(error))
             return None
-        if not text or digest.strip() != _digest(text):
+        if not text or digest.strip() != digest_of(text):
             self.set_aside(path, "its contents are not what was written")
             return None
         frame = read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
@@ -81,5 +81,5 @@ class RowFiles:
         self.report(f"{path.name} is set aside as {aside.name}: {why}.")
 
 
-def _digest(text: str) -> str:
+def digest_of(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()

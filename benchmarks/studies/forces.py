@@ -39,7 +39,6 @@ GALVI, THEORY, NO_KICK, WRONG_SIGN, FRAME, CLOCK = (
 )  # fmt: skip
 IN_FRAME, IN_CLOCK = {"chart": galvi.KeplerFrame()}, {"clock": galvi.DynamicalTime()}
 ONCE = "At one length of the step, since steps with a force of velocity are in plain Python."
-PLANTED = (NO_KICK, WRONG_SIGN)
 REBOUND = ("ias15", "bs", "whfast", "whfast512", "saba", "leapfrog", "mercurius", "trace")
 SETTINGS: Mapping[float, tuple[int, int, int]] = {  # e: samples, REBOUND's steps, galvi's, an orbit
     0.2: (20, 40, 16),

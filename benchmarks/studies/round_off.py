@@ -284,7 +284,7 @@ def parts(
     studies  the folder of all studies
     code     version of the code; None for that of the checkout
     """
-    files, code = row_files(studies, report), code or version()
+    files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
     able = []
     for participant in participants:
         if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
@@ -301,9 +301,4 @@ def parts(
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
     """All stored rows, of any version; none when the study was not run."""
-    return row_files(studies, report).all()
-
-
-def row_files(studies: Path, report: Report) -> RowFiles:
-    """The files of the study's rows."""
-    return RowFiles(studies / FOLDER, COLUMNS, report)
+    return RowFiles(studies / FOLDER, COLUMNS, report).all()

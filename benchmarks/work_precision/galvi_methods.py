@@ -11,8 +11,8 @@ import numpy as np
 
 import galvi
 from galvi import Problem, Trajectory
-from references.contender import require
-from references.setting import check_keys, fixed_steps, sample_times
+from references.contender import require, steps_of_run
+from references.setting import check_keys, sample_times
 
 LARGEST = 2**62  # of save_every: the last state alone is kept
 SYSTEMS = (galvi.Canonical, galvi.NBody, galvi.Lagrangian, galvi.RigidBody, galvi.FreeBody)
@@ -46,9 +46,7 @@ class Variational:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps from t0 to t0 + duration, negative for backwards."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every", "solver", "tolerance"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting, "solver", "tolerance")
         return galvi.integrate(
             problem,
             self.method,

@@ -53,6 +53,16 @@ def line_of(setting: Setting) -> tuple[Any, ...]:
     return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
 
 
+def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> float:
+    """Halfway from a value to the next of its line, or beyond its end; 0 where it is close."""
+    further = [v for v in line if (v < value if finer else v > value)]
+    if further:
+        near = max(further) if finer else min(further)
+        return math.sqrt(value * near) if abs(math.log(near / value)) > CLOSEST else 0.0
+    apart = COARSER if key == "step" else 10.0**GAP
+    return value / apart if finer else value * apart
+
+
 def wanted(
     runs: pd.DataFrame, settings: Mapping[Any, tuple[str, Setting]], duration: float
 ) -> list[tuple[str, Setting]]:
@@ -65,19 +75,13 @@ def wanted(
     found: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
-        """Halfway to the next of its line, or beyond its end."""
+        """Its new neighbour, where that is affordable and not there yet."""
         who, one = settings[index]
         key, value = fine(one)
         others = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
-        further = [v for v in others if (v < value if finer else v > value)]
         if not key or runs["seconds"][index] > BRIEF:
             return
-        if further:
-            near = max(further) if finer else min(further)
-            new = math.sqrt(value * near) if abs(math.log(near / value)) > CLOSEST else 0.0
-        else:
-            apart = COARSER if key == "step" else 10.0**GAP
-            new = value / apart if finer else value * apart
+        new = neighbour(key, value, others, finer)
         if new <= 0.0 or (key != "step" and new < TIGHTEST):
             return
         added = with_fineness(one, new, duration)

@@ -13,9 +13,9 @@ from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DoubleDouble
-from references.contender import require
+from references.contender import times_of_run
 from references.newton import is_moved_by
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 # The motion of one point about a fixed centre, r'' = -gm r / |r|^3, on any ellipse.
 #
@@ -160,9 +160,7 @@ class Kepler:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         known = _orbit(problem)
         assert known is not None
         q, v = _motion(problem, known, times - problem.t0)

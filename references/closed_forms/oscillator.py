@@ -15,9 +15,9 @@ from galvi import LinearSpring, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DIGITS, sine_cosine
-from references.contender import require
+from references.contender import times_of_run
 from references.newton import is_moved_by
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,7 @@ class Oscillator:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         system: Any = problem.system
         w = np.sqrt(system.potential.stiffness / system.mass)
         phase = (times - problem.t0)[:, None] * np.broadcast_to(w, problem.q0.shape)

@@ -13,9 +13,9 @@ import numpy as np
 from galvi import CosinePotential, Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DIGITS, PI, SMALLEST, angle, sine_cosine
-from references.contender import require
+from references.contender import times_of_run
 from references.newton import is_moved_by
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 # Jacobi's elliptic functions and Carlson's first integral in 80-digit arithmetic.
 #
@@ -147,9 +147,7 @@ class Pendulum:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         system: Any = problem.system
         masses = np.broadcast_to(system.mass, problem.q0.shape)
         states = np.empty((2, len(times), problem.q0.size))

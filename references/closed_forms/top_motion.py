@@ -17,10 +17,10 @@ from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DIGITS, PI, SMALLEST, angle, sine_cosine
 from references.closed_forms.pendulum import Modulus, first_integral
-from references.contender import require
+from references.contender import times_of_run
 from references.newton import is_forced, is_thrown
 from references.rigid_equations import has_known_weight, rotation
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 SWEEPS = 20
 
@@ -126,9 +126,7 @@ class FreeTop:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         system: Any = problem.system
         with localcontext(DIGITS):
             moving = motion(system.inertia, problem.q0, problem.v0)
@@ -312,9 +310,7 @@ class ThrownBody:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         body: Any = problem.system
         start, v = problem.q0, problem.v0
         q = np.zeros((len(times), 4, 4))

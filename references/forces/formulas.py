@@ -112,12 +112,16 @@ def wind(q: Any, t: Any) -> Any:
     return CIRCULATION * radial, CIRCULATION * axial
 
 
+@register_jitable
+def through_the_wind(q: Any, v: Any, t: Any) -> Any:
+    """The velocity w relative to the air."""
+    radial, axial = wind(q, t)
+    return v[0] - radial * q[0], v[1] - radial * q[1], v[2] - axial
+
+
 def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
     """f = -k |w| w."""
-    radial, axial = wind(q, t)
-    a = v[0] - radial * q[0]
-    b = v[1] - radial * q[1]
-    c = v[2] - axial
+    a, b, c = through_the_wind(q, v, t)
     rate = numbers[0] * np.sqrt(a * a + b * b + c * c)
     out[0] -= rate * a
     out[1] -= rate * b
@@ -126,10 +130,7 @@ def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
 
 def rotor_drag_by_reynolds(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
     """f = -k (1 + 0.15 (s |w|)^0.687) w."""
-    radial, axial = wind(q, t)
-    a = v[0] - radial * q[0]
-    b = v[1] - radial * q[1]
-    c = v[2] - axial
+    a, b, c = through_the_wind(q, v, t)
     rate = numbers[0] * (1.0 + 0.15 * (numbers[1] * np.sqrt(a * a + b * b + c * c)) ** 0.687)
     out[0] -= rate * a
     out[1] -= rate * b

@@ -11,10 +11,10 @@ import numpy as np
 
 from galvi import PlanarChain, Problem, Trajectory
 from references.as_trajectory import as_trajectory
-from references.contender import require
+from references.contender import times_of_run
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 from references.textbook.chain_equations import ChainEquations, is_chain
 from references.textbook.lagrange_equations import (
     LagrangeEquations,
@@ -72,9 +72,7 @@ class OnCoordinates:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", *DEFAULT))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, *DEFAULT)
         options = heyoka_engine.options(setting, self.precision)
         engine = self.integrator(problem, *heyoka_engine.switches(options))
         start = np.concatenate([problem.q0, problem.v0])

@@ -16,12 +16,12 @@ from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DIGITS
 from references.closed_forms.top_motion import is_known_body
-from references.contender import require
+from references.contender import times_of_run
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
 from references.newton import is_thrown
 from references.rigid_equations import rotation
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,7 @@ class HeyokaRigid:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", *DEFAULT))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, *DEFAULT)
         options = heyoka_engine.options(setting, self.precision)
         number = heyoka_engine.kind(self.precision)
         moving, numbers = _numbers(problem)

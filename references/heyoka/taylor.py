@@ -14,13 +14,13 @@ import numpy as np
 from galvi import Canonical, CentralForce, Force, NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import times_of_run
 from references.forces import celestial
 from references.heyoka import engine
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
 from references.newton import is_forced, replaces_force
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 # Many members in heyoka: batches in vector instructions, shared by threads.
 #
@@ -135,9 +135,7 @@ class HeyokaTaylor:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", *DEFAULT))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, *DEFAULT)
         options = heyoka_engine.options(setting, self.precision)
         states, steps, failure = self.states(problem, times - problem.t0, options)
         states = states.astype(np.float64).reshape(len(times), -1, 2, 3)

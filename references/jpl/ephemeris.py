@@ -11,9 +11,9 @@ import numpy as np
 from galvi import NBody, Problem, Trajectory, problems
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
-from references.contender import require
+from references.contender import require, times_of_run
 from references.jpl import states as jpl
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,7 @@ class JplEphemeris:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Look up; see `Contender`. ValueError for times outside the ephemeris."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         q, v = jpl.states(times - problem.t0, bodies=len(problem.q0))
         method = described(self.name, setting, _engine())
         return as_trajectory(problem, method, times, q, v, counts={"steps": 0})

@@ -15,11 +15,11 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import steps_of_run
 from references.engine_clock import engine_time
 from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import from_mujoco, supports
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
 DEFAULT_STEP = 0.002  # of MuJoCo, s
@@ -63,9 +63,7 @@ class MujocoSteps:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`. Raises ValueError for a body that MuJoCo does not take."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         joint, *engine = self.made(problem)
         motion = _Motion(*engine)

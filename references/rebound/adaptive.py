@@ -12,10 +12,10 @@ import numpy as np
 import galvi
 from galvi import NBody, Problem, Trajectory, input_checks
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import times_of_run
 from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close pass explains
 
@@ -61,10 +61,8 @@ class ReboundAdaptive:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
         known = (*self.defaults, *self.options)
-        check_keys(setting, ("samples", "tolerance", "first_step", *known))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, "tolerance", "first_step", *known)
         options = {**self.defaults, **{k: setting[k] for k in known if k in setting}}
         for key in self.tolerances:
             options[key] = input_checks.positive(key, setting.get("tolerance", options[key]))

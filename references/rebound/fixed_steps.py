@@ -10,10 +10,10 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import steps_of_run
 from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
 
@@ -68,9 +68,7 @@ class ReboundSteps:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`. Raises ValueError for options that do not go together."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every", *self.options))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting, *self.options)
         options = {key: setting[key] for key in self.options if key in setting}
         if self.objection(problem, options):
             raise ValueError(f"{self.name}: {self.objection(problem, options)}")

@@ -12,13 +12,13 @@ import scipy
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import times_of_run
 from references.newton import acceleration
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 DEFAULT: Mapping[str, Any] = {}
 TIGHT: Mapping[str, Any] = {"rtol": 3e-14, "atol": 1e-15}
-SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
+SETTINGS = ("tolerance", "rtol", "atol", "first_step", "max_step")
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,7 @@ def run_on_coordinates(
     accelerated: Callable[[Array, Array, float], Array],
 ) -> Trajectory:  # fmt: skip
     """The run of a contender's solver on (q, v)' = (v, accelerated(q, v, t)), (d,) each."""
-    require(contender, problem)
-    check_keys(setting, SETTINGS)
-    times, d = sample_times(problem.t0, duration, setting), problem.q0.size
+    times, d = times_of_run(contender, problem, duration, setting, *SETTINGS), problem.q0.size
 
     def slope(t: float, y: Array) -> Array:
         return np.concatenate([y[d:], accelerated(y[:d], y[d:], t)])

@@ -10,10 +10,10 @@ import scipy
 
 from galvi import Problem, Trajectory
 from references.as_trajectory import as_trajectory
-from references.contender import require
+from references.contender import times_of_run
 from references.rigid_equations import RigidEquations, is_rigid_body
 from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,7 @@ class RigidIvp:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, SETTINGS)
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, *SETTINGS)
         equations = RigidEquations(problem, self.quaternions)
         states, calls, failure = solve(
             self.solver, equations.slope(), times, equations.start, setting

@@ -22,10 +22,10 @@ import numpy as np
 from galvi import NBody, Problem, Trajectory, problems
 from galvi.arrays import Array, read_only
 from references.as_trajectory import as_trajectory
-from references.contender import require
+from references.contender import require, times_of_run
 from references.heyoka.engine import QUADRUPLE, engine_name
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 from references.stored.encounters import ENCOUNTERS
 
 FOLDER = Path(__file__).parent / "data"
@@ -150,9 +150,7 @@ class StoredTruth:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Look up; see `Contender`. ValueError for times that are not kept."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         known = next(stored(case) for case in CASES if stored(case).of(problem))
         since = times - problem.t0
         rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)

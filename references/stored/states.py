@@ -12,9 +12,9 @@ import numpy as np
 from galvi import Problem, Trajectory
 from galvi.arrays import Array, read_only
 from references.as_trajectory import as_trajectory
-from references.contender import Contender, require
+from references.contender import Contender, times_of_run
 from references.heyoka.engine import engine_name
-from references.setting import check_keys, described, sample_times
+from references.setting import described
 from references.stored.planets import FOLDER, LOOSER, TOLERANCE
 
 EVERY = 0.5  # of a problem's unit of time, between states that are kept
@@ -74,9 +74,7 @@ class StoredStates:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Look up; see `Contender`. ValueError for times that are not kept."""
-        require(self, problem)
-        check_keys(setting, ("samples",))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting)
         known = self._of(problem)
         assert known is not None
         since = times - problem.t0

@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.as_trajectory import as_trajectory, non_finite
+from references.contender import steps_of_run
 from references.rigid_equations import RigidEquations, is_rigid_body
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 from references.textbook.nystrom import Nystrom, splitting
 
 EXPLICIT_EULER = Nystrom(
@@ -43,9 +43,7 @@ class MatrixEuler:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         equations = RigidEquations(problem, quaternions=False)
         slope, state = equations.slope(), equations.start
@@ -55,7 +53,7 @@ class MatrixEuler:
             with np.errstate(all="ignore"):  # non-finite states are looked for here
                 state = state + steps.step * slope(problem.t0 + (k - 1) * steps.step, state)
             if not np.all(np.isfinite(state)):
-                failure = Failure(row=row, step=k, why=_too_large(k, times[row]))
+                failure = non_finite(k, steps.saved, times)
                 break
             if k == steps.saved[row]:
                 saved[row] = state
@@ -70,13 +68,6 @@ class MatrixEuler:
             step=steps.step,
             failure=failure,
         )
-
-
-def _too_large(step: int, t: float) -> str:
-    return (
-        f"Step {step}, towards t = {t:.6g}, gave a non-finite state: the step is too large. Choose "
-        "a smaller step, or end the run earlier."
-    )
 
 
 MATRIX_EULER = MatrixEuler()

@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.integrate
 from numba import types
 
 from galvi import Problem
@@ -14,6 +13,7 @@ from galvi.arrays import Array
 from references.compiled import njit
 from references.forces.force import FUNCTION, OPTIONS
 from references.newton import external_force
+from references.textbook.quaternions import dop853_tableau
 
 # The compiled loop of DOP853 for grains above the ground, with contacts found to rounding.
 #
@@ -70,13 +70,14 @@ def error_of(y, new, h, K, E3, E5, tolerance):
     return h * high / np.sqrt(6.0 * (high + 0.01 * low))
 
 
-def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest, table, ends):
+def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, table, ends):
     """The flights of all grains, starts (n, 7) q, v and time, to a common end or to the ground.
 
-    e  vertical speed after a contact over that before, below 0: a grain stays; it stays where it
-       would leave the ground no faster than ``slowest``
+    ground  (e, slowest): e is the vertical speed after a contact over that before; a grain stays
+            where e is below 0, or where it would leave the ground no faster than ``slowest``
     """
     A, E3, E5 = table
+    e, slowest = ground
     K, y, new, last = np.zeros((STAGES, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
     for grain in range(starts.shape[0]):
         y[:], t, wanted, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
@@ -123,11 +124,12 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest,
 
 
 SIGNATURE = types.void(
-    FUNCTION, ROW, types.float64, types.float64, ROWS, types.float64, types.float64, types.float64,
-    types.float64, types.Tuple((ROWS, ROW, ROW)), ROWS,
+    FUNCTION, ROW, types.float64, types.float64, ROWS, types.float64, types.float64,
+    types.UniTuple(types.float64, 2), types.Tuple((ROWS, ROW, ROW)), ROWS,
 )  # fmt: skip
 
 
+@cache
 def compiled() -> Any:
     """``fall``, compiled once and kept on disk."""
     return njit(SIGNATURE, **OPTIONS)(fall)
@@ -162,27 +164,13 @@ def landings(
     ends = np.zeros((len(starts), 8))
     e = -1.0 if restitution is None else float(restitution)
     gravity = -float(system.potential.force[2]) / mass
-    _kernel()(drag.function, drag.numbers, 1.0 / mass, gravity, starts, until, tolerance, e,
-              slowest, _tableau(), ends)  # fmt: skip
+    compiled()(
+        drag.function, drag.numbers, 1.0 / mass, gravity, starts, until, tolerance, (e, slowest),
+        dop853_tableau(), ends,
+    )  # fmt: skip
     if np.any(ends[:, 7] < 0.0):
         raise RuntimeError(
             f"{int(np.sum(ends[:, 7] < 0.0))} grains have no end by DOP853: the steps became too "
             f"small, or the contacts {CONTACTS}. Loosen the tolerance, or give a larger slowest."
         )
     return Landings(ends[:, :3], ends[:, 3:6], ends[:, 6], ends[:, 7] > 0.0)
-
-
-@cache
-def _kernel() -> Any:
-    return compiled()
-
-
-@cache
-def _tableau() -> tuple[Array, Array, Array]:
-    """A with the weights as its last row (13, 12), and the two error estimates (12,)."""
-    method: Any = scipy.integrate.DOP853
-    A = np.vstack([method.A, method.B])
-    return (
-        np.ascontiguousarray(A), np.ascontiguousarray(method.E3[:-1]),
-        np.ascontiguousarray(method.E5[:-1]),
-    )  # fmt: skip

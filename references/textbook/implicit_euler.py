@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from galvi import Canonical, NBody, Problem, Trajectory, input_checks
+from galvi import Canonical, End, NBody, Outcome, Problem, Trajectory, input_checks
 from galvi.arrays import Array
+from galvi.trajectory import Ending
 from references.as_trajectory import Failure, as_trajectory
-from references.contender import require
+from references.contender import steps_of_run
 from references.newton import acceleration, acceleration_jacobian, is_forced
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 
 Function = Callable[[Array, float], Array]
 ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
@@ -42,11 +43,9 @@ class ImplicitEuler:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""
-        require(self, problem)
-        check_keys(
-            setting, ("step", "save_every", "tolerance", "max_iterations", "accept_unconverged")
+        steps = steps_of_run(
+            self, problem, duration, setting, "tolerance", "max_iterations", "accept_unconverged"
         )
-        steps = fixed_steps(duration, setting)
         tolerance = input_checks.positive("tolerance", setting.get("tolerance", ROUND_OFF))
         limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
         times = steps.times(problem.t0)
@@ -75,7 +74,7 @@ class ImplicitEuler:
             if k == steps.saved[row]:
                 saved_q[row], saved_v[row] = q, v
                 row += 1
-        return as_trajectory(
+        run = as_trajectory(
             problem,
             described(self.name, setting),
             times,
@@ -91,8 +90,10 @@ class ImplicitEuler:
             },
             step=steps.step,
             failure=failure,
-            doubt=_accepted(stalled) if stalled else "",
         )
+        if not (stalled and run.success):
+            return run
+        return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(stalled))))
 
 
 def _stalled(k: int, used: int, t0: float, h: float) -> str:

@@ -11,40 +11,54 @@ import numpy as np
 from numba import types
 
 from galvi import Canonical, NBody, Problem, Trajectory
-from galvi.arrays import Array
-from references.as_trajectory import Failure, as_trajectory
+from references.as_trajectory import as_trajectory, non_finite
 from references.compiled import njit
-from references.contender import require
+from references.contender import steps_of_run
 from references.forces.force import FUNCTION, OPTIONS, VECTOR
 from references.newton import inverse_mass, is_forced, total_force
-from references.setting import check_keys, described, fixed_steps
+from references.setting import described
 
-# The compiled loop of an explicit Nystrom method.
+# The compiled loop of an explicit Nystrom method; its arguments are tuples.
 #
-# A (s, s), c (s,)          stages and nodes
-# bq, bv (s,)               weights of the accelerations in the position and the velocity
-# force, numbers            force(q, v, t, numbers, out), see `references.forces.force`
-# inverse_mass              (d, 1) diagonal or (d, d)
-# q, v (d,)                 state, advanced in place
-# F (s, d)                  accelerations at the stages; the last row is kept when `reuses_last`
-# Q, f (d,)                 scratch: the configuration at a stage and the force there
-# first, last, total        steps done, to be done in this call, in the whole run
-# saved_q, saved_v (n, d)   states kept: every `every` steps and the last
+# tableau   A (s, s), c (s,): stages and nodes; bq, bv (s,): weights of the accelerations in the
+#           position and the velocity; reuses_last
+# force, numbers   force(q, v, t, numbers, out), see `references.forces.force`
+# inverse_mass     (d, 1) diagonal or (d, d)
+# state     q, v (d,), advanced in place
+# scratch   F (s, d): accelerations at the stages, of which the last is kept when `reuses_last`;
+#           Q, f (d,): the configuration at a stage and the force there
+# steps     first, last, total, every: steps done, to be done in this call, in the whole run, and
+#           from one state kept to the next
+# saved     q, v (n, d): states kept, and the last
 #
 # The force gets the velocity of the step's start, so only one-stage methods may depend on it.
 
 MATRIX, WHOLE, REAL = types.float64[:, ::1], types.int64, types.float64
 SIGNATURE = types.UniTuple(WHOLE, 2)(
-    MATRIX, VECTOR, VECTOR, VECTOR, types.boolean, FUNCTION, VECTOR, MATRIX, VECTOR, VECTOR,
-    MATRIX, VECTOR, VECTOR, REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, MATRIX, MATRIX,
+    types.Tuple((MATRIX, VECTOR, VECTOR, VECTOR, types.boolean)), FUNCTION, VECTOR, MATRIX,
+    types.UniTuple(VECTOR, 2), types.Tuple((MATRIX, VECTOR, VECTOR)), REAL, REAL,
+    types.UniTuple(WHOLE, 4), types.UniTuple(MATRIX, 2),
 )  # fmt: skip
 
 
-def advance(
-    A, c, bq, bv, reuses_last, force, numbers, inverse_mass, q, v, F, Q, f, t0, h, first, last,
-    total, every, saved_q, saved_v,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+@njit(_nrt=False, **OPTIONS)
+def accelerate(inverse_mass, force, out):  # type: ignore[no-untyped-def]
+    """out (d,) <- the inverse mass times the force (d,)."""
+    for i in range(out.size):
+        if inverse_mass.shape[1] == 1:
+            out[i] = inverse_mass[i, 0] * force[i]
+        else:
+            out[i] = 0.0
+            for j in range(force.size):
+                out[i] += inverse_mass[i, j] * force[j]
+
+
+def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps, saved):  # type: ignore[no-untyped-def]
     """Steps first .. last; returns the number of the step that failed (0: none) and evaluations."""
+    A, c, bq, bv, reuses_last = tableau
+    q, v = state
+    F, Q, f = scratch
+    first, last, total, every = steps
     d, stages = q.size, c.size
     evaluations = 0
     for k in range(first, last):
@@ -62,14 +76,7 @@ def advance(
             f[:] = 0.0
             force(q if starts else Q, v, t0 + (k + c[s]) * h, numbers, f)
             evaluations += 1
-            if inverse_mass.shape[1] == 1:
-                for i in range(d):
-                    F[s, i] = inverse_mass[i, 0] * f[i]
-            else:
-                for i in range(d):
-                    F[s, i] = 0.0
-                    for j in range(d):
-                        F[s, i] += inverse_mass[i, j] * f[j]
+            accelerate(inverse_mass, f, F[s])
         residue = 0.0
         for i in range(d):
             moved = bq[0] * F[0, i]
@@ -85,7 +92,7 @@ def advance(
         if (k + 1) % every == 0 or k + 1 == total:
             row = (k + every) // every
             for i in range(d):
-                saved_q[row, i], saved_v[row, i] = q[i], v[i]
+                saved[0][row, i], saved[1][row, i] = q[i], v[i]
     return 0, evaluations
 
 
@@ -105,6 +112,7 @@ def compiled() -> Callable[..., Any]:
 # A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
+MET = "bodies met or the step is too large"
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,27 +169,25 @@ class Nystrom:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; compiled when the forces are, else interpreted. See `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
-        tableau = [np.array(x) for x in (self.stages, self.nodes, self.position, self.velocity)]
+        arrays = map(np.array, (self.stages, self.nodes, self.position, self.velocity))
+        tableau = (*arrays, self.reuses_last)
         force, inverse = total_force(problem), inverse_mass(problem)
         go = compiled() if force.compiled else advance
         moving = force.function, force.numbers, inverse if inverse.ndim == 2 else inverse[:, None]
-        q, v = problem.q0.flatten(), problem.v0.flatten()
-        saved = [np.full((len(times), q.size), np.nan) for _ in "qv"]
-        saved[0][0], saved[1][0] = q, v
-        carried = np.zeros((len(self.nodes), q.size))
-        scratch = np.zeros((2, q.size))
+        q, v = state = problem.q0.flatten(), problem.v0.flatten()
+        saved = np.full((2, len(times), q.size), np.nan)
+        saved[:, 0] = q, v
+        scratch = np.zeros((len(self.nodes), q.size)), np.zeros(q.size), np.zeros(q.size)
         every = int(steps.saved[1])
         failed = evaluations = done = 0
         while done < steps.count and not failed:
             last = min(done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
                 failed, more = go(
-                    *tableau, self.reuses_last, *moving, q, v, carried, *scratch, problem.t0,
-                    steps.step, done, last, steps.count, every, *saved,
+                    tableau, *moving, state, scratch, problem.t0, steps.step,
+                    (done, last, steps.count, every), tuple(saved),
                 )  # fmt: skip
             evaluations += more
             done = failed - 1 if failed else last
@@ -192,7 +198,7 @@ class Nystrom:
             *saved,
             counts={"steps": done, "force_evaluations": evaluations},
             step=steps.step,
-            failure=_failure(failed, steps.saved, times) if failed else None,
+            failure=non_finite(failed, steps.saved, times, MET) if failed else None,
         )
 
 
@@ -212,14 +218,4 @@ def splitting(name: str, order: int, nodes: Sequence[float], kicks: Sequence[flo
         nodes=tuple(nodes),
         position=tuple(kicks[j] * (1.0 - nodes[j]) for j in times),
         velocity=tuple(kicks),
-    )
-
-
-def _failure(failed: int, saved: Any, times: Array) -> Failure:
-    row = int(np.searchsorted(saved, failed))
-    return Failure(
-        row=row,
-        step=failed,
-        why=f"Step {failed}, towards t = {times[row]:.6g}, gave a non-finite state: bodies met or "
-        "the step is too large. Choose a smaller step, or end the run earlier.",
     )

@@ -13,19 +13,19 @@ from numba import types
 
 from galvi import Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from references.as_trajectory import Failure, as_trajectory
+from references.as_trajectory import Failure, as_trajectory, non_finite
 from references.closed_forms.top_motion import PrincipalBody, is_known_body
 from references.compiled import njit
-from references.contender import require
+from references.contender import steps_of_run, times_of_run
 from references.forces.force import OPTIONS
-from references.setting import check_keys, described, fixed_steps, sample_times
+from references.setting import described
 
 # The compiled loops of RK4 and DOP853 for a rigid body, in quaternions and body momentum.
 #
 # s        (7,) tuple: quaternion w, x, y, z of the turn since the start, momentum along the
 #          principal axes
-# inverse  (3,) of the principal moments
-# force    (3,) mass g, in the frame of the start;  centre (3,) of mass;  heavy: whether they act
+# body     `PrincipalBody.numbers`: inverse (3,) of the principal moments; force (3,), mass g in the
+#          frame of the start; centre (3,) of mass; heavy, whether these two act
 # state    (7,) advanced in place
 # saved    (n, 7) states kept: every `every` steps and the last
 #
@@ -34,9 +34,11 @@ from references.setting import check_keys, described, fixed_steps, sample_times
 jit: Any = njit(**OPTIONS)
 WHOLE, REAL = types.int64, types.float64
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
-TURNING = (ROW, ROW, ROW, types.boolean, ROW)
-RK4_SIGNATURE = types.int64(*TURNING, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
-DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(*TURNING, ROWS, ROW, ROW, REAL, REAL, ROW, WHOLE)
+BODY = types.Tuple((ROW, ROW, ROW, types.boolean))
+RK4_SIGNATURE = types.int64(BODY, ROW, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
+DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(
+    BODY, ROW, types.Tuple((ROWS, ROW, ROW)), REAL, ROW, WHOLE
+)
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 EPS = 2.0**-52
@@ -103,20 +105,27 @@ def store(s, row):
 
 
 @jit
-def rk4(inverse, force, centre, heavy, state, h, first, last, total, every, saved):
-    """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
-    body = (
+def constants(body):
+    """The arrays of a body as tuples of three numbers, and whether it is heavy."""
+    inverse, force, centre, heavy = body
+    return (
         (inverse[0], inverse[1], inverse[2]),
         (force[0], force[1], force[2]),
         (centre[0], centre[1], centre[2]),
         heavy,
     )
+
+
+@jit
+def rk4(body, state, h, first, last, total, every, saved):
+    """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
+    numbers = constants(body)
     s = loaded(state)
     for k in range(first, last):
-        a = slopes(s, *body)
-        b = slopes(moved(s, 0.5 * h, a), *body)
-        c = slopes(moved(s, 0.5 * h, b), *body)
-        d = slopes(moved(s, h, c), *body)
+        a = slopes(s, *numbers)
+        b = slopes(moved(s, 0.5 * h, a), *numbers)
+        c = slopes(moved(s, 0.5 * h, b), *numbers)
+        d = slopes(moved(s, h, c), *numbers)
         s = moved(moved(moved(moved(s, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d)
         s = normalised(s)
         residue = (s[0] - s[0]) + (s[4] + s[5] + s[6]) * 0.0
@@ -138,13 +147,13 @@ def weighted(s, h, K, row, stages):
 
 
 @jit
-def error_of(s, new, h, K, E3, E5, rtol, atol):
+def error_of(s, new, h, K, E3, E5, tolerance):
     """The step's estimated error over its tolerance (Hairer, Norsett and Wanner I, II.10)."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     third, fifth = weighted(zero, 1.0, K, E3, STAGES), weighted(zero, 1.0, K, E5, STAGES)
     low = high = 0.0
     for i in range(7):
-        scale = atol + rtol * max(abs(s[i]), abs(new[i]))
+        scale = tolerance + tolerance * max(abs(s[i]), abs(new[i]))
         low += (third[i] / scale) ** 2
         high += (fifth[i] / scale) ** 2
     if high == 0.0:
@@ -153,24 +162,18 @@ def error_of(s, new, h, K, E3, E5, rtol, atol):
 
 
 @jit
-def dop853(
-    inverse, force, centre, heavy, state, A, E3, E5, rtol, atol, clock, budget,
-):  # fmt: skip
+def dop853(body, state, tableau, tolerance, clock, budget):
     """Up to `budget` tried steps to clock[1]; returns 0 done, 1 more to do, -1 failed; the tries
     and the steps.
 
-    A (13, 12), the last row the weights; clock (3,) time, where to end, next step: changed in place
+    tableau  as `dop853_tableau`;  clock (3,) time, where to end, next step: changed in place
     """
-    body = (
-        (inverse[0], inverse[1], inverse[2]),
-        (force[0], force[1], force[2]),
-        (centre[0], centre[1], centre[2]),
-        heavy,
-    )
+    numbers = constants(body)
+    A, E3, E5 = tableau
     K = np.empty((STAGES, 7))
     s, grown, accepted = loaded(state), MOST, 0
     t, end, wanted = clock[0], clock[1], clock[2]
-    store(slopes(s, *body), K[0])
+    store(slopes(s, *numbers), K[0])
     for tried in range(budget):
         left = end - t
         ends = abs(wanted) >= abs(left)
@@ -178,9 +181,9 @@ def dop853(
         if not (ends or abs(h) > 10.0 * EPS * abs(end)):
             return -1, tried, accepted
         for j in range(1, STAGES):
-            store(slopes(weighted(s, h, K, A[j], j), *body), K[j])
+            store(slopes(weighted(s, h, K, A[j], j), *numbers), K[j])
         new = weighted(s, h, K, A[STAGES], STAGES)
-        error = error_of(s, new, h, K, E3, E5, rtol, atol)
+        error = error_of(s, new, h, K, E3, E5, tolerance)
         if error <= 1.0:
             factor = min(grown, max(LEAST, SAFETY * error**EXPONENT)) if error > 0.0 else grown
             wanted = max(abs(wanted), abs(h * factor)) * np.sign(h) if ends else h * factor
@@ -191,7 +194,7 @@ def dop853(
             clock[0], clock[2] = t, wanted
             if ends:
                 return 0, tried + 1, accepted
-            store(slopes(s, *body), K[0])
+            store(slopes(s, *numbers), K[0])
         else:  # NaN comes here too
             factor = max(LEAST, SAFETY * error**EXPONENT) if error > 0.0 else LEAST
             wanted, grown = h * factor, 1.0
@@ -232,9 +235,7 @@ class QuaternionRK4:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("step", "save_every"))
-        steps = fixed_steps(duration, setting)
+        steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         body = PrincipalBody.of(problem)
         advance = compiled("rk4")
@@ -245,9 +246,7 @@ class QuaternionRK4:
         failed = done = 0
         while done < steps.count and not failed:
             last = min(done + CHUNK, steps.count)
-            failed = advance(
-                *body.numbers, state, steps.step, done, last, steps.count, every, saved
-            )
+            failed = advance(body.numbers, state, steps.step, done, last, steps.count, every, saved)
             done = failed - 1 if failed else last
         q, p = body.states(problem, saved)
         return as_trajectory(
@@ -258,18 +257,8 @@ class QuaternionRK4:
             p=p,
             counts={"steps": done, "force_evaluations": 4 * (done + (failed > 0))},
             step=steps.step,
-            failure=_failure(failed, steps.saved, times) if failed else None,
+            failure=non_finite(failed, steps.saved, times) if failed else None,
         )
-
-
-def _failure(failed: int, saved: Any, times: Array) -> Failure:
-    row = int(np.searchsorted(saved, failed))
-    return Failure(
-        row=row,
-        step=failed,
-        why=f"Step {failed}, towards t = {times[row]:.6g}, gave a non-finite state: the step is "
-        "too large. Choose a smaller step, or end the run earlier.",
-    )
 
 
 QUATERNION_RK4 = QuaternionRK4()
@@ -305,9 +294,7 @@ class QuaternionDOP853:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", "tolerance"))
-        times = sample_times(problem.t0, duration, setting)
+        times = times_of_run(self, problem, duration, setting, "tolerance")
         tolerance = input_checks.positive(
             "tolerance", setting.get("tolerance", DEFAULT["tolerance"])
         )
@@ -330,7 +317,7 @@ class QuaternionDOP853:
             clock[1], status = t, 1
             while status == 1:
                 status, tried, accepted = advance(
-                    *body.numbers, state, *_tableau(), tolerance, tolerance, clock, TRIES
+                    body.numbers, state, dop853_tableau(), tolerance, clock, TRIES
                 )
                 tries, steps = tries + tried, steps + accepted
             if status < 0:
@@ -360,7 +347,7 @@ def _stuck(t: float) -> str:
 
 
 @cache
-def _tableau() -> tuple[Array, Array, Array]:
+def dop853_tableau() -> tuple[Array, Array, Array]:
     """A with the weights as its last row (13, 12), and the two error estimates (12,)."""
     from scipy.integrate import DOP853
 

@@ -18,18 +18,16 @@ from reports.build.sections import write_sections
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
-from reports.page.content import content
+from reports.page.content import Contents, content
 from reports.page.site import write_single, write_site
-from reports.page.sources import sources
 from reports.results.cache import BuildCache, open_cache
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.machines import machines
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
-from reports.tables.comparison_tables import ComparisonTables, comparison_tables
+from reports.tables.comparison_tables import comparison_tables
 from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
@@ -85,17 +83,18 @@ def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
         provenance = {name: text for name, text in page.items() if name != "setting"}
         quick = origins.get(TIMES, {}).get("setting") == "quick"
         tables = comparison_tables(compared.work_precision, () if quick else suite.targets)
-        return _pages(
+        report = Contents(
             suite, replace(options, quick=quick), checked, compared, tables, sections, provenance,
-            single, kept=True,
+            kept=True,
         )  # fmt: skip
+        return _pages(report, single)
 
 
 def _build(
     suite: Suite, options: Options, cache: BuildCache, single: bool
 ) -> tuple[Verified, Compared, list[SectionResult]]:
     studies = [section.title for section in runnable(suite.sections)]
-    pages = partial(_pages, suite, options, each=remembering(map_in_workers))
+    pages = partial(_pages, each=remembering(map_in_workers))
     so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
     part = 0 < len(options.claims) < len(suite.claims)
     if not (options.quick or part or options.contenders or cache.taken):
@@ -109,9 +108,12 @@ def _build(
     sections = measure_sections(suite, options, suite.sections, cache)
     write_sections(sections, suite, options)
     cache.look()
-    provenance = dict(suite.provenance(options.command))
+    provenance = suite.provenance(options.command)
     note_origin(options.out, PAGE, provenance, options.quick)
-    pages(checked, compared.measured, compared.tables, sections, provenance, single)
+    report = Contents(
+        suite, options, checked, compared.measured, compared.tables, sections, provenance
+    )
+    pages(report, single)
     if cache.edited:
         print(f"Changed: {cache.provenance()['changed']}.", file=sys.stderr)
     return verified, compared, sections
@@ -120,7 +122,7 @@ def _build(
 def _so_far(
     suite: Suite,
     options: Options,
-    pages: Callable[..., Path],
+    pages: Callable[[Contents], Path],
     checked: list[ClaimResult],
     comparison: Comparison,
     left: tuple[str, ...],
@@ -128,35 +130,24 @@ def _so_far(
     """The pages of a build that goes on, unless it is a quick one."""
     if not options.quick:
         tables = comparison_tables(comparison.work_precision, suite.targets)
-        provenance = dict(suite.provenance(options.command))
-        pages(checked, comparison, tables, [], provenance, left=left)
+        provenance = suite.provenance(options.command)
+        pages(Contents(suite, options, checked, comparison, tables, [], provenance, left=left))
 
 
 def _pages(
-    suite: Suite,
-    options: Options,
-    checked: list[ClaimResult],
-    comparison: Comparison,
-    tables: ComparisonTables,
-    sections: list[SectionResult],
-    provenance: dict[str, str],
+    report: Contents,
     single: bool = False,
-    kept: bool = False,
-    left: tuple[str, ...] = (),
     each: Callable[..., Iterable[Any]] = map_in_workers,
 ) -> Path:
-    gallery = draw(checked, comparison, sections, each)
-    save(gallery, options.out / "figures")
-    page = content(
-        checked, comparison, tables, sections, gallery, suite.claims, provenance, options.quick,
-        kept, sources(options.out, checked, comparison, sections), read_origins(options.out),
-        history(options.out), left, machines(options.out)[1:],
-    )  # fmt: skip
-    write(options.out / "cite.bib", bibliography())
-    if checked and not left:
-        write(options.out / "tables" / "numbers.tex", numbers(options.out))
-    first = write_site(page, options.out)
+    out, left = report.options.out, report.left
+    gallery = draw(report.checked, report.comparison, report.sections, each)
+    save(gallery, out / "figures")
+    page = content(report, gallery, history(out))
+    write(out / "cite.bib", bibliography())
+    if report.checked and not left:
+        write(out / "tables" / "numbers.tex", numbers(out))
+    first = write_site(page, out)
     print(f"{'Still to come: ' + ', '.join(left) + '. ' if left else ''}The page is {first}.")
     if single:
-        print(f"All of it in one file: {write_single(page, options.out)}.")
+        print(f"All of it in one file: {write_single(page, out)}.")
     return first

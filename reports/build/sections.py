@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 from benchmarks.applications.external.loading import describe_error
@@ -11,7 +10,7 @@ from benchmarks.store.cells import as_csv
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.results.progress import Studies
-from reports.results.section_result import FOLDER, SectionResult
+from reports.results.section_result import FOLDER, SectionResult, say
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
 
@@ -35,10 +34,6 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
     """
     failures: list[str] = []
     folder = options.out / FOLDER
-
-    def say(text: str) -> None:
-        print(text, file=sys.stderr)
-
     studies_of = {one.name: one.long_form for one in suite.sections if one.long_form is not None}
     wanted = [name.strip() for name in only.split(",") if name.strip()] or list(studies_of)
     if unknown := [name for name in wanted if name not in studies_of]:

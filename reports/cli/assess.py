@@ -8,7 +8,6 @@ from pathlib import Path
 import typer
 
 from reports.cli.invocation import (
-    CONTENDER,
     FOLDER,
     QUICK,
     TIMEOUT,
@@ -17,6 +16,7 @@ from reports.cli.invocation import (
     typed,
     within,
 )
+from reports.cli.option_groups import Convergence, ModelStart
 from reports.results.options import OUT
 
 JUDGE, CONVERGENCE = "judge", "convergence"  # folders in the output folder
@@ -69,6 +69,7 @@ def track_performance(
 
 def judge_model(
     context: typer.Context,
+    *,
     file: Path = typer.Argument(
         ...,
         metavar="FILE",
@@ -92,20 +93,7 @@ def judge_model(
         metavar="integrator=whfast,dt=0.1",
         help="Integrator, step and options of the run to judge, where not as in the file.",
     ),
-    snapshot: int = typer.Option(
-        -1, "--snapshot", metavar="N", help="Of an archive; -1: the last."
-    ),
-    key: str = typer.Option(
-        None, "--key", metavar="NAME|N", help="Keyframe of a model to start at."
-    ),
-    ignore: str = typer.Option(
-        "", "--ignore", metavar="contacts,limits", help="What of a model to leave out."
-    ),
-    qpos: str = typer.Option("", "--qpos", metavar="1,0.5", help="Start of a model: positions."),
-    qvel: str = typer.Option("", "--qvel", metavar="0,0.1", help="Start of a model: velocities."),
-    ctrl: str = typer.Option(
-        "", "--ctrl", metavar="0,0.1", help="Constant controls of a model's actuators."
-    ),
+    start: ModelStart,
     quick: bool = typer.Option(
         False, "--quick", help="Shorter looks at other sources and integrators."
     ),
@@ -126,9 +114,8 @@ def judge_model(
 
     given = invocation(context)
     folder = given.folder(out, JUDGE)
-    states = {"qpos": qpos, "qvel": qvel, "ctrl": ctrl}
     asked = (
-        request_of(duration, error, own, snapshot, ignore, key, states, quick, extras)
+        request_of(start, duration, error, own, quick, extras)
         if request is None
         else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     )
@@ -137,32 +124,8 @@ def judge_model(
 
 def tabulate_convergence(
     context: typer.Context,
-    problem: str = typer.Option(
-        "",
-        "--problem",
-        metavar="package.module:function",
-        help="Returns a galvi.Problem and its duration.",
-    ),
-    method: list[str] = typer.Option(
-        [],
-        "--method",
-        metavar="rebound.whfast",
-        help="Another code by its name, gauss:DEGREE of galvi's, or package.module:name of a "
-        "galvi.Galerkin; may be repeated. Default: all that take the problem.",
-    ),
-    contender: list[str] = CONTENDER,
-    steps: str = typer.Option(
-        "",
-        "--steps",
-        metavar="50,100,200",
-        help="Numbers of equal steps, or their sizes. Default: found by trying.",
-    ),
-    duration: float = typer.Option(
-        None, "--duration", metavar="T", help="In place of the problem's own."
-    ),
-    truth: str = typer.Option(
-        "", "--truth", metavar="scipy.dop853", help="The code that gives the truth."
-    ),
+    *,
+    asked: Convergence,
     timeout: float = TIMEOUT,
     quick: bool = typer.Option(False, "--quick", help="Shorter timings."),
     request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.convergence
@@ -171,11 +134,10 @@ def tabulate_convergence(
     ),
 ) -> int:
     """Errors and orders of methods on a problem: tables and a figure."""
-    from reports.cli.convergence import Asked, convergence_command
+    from reports.cli.convergence import convergence_command
 
     given = invocation(context)
-    if not problem and request is None:
+    if not asked.problem and request is None:
         raise typer.BadParameter("convergence expects --problem package.module:function.")
     folder = given.folder(out, CONVERGENCE)
-    asked = request or Asked(problem, contender, method, steps, duration, truth, quick)
-    return convergence_command(asked, timeout, folder, given.command)
+    return convergence_command(request or asked, quick, timeout, folder, given.command)

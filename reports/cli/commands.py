@@ -38,6 +38,7 @@ from reports.cli.invocation import (
     invocation,
     typed,
 )
+from reports.cli.option_groups import Checking, spread
 from reports.cli.project import Project, read_project
 
 PROGRAM = ("python", "-m", "reports")
@@ -82,8 +83,8 @@ def everything(
         project = invocation(context).project
         require, timeout = project.default("require"), project.default("timeout")
         return measure.build_all(
-            context, quick, claims, require, contender, timeout, anew, kept=False, single=False,
-            scheduler="", out=out,
+            context, quick=quick, checking=Checking(claims, require, contender, timeout), anew=anew,
+            kept=False, single=False, scheduler="", out=out,
         )  # fmt: skip
     names = ("quick", "claims", "contender", "anew", "out")
     before = [f"--{name}" for name in names if typed(context, name)]
@@ -101,7 +102,7 @@ def application() -> typer.Typer:
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.callback(invoke_without_command=True)(everything)
     for name, command in COMMANDS.items():
-        app.command(name)(command)
+        app.command(name)(spread(command))
     return app
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
 from reports.cli.handed_over import handed_over, show_progress
+from reports.cli.option_groups import Convergence
 from reports.figures.picture import WIDTHS, sized
 from reports.figures.plots.orders import orders
 from reports.figures.style.layout import NoData
@@ -39,27 +39,14 @@ GAUSS = "gauss:"  # before the degree of galvi's Gauss collocation, as --method
 progress = partial(show_progress, COMMAND)
 
 
-@dataclass(frozen=True)
-class Asked:
-    """The words of the command's options."""
-
-    problem: str
-    contenders: Sequence[str]
-    methods: Sequence[str]
-    steps: str
-    duration: float | None
-    truth: str
-    quick: bool
-
-
-def request_of(asked: Asked) -> ConvergenceRequest:
+def request_of(asked: Convergence, quick: bool) -> ConvergenceRequest:
     """The request that options ask for. Raises ContenderError and ValueError for what is none."""
     problem, duration = load_problem(asked.problem, asked.duration)
     counts, sizes = counts_and_sizes(_steps(asked.steps))
-    methods = [*map(_method, asked.methods), *(("", path) for path in asked.contenders)]
+    methods = [*map(_method, asked.method), *(("", path) for path in asked.contender)]
     return ConvergenceRequest(
-        problem, tuple(methods), duration, counts, sizes, asked.truth or None, asked.quick,
-        with_all=not asked.methods,
+        problem, tuple(methods), duration, counts, sizes, asked.truth or None, quick,
+        with_all=not asked.method,
     )  # fmt: skip
 
 
@@ -92,7 +79,9 @@ def _method(word: str) -> tuple[str, Any]:
     return word.partition(":")[2], method
 
 
-def convergence_command(asked: Asked | Path, timeout: float | None, out: Path, command: str) -> int:
+def convergence_command(
+    asked: Convergence | Path, quick: bool, timeout: float | None, out: Path, command: str
+) -> int:
     """0, or 1 when a run failed.
 
     asked  or the file of a request that `galvi.convergence` hands over: the rows go back as JSON
@@ -101,7 +90,7 @@ def convergence_command(asked: Asked | Path, timeout: float | None, out: Path, c
         request: ConvergenceRequest = (
             handed_over(asked, "galvi.convergence")
             if isinstance(asked, Path)
-            else request_of(asked)
+            else request_of(asked, quick)
         )
         table = _table(request, LIMIT if timeout is None else timeout, command)
     except ContenderError as error:

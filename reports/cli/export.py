@@ -18,6 +18,7 @@ from benchmarks.store.cells import as_csv, read_csv
 from galvi.whole_files import open_descriptor
 from references.setting import nearest
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
+from reports.cli.option_groups import Selection
 from reports.figures.drawing import drawable
 from reports.figures.picture import WIDTHS, sized
 from reports.figures.style.layout import NoData
@@ -52,8 +53,8 @@ class Choice:
 
 
 def exported(
-    load: Callable[[], Suite], out: Path, name: str, form: str, width: str, to: Path | None,
-    choice: Choice, listed: bool, every: bool,
+    load: Callable[[], Suite], out: Path, selection: Selection, form: str, width: str,
+    to: Path | None, choice: Choice,
 ) -> Iterator[str | Path]:  # fmt: skip
     """Lines of a list, or the paths of files written: one table or figure, or all of them.
 
@@ -62,7 +63,8 @@ def exported(
     Raises typer.BadParameter as `export` and `export_figure`, and without a name.
     """
     _check_form(form)
-    if (bool(name) + listed + every) != 1:
+    name = selection.name
+    if (bool(name) + selection.listed + selection.every) != 1:
         raise typer.BadParameter("export expects a NAME, --list or --all, and one of these.")
     if choice != Choice() and (not name or form in PICTURES):
         raise typer.BadParameter("--sort, --where and --columns are for one table.")
@@ -71,10 +73,10 @@ def exported(
         return
     suite = load()
     figures = _figures(suite, out)
-    if listed:
+    if selection.listed:
         yield from (f"{table}  table" for table in tables(out))
         yield from (f"{one}  figure: {figure.title}" for one, (figure, _) in figures.items())
-    elif every:
+    elif selection.every:
         if to is not None:
             raise typer.BadParameter("--all does not take --to.")
         yield from _all(suite, out, form, width, figures)

@@ -113,9 +113,6 @@ def within(least: float, most: float, unit: str) -> Callable[..., float | None]:
 
 
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs.")
-REQUIRE = typer.Option(
-    None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
-)
 CLAIMS = typer.Option(
     "", "--claims", metavar="V3,V5",
     help='Only these claims; "contenders": those of the external integrators.',

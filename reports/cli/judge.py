@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,9 @@ from galvi import Problem
 from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import MODELS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
+from reports.cli.errors import words
 from reports.cli.handed_over import handed_over, show_progress
+from reports.cli.option_groups import ModelStart
 from reports.judge.cases import junit_suites
 from reports.judge.page import write_judgement
 from reports.judge.sentences import own_run, sentences
@@ -59,20 +60,20 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, ca
 
 
 def request_of(
-    duration: float | None, error: float | None, own: str, snapshot: int, ignore: str,
-    key: str | None, states: Mapping[str, str], quick: bool, extras: str,
-) -> JudgeRequest:  # fmt: skip
-    """The request that options ask for; a usage error for text that is none.
-
-    states  the texts of qpos, qvel and ctrl
-    """
+    start: ModelStart,
+    duration: float | None,
+    error: float | None,
+    own: str,
+    quick: bool,
+    extras: str,
+) -> JudgeRequest:
+    """The request that options ask for; a usage error for text that is none."""
     try:
         return JudgeRequest(
-            duration, error, read_own(own), snapshot,
-            tuple(filter(None, (word.strip() for word in ignore.split(",")))),
-            None if key is None else _number(key),
-            quick=quick, extras=extras,
-            **{name: read_numbers(f"--{name}", text) for name, text in states.items()},
+            duration, error, read_own(own), start.snapshot, words(start.ignore),
+            None if start.key is None else _number(start.key), read_numbers("--qpos", start.qpos),
+            read_numbers("--qvel", start.qvel), read_numbers("--ctrl", start.ctrl), quick,
+            extras=extras,
         )  # fmt: skip
     except ValueError as refused:
         raise typer.BadParameter(str(refused)) from None

@@ -9,15 +9,13 @@ import typer
 from reports.cli.errors import words
 from reports.cli.invocation import FOLDER, invocation
 from reports.cli.merge import merge_command
+from reports.cli.option_groups import Selection
 
 
 def export_table(
     context: typer.Context,
-    name: str = typer.Argument(
-        "", metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
-    ),
-    listed: bool = typer.Option(False, "--list", help="Say what there is, instead of NAME."),
-    every: bool = typer.Option(False, "--all", help="All tables, or figures, not NAME."),
+    *,
+    selection: Selection,
     where: list[str] = typer.Option(
         [], "--where", metavar="problem=kepler", help="Rows to take; several narrow it down."
     ),
@@ -43,7 +41,7 @@ def export_table(
     given = invocation(context)
     choice = Choice(words(sort), words(columns), tuple(where))
     folder = given.kept_folder(out)
-    for line in exported(given.load, folder, name, form, width, to, choice, listed, every):
+    for line in exported(given.load, folder, selection, form, width, to, choice):
         print(line)
     return 0
 

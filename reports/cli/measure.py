@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING
 import typer
 
 from reports.cli.invocation import (
-    CLAIMS,
     CONTENDER,
     FOLDER,
     QUICK,
-    REQUIRE,
     SCHEDULER,
     TIMEOUT,
     invocation,
     within,
 )
+from reports.cli.option_groups import Checking
 
 if TYPE_CHECKING:
     from reports.results.section_result import SectionResult
@@ -29,11 +28,9 @@ ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an int
 
 def verify_claims(
     context: typer.Context,
+    *,
     quick: bool = QUICK,
-    claims: str = CLAIMS,
-    require: str = REQUIRE,
-    contender: list[str] = CONTENDER,
-    timeout: float = TIMEOUT,
+    checking: Checking,
     fail_under: float = typer.Option(
         100.0,
         "--fail-under",
@@ -50,8 +47,13 @@ def verify_claims(
     from reports.results.own_problems import joined
 
     given = invocation(context)
-    with joined(given.load(), contender, timeout) as known, on_scheduler(known, scheduler) as suite:
-        options = given.options(suite, quick, out, claims, require, fail_under=fail_under)
+    with (
+        joined(given.load(), checking.contender, checking.timeout) as known,
+        on_scheduler(known, scheduler) as suite,
+    ):
+        options = given.options(
+            suite, quick, out, checking.claims, checking.require, fail_under=fail_under
+        )
         passed = verify(suite, options).passed
         faults = list(suite.faults())
     _tell(faults)
@@ -101,11 +103,9 @@ def compare_methods(
 
 def build_all(
     context: typer.Context,
+    *,
     quick: bool = QUICK,
-    claims: str = CLAIMS,
-    require: str = REQUIRE,
-    contender: list[str] = CONTENDER,
-    timeout: float = TIMEOUT,
+    checking: Checking,
     anew: bool = ANEW,
     kept: bool = typer.Option(
         False, "--kept", help="Only draw and write the pages, from kept rows."
@@ -127,8 +127,13 @@ def build_all(
         except ValueError as error:
             raise typer.BadParameter(f"--kept: {error}") from None
         return 0
-    with joined(known, contender, timeout) as here, on_scheduler(here, scheduler) as suite:
-        options = given.options(suite, quick, out, claims, require, contender, anew)
+    with (
+        joined(known, checking.contender, checking.timeout) as here,
+        on_scheduler(here, scheduler) as suite,
+    ):
+        options = given.options(
+            suite, quick, out, checking.claims, checking.require, checking.contender, anew
+        )
         verified, compared, sections = build(suite, options, single)
         failures = [*compared.measured.failures, *_failures(sections), *suite.faults()]
     _tell(failures)

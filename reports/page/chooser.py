@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import pandas as pd
 
@@ -12,7 +11,7 @@ from benchmarks.work_precision.fronts import fastest
 from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
-from reports.page.site import Grid, grid
+from reports.page.site import Explained, Grid, grid
 from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
 from reports.tables.number_format import TIMES, readable, seconds
 
@@ -43,16 +42,9 @@ def filters(fastest: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
     ]
 
 
-@dataclass(frozen=True)
-class DefaultStep:
-    """MuJoCo's RK4 at its default step: the answer in sentences, and a line for each problem."""
-
-    text: str
-    rows: Grid
-
-
-def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
-    """From the runs on each problem at this step; None without any."""
+def default_step(runs: pd.DataFrame | None) -> Explained | None:
+    """MuJoCo's RK4 at its default step: the answer in sentences, and a line for each problem; None
+    without runs at this step."""
     errors, lines = {}, []
     for problem, rows in runs.groupby("problem", sort=False) if runs is not None else ():
         found = at_step(rows, MUJOCO_RK4.name, DEFAULT_STEP)
@@ -81,7 +73,7 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         f"Its error at a step of {DEFAULT_STEP:g}. {_answer(errors)} Errors are those at the end "
         "of the comparison's run."
     )
-    return DefaultStep(text, grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number")))
+    return Explained(text, grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number")))
 
 
 def _answer(errors: Mapping[str, float]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.checks.bounds import NOT_RUN, VERDICTS
-from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.claim import Row
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
 from references.stored.provenance import HEADINGS, truths
@@ -20,14 +20,17 @@ from reports.figures.profiles import PROFILES
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.motion import motions
-from reports.page.site import Grid, grid, ledger
-from reports.page.sources import Source, commands, files, statements, without_folder
+from reports.page.site import Explained, Grid, grid, ledger
+from reports.page.sources import commands, files, sources, statements, without_folder
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.machines import Machine
+from reports.results.machines import Machine, machines
+from reports.results.options import Options
+from reports.results.origins import read_origins
 from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
+from reports.results.suite import Suite
 from reports.results.summary import many, summary
 from reports.tables.chances import built, chances, elsewhere
 from reports.tables.comparison_tables import (
@@ -131,14 +134,6 @@ class StudySection:
 
 
 @dataclass(frozen=True)
-class TargetsSection:
-    """The targets: an introduction, and a line for each."""
-
-    text: str
-    rows: Grid
-
-
-@dataclass(frozen=True)
 class ComparisonSection:
     """The comparison of contenders on one problem; notes and advice are derived from the times, and
     elsewhere has the table of each other machine, energies that of energy beside position."""
@@ -165,47 +160,49 @@ class Profiles:
     rows: Grid
 
 
-def content(
-    checked: Sequence[ClaimResult],
-    comparison: Comparison,
-    tables: ComparisonTables,
-    sections: Sequence[SectionResult],
-    gallery: Gallery,
-    known: Sequence[Claim],
-    provenance: Mapping[str, str],
-    quick: bool,
-    kept: bool,
-    measured: Sequence[Source],
-    origins: Mapping[str, Mapping[str, str]],
-    history: object = None,
-    left: Sequence[str] = (),
-    others: Sequence[Machine] = (),
-) -> dict[str, Any]:
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What a report is made of, at the end of a build or on its way.
+
+    provenance  of the pages
+    kept        the pages show kept rows; nothing was measured for them
+    left        what is still being measured
+    """
+
+    suite: Suite
+    options: Options
+    checked: Sequence[ClaimResult]
+    comparison: Comparison
+    tables: ComparisonTables
+    sections: Sequence[SectionResult]
+    provenance: Mapping[str, str]
+    kept: bool = False
+    left: Sequence[str] = ()
+
+
+def content(report: Contents, gallery: Gallery, history: object = None) -> dict[str, Any]:
     """The variables of the templates, by name.
 
-    quick     whether the comparison was measured in the quick setting
-    kept      the pages show kept rows; nothing was measured for them
-    measured  where the rows come from
-    origins   file -> where its rows come from
-    history   the kept benches, as `reports.tracking` shows them; None without any
-    left      what is still being measured
-    others    other machines with rows of comparisons
+    history  the kept benches, as `reports.tracking` shows them; None without any
     """
-    seen = summary(checked)
+    checked, comparison, tables = report.checked, report.comparison, report.tables
+    out, provenance = report.options.out, report.provenance
+    origins = read_origins(out)
+    seen, measured = summary(checked), sources(out, checked, comparison, report.sections)
     origin = origins.get(TIMES, provenance)
-    lacking = absent(origin, comparison.work_precision, tables.targets, seen.rows)
+    runs = comparison.work_precision
+    lacking = absent(origin, runs, tables.targets, seen.rows)
     run = {one.claim.id for one in checked}
     claims = [claim_section(one, gallery) for one in checked]
-    runs = comparison.work_precision
     return {
         "summary": str(seen),
         "statements": ledger(),
         "peers": peers(origin),
         "absent": lacking,
         "differing": seen.differing,
-        "left_out": [claim.id for claim in known if claim.id not in run],
-        "kept": kept,
-        "left": left,
+        "left_out": [claim.id for claim in report.suite.claims if claim.id not in run],
+        "kept": report.kept,
+        "left": report.left,
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "measured": statements(measured),
         "verdicts": VERDICTS,
@@ -220,17 +217,19 @@ def content(
         "default_step": default_step(runs),
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
-        "comparisons": _comparisons(comparison, tables, gallery, lacking, others),
+        "comparisons": _comparisons(comparison, tables, gallery, lacking, machines(out)[1:]),
         "profiles": _profiles(runs, gallery),
         "processor": origin.get("cpu", ""),
         "compiled": origin.get("compiled for", ""),
         "built": grid(built()),
         "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets),
-        "quick": quick,
+        "quick": report.options.quick,
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
-        "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
-        "studies_left_out": [_left_out(one) for one in sections if one.frame is None],
+        "studies": [
+            _study(one, one.frame, gallery) for one in report.sections if one.frame is not None
+        ],
+        "studies_left_out": [_left_out(one) for one in report.sections if one.frame is None],
         "failures": comparison.failures,
         "history": history,
         "provenance": [
@@ -286,11 +285,11 @@ def _left_out(one: SectionResult) -> tuple[str, str, str]:
     return one.section.title, command, one.failure or one.note
 
 
-def _targets(frame: pd.DataFrame) -> TargetsSection | None:
+def _targets(frame: pd.DataFrame) -> Explained | None:
     if frame.empty:
         return None
     text = f"{TEXT} {targets_summary(frame)}"
-    return TargetsSection(text, grid(*readable_targets(frame)))
+    return Explained(text, grid(*readable_targets(frame)))
 
 
 def _comparisons(

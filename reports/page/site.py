@@ -22,6 +22,14 @@ class Grid:
     lines: tuple[tuple[tuple[str, str], ...], ...]
 
 
+@dataclass(frozen=True)
+class Explained:
+    """A table with an introduction."""
+
+    text: str
+    rows: Grid
+
+
 def grid(
     frame: pd.DataFrame,
     kinds: Mapping[str, str] | None = None,

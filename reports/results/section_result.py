@@ -56,7 +56,7 @@ def runnable(sections: Sequence[Section]) -> list[Section]:
     absences = {section.name: section.absent() for section in sections}
     for section in sections:
         if absence := absences[section.name]:
-            _say(f"{section.title}: will not run. {absence}")
+            say(f"{section.title}: will not run. {absence}")
     return [section for section in sections if not absences[section.name]]
 
 
@@ -71,7 +71,7 @@ def _measured(
         failure = f"{section.title}: not run ({describe_error(error)})."
     note = absence
     if section.long_form is not None:
-        rows = section.long_form.stored(options.out / FOLDER, _say)
+        rows = section.long_form.stored(options.out / FOLDER, say)
         if not (len(rows) or absence):
             note = "Short version: make studies runs the long one."
         frames.append(rows)
@@ -104,5 +104,6 @@ def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.
     return frame.assign(**{name: text for name, text in now.items() if name in frame})
 
 
-def _say(text: str) -> None:
+def say(text: str) -> None:
+    """On stderr."""
     print(text, file=sys.stderr)

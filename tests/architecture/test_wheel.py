@@ -21,6 +21,7 @@ from benchmarks.store.provenance import provenance
 from galvi.interop.release import RELEASE, version_in_git
 from galvi.kernels.compile.cache import FOLDER
 from reports.tables.macros import bibliography
+from tests.reports.test_track_against import git
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
@@ -111,13 +112,6 @@ def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
     sim.integrator, sim.dt = "whfast", 0.1
     sim.save_to_file(str(place / "simulation.bin"))
     return place
-
-
-def git(folder: Path, *words: str) -> None:
-    own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
-    name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
-    subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
-                   capture_output=True)  # fmt: skip
 
 
 def with_kernels(place: Path) -> None:

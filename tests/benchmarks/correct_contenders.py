@@ -89,8 +89,9 @@ def composed(kind, masses, q, v, t0, h, steps, every, weights, saved):
 
 
 @njit(cache=True)
-def implicit(kind, masses, q, v, t0, h, steps, every, A, b, c, saved):
+def implicit(kind, masses, q, v, t0, h, steps, every, table, saved):
     """A Runge-Kutta method, its stages by iteration, of which one of an explicit method ends."""
+    A, b, c = table
     stages = len(b)
     force, speed = np.zeros((stages, *q.shape)), np.zeros((stages, *q.shape))
     for k in range(steps):
@@ -168,7 +169,7 @@ class Compiled:
         if len(self.weights):
             composed(*parts, self.weights, saved)
         else:
-            implicit(*parts, *self.table, saved)
+            implicit(*parts, self.table, saved)
         q, v = saved.reshape((2, -1, *problem.q0.shape))
         t = problem.t0 + h * every * np.arange(len(q))
         return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts={"steps": steps})

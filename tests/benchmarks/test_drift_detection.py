@@ -126,8 +126,6 @@ def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
 
 # The measured histories of the claims.
 
-RATIO = "over the largest of single steps from exact states"
-
 
 @pytest.mark.slow_cases(but=["V8-falling", "V8-widening", "L4-rising", "L4-falling", "L4-widening"])
 @pytest.mark.parametrize("change", PLANTS)

@@ -15,7 +15,6 @@ from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.claims.vector_spaces import solution_map, theorem_three
 from benchmarks.claims.vector_spaces import v30_solution_map as v30
 from benchmarks.claims.vector_spaces import v31_mass_and_potential_in_time as v31
-from benchmarks.claims.vector_spaces import v32_runge_kutta_methods as v32
 from benchmarks.claims.vector_spaces.solution_map import Stability
 from benchmarks.claims.vector_spaces.v30_solution_map import V30
 from benchmarks.claims.vector_spaces.v31_mass_and_potential_in_time import V31
@@ -24,7 +23,7 @@ from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
 
-INTEGRATE, COLLOCATION = galvi.integrate, v32.collocation
+INTEGRATE = galvi.integrate
 OVER = "largest of {} over its bound, {}"
 EVERYWHERE = (*v30.MOTIONS, *v30.RULES)
 

@@ -29,7 +29,7 @@ from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
 
-HUNG, JOINED = "body hung by a spring on SE(3)", "joined pendulums on SO(3) x SO(3)"
+JOINED = "joined pendulums on SO(3) x SO(3)"
 
 
 @pytest.fixture(scope="module")

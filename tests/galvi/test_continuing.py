@@ -13,7 +13,6 @@ import galvi
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
-EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 

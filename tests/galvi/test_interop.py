@@ -42,7 +42,7 @@ def simulation(active: bool = True):
 
 
 @pytest.mark.parametrize("active", [True, False])
-def test_a_simulation_comes_in_and_goes_out_with_all_it_has(active):
+def test_a_simulation_comes_in_with_all_it_has_and_stays_as_it_was(active):
     sim = simulation(active)
     before = sim.particles[1].x
     problem = galvi.from_rebound(sim)
@@ -52,11 +52,17 @@ def test_a_simulation_comes_in_and_goes_out_with_all_it_has(active):
     assert problem.parameters["bodies"] == ("Sun", "Planet", "2")
     assert problem.parameters["integrator"] == "whfast" and problem.parameters["dt"] == 0.01
     assert problem.system.masses.tolist() == [1.0, 1e-3, 0.0]
+    sim.synchronize()
+    assert np.array_equal(problem.q0, [p.xyz for p in sim.particles])
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_the_run_of_a_simulation_goes_out_with_all_it_has(active):
+    sim = simulation(active)
+    problem = galvi.from_rebound(sim)
     run = galvi.integrate(problem, EIGHT, 0.1, 100)
     truth = IAS15.run(problem, 10.0, {"samples": 1})
     assert np.max(np.abs(run.q[-1] - truth.q[-1])) < 1e-11
-    sim.synchronize()
-    assert np.array_equal(problem.q0, [p.xyz for p in sim.particles])
     out = run.to_rebound()
     assert out.units == sim.units and out.G == sim.G and out.t == run.t[-1]
     assert [p.name for p in out.particles] == ["Sun", "Planet", None] and out.N_active == 2

@@ -82,8 +82,8 @@ def distance(one: Any, other: Any) -> float:
     )
 
 
-def outcome(number: int) -> tuple[str, str]:
-    """How one random run compares: "alike", "said", "not compared" or "WRONG", and what it was."""
+def drawn(number: int) -> tuple[str, galvi.Problem, galvi.Galerkin, float]:
+    """A random problem with its name, a method and a step."""
     rng = np.random.Generator(np.random.Philox(number))
     name = list(PROBLEMS)[rng.integers(len(PROBLEMS))]
     make, unit = PROBLEMS[name]
@@ -94,7 +94,14 @@ def outcome(number: int) -> tuple[str, str]:
     if clock is not None:
         step *= 0.5 / unit
     method = galvi.Galerkin(galvi.Polynomials(degree), rule, clock=clock)
-    words = f"{number}: {name}, degree {degree}, {rule.name}, {clock}, step {step!r}"
+    return name, problem, method, step
+
+
+def outcome(number: int) -> tuple[str, str]:
+    """How one random run compares: "alike", "said", "not compared" or "WRONG", and what it was."""
+    name, problem, method, step = drawn(number)
+    clock, rule = method.clock, method.rule
+    words = f"{number}: {name}, degree {method.space.degree}, {rule.name}, {clock}, step {step!r}"
     fast = ended(problem, method, step)
     if fast is None or not fast.status.startswith("Completed.") or fast.engine == "general":
         return "said" if fast is None or fast.engine != "general" else "not compared", words

@@ -24,7 +24,6 @@ from galvi.tracing.tracing import traced
 
 Q, V, T = np.array([0.7, -0.4]), np.array([0.3, 0.9]), 0.6
 SCALES = np.ones(2), np.ones(2)
-SYMBOLS = {"q": Graph().variables("q", 2)}
 STEP = 1e-30  # of complex differences, which have no cancellation
 
 

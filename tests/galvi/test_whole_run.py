@@ -11,13 +11,7 @@ import pytest
 import galvi
 from galvi.recommend.extrapolation import turning_points
 from references.closed_forms.kepler import KEPLER
-
-ORBIT = galvi.problems.kepler(0.6)
-
-
-def apocentre(e):
-    speed = math.sqrt((1.0 - e) / (1.0 + e))
-    return galvi.Problem(ORBIT.system, [-(1.0 + e), 0.0], [0.0, -speed])
+from tests.galvi.test_recommend import ORBIT, apocentre, recommend
 
 
 def hilltop():
@@ -26,13 +20,8 @@ def hilltop():
     return galvi.Problem(system, [0.01], [0.0])
 
 
-def recommend(problem, error, duration, **options):
-    """By evaluations, as times differ from run to run.
-
-    Errors near the one asked for differ between processors, too, by the order in which BLAS adds:
-    what is expected here holds for any choice.
-    """
-    return galvi.recommend(problem, error, duration, by="evaluations", **options)
+# Errors near the one asked for differ between processors, too, by the order in which BLAS adds:
+# what is expected here holds for any choice.
 
 
 @pytest.mark.slow_cases(

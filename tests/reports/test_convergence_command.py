@@ -52,12 +52,18 @@ def folder(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_tables_a_figure_and_sentences_of_the_pages_paper(folder, capsys):
+@pytest.fixture
+def papers(folder, capsys):
+    """What the page's command prints, and the folder with what it wrote."""
     methods = ["textbook.rk4", "gauss:2", "scipy.dop853"]
     words = [*WORDS, "my_problem:galaxy", "--contender", "mine:BlanesMoan"]
     words += [word for method in methods for word in ("--method", method)]
     assert run(None, [*words, "--out", "out"]) == 0, capsys.readouterr().err
-    printed = capsys.readouterr().out
+    return capsys.readouterr().out, folder
+
+
+def test_tables_a_figure_and_sentences_of_the_pages_paper(papers):
+    printed, folder = papers
     assert "Truth: " in printed and "Blanes-Moan S6: order 4.0" in printed
     for name in ("convergence", "orders"):
         assert {f"{name}.{form}" for form in ("csv", "md", "tex")} <= set(names(folder))

@@ -78,6 +78,19 @@ def checkout(tmp_path: Path) -> Path:
     return copy
 
 
+def go_on(name: str, words: list[str], checkout: Path, out: Path, kept: int) -> None:
+    """Do a command to its end; a build resumes with the `kept` parts."""
+    done = subprocess.run(words, cwd=checkout, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    print(name, "at the end:", done.stdout.strip().splitlines()[-1])
+    taken = RESUMING.search(done.stdout)
+    if name == "build" and kept > 0:
+        assert taken is not None and int(taken[1]) == kept
+        told = json.loads((out / "provenance.json").read_text())["index.html"]["resumed"]
+        assert told.startswith(f"{taken[1]} result")
+        print(f"It resumed with {told}.")
+
+
 def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     table, moments, kept, parts = [], random.Random(5), 0, [0]
@@ -121,15 +134,7 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
     print("\n" + pd.DataFrame(table).to_string(index=False, float_format="%.1f"))
     assert max(parts) > 0, "no build was killed between two of its parts"
     for name in ("bench", "track", "build"):
-        done = subprocess.run(known[name][0], cwd=checkout, capture_output=True, text=True)
-        assert done.returncode == 0, done.stdout + done.stderr
-        print(name, "at the end:", done.stdout.strip().splitlines()[-1])
-        taken = RESUMING.search(done.stdout)
-        if name == "build" and parts[-1] > 0:
-            assert taken is not None and int(taken[1]) == parts[-1]
-            told = json.loads((out / "provenance.json").read_text())["index.html"]["resumed"]
-            assert told.startswith(f"{taken[1]} result")
-            print(f"It resumed with {told}.")
+        go_on(name, known[name][0], checkout, out, parts[-1])
     assert not (out / FOLDER).exists()
     assert results_kept(out / "benchmarks") == 0
     assert read_history(out / "benchmarks")["file"].nunique() >= 1

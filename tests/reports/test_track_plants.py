@@ -6,9 +6,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +14,7 @@ import pytest
 
 from reports.cli.track import track_command
 from reports.tracking.project import PROBLEMS
+from tests.reports.test_track_against import git
 
 DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
 YOSHIDA = """
@@ -173,13 +172,6 @@ PLANTS = (
         timeout=20.0,
     ),
 )
-
-
-def git(folder: Path, *words: str) -> None:
-    own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
-    name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
-    subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
-                   capture_output=True)  # fmt: skip
 
 
 def adaptive() -> str:

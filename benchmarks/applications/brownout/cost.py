@@ -146,14 +146,10 @@ class Part:
 
 def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
     """The runs of the long form."""
-    files, code = _files(studies, report), version()
+    files, code = RowFiles(studies / FOLDER, COLUMNS, report), version()
     return [Part(diameter, files, code) for diameter in DIAMETERS]
 
 
 def stored(studies: Path, report: Callable[[str], None]) -> pd.DataFrame:
     """All stored rows; none when the study was not run."""
-    return _files(studies, report).all()
-
-
-def _files(studies: Path, report: Callable[[str], None]) -> RowFiles:
-    return RowFiles(studies / FOLDER, COLUMNS, report)
+    return RowFiles(studies / FOLDER, COLUMNS, report).all()

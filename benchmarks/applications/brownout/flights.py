@@ -117,6 +117,7 @@ class Flights:
         return self.status < FAILED
 
 
+# More parameters than elsewhere: the numbers of an experiment, which callers vary one by one.
 def follow(
     method: Galerkin,
     q0: Array,

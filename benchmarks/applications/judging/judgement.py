@@ -148,14 +148,9 @@ def judge(
     span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))
     samples, steps = SAMPLES, SAMPLES
     if mine.step is not None:
-        step = abs(mine.step)
-        if step > abs(span):
-            raise ValueError(
-                f"own dt must be at most the duration {abs(span):g}; received {step:g}."
-            )
-        samples, steps = _samples(round(abs(span) / step) or 1, abs(span) / step)
-        span = math.copysign(steps * step, span)
-        mine = replace(mine, step=math.copysign(step, span))
+        samples, steps = _samples(abs(mine.step), span)
+        span = math.copysign(steps * abs(mine.step), span)
+        mine = replace(mine, step=math.copysign(mine.step, span))
         report(f"duration {span:g}, {steps} steps")
     if error is not None:
         error = input_checks.positive("error", error)
@@ -295,9 +290,16 @@ def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
     return Own(label, contender, given, step)
 
 
-def _samples(whole: int, steps: float) -> tuple[int, int]:
-    """How many states of so many steps are kept, SAMPLES at most, and the number of steps, which
-    are as few more as that number of states allows."""
+def _samples(step: float, span: float) -> tuple[int, int]:
+    """How many states of a run in own steps are kept, SAMPLES at most, and the number of steps,
+    which are as few more than fit as that number of states allows.
+
+    Raises ValueError for a step longer than the duration.
+    """
+    if step > abs(span):
+        raise ValueError(f"own dt must be at most the duration {abs(span):g}; received {step:g}.")
+    steps = abs(span) / step
+    whole = round(steps) or 1
     least = whole if abs(whole - steps) < 1e-9 * steps else math.ceil(steps)
     few = range(min(least, SAMPLES // 2), min(least, SAMPLES) + 1)
     return min(((k, -(-least // k) * k) for k in few), key=lambda pair: (pair[1], -pair[0]))

@@ -198,13 +198,9 @@ class Search:
         assert last.candidate is not None
         many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
-            coarser = replace(last.candidate, steps=-(-many // 2))
-            bracketed = not all(row.reached for row in rows)
-            order = getattr(last.candidate.contender, "order", 0)
-            hopeless = order > LOW and 2.0**order * last.error > self.wanted
-            ends = not many or bracketed or hopeless or rest < 0.0
-            ends = ends or coarser.count(self.samples) >= many or last.hard
-            return (self._finer(rows, rest) if ends else coarser), ""
+            goes_on = many and rest >= 0.0 and all(row.reached for row in rows)
+            coarser = self._coarser(last, many) if goes_on else None
+            return coarser or self._finer(rows, rest), ""
         if len(rows) >= MOST_RUNS:
             return None, f"{MOST_RUNS} settings were tried"
         if len(rows) > 1 and _alike(rows[-2].stopped, last.stopped):
@@ -221,6 +217,14 @@ class Search:
             more = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
             return None, f"its time was over{more}"
         return replace(last.candidate, steps=math.ceil(min(factor, within) * many)), ""
+
+    def _coarser(self, last: Tried, many: int) -> Candidate | None:
+        """Half as many steps as the last run's, unless it is hopeless."""
+        candidate = cast(Candidate, last.candidate)
+        coarser = replace(candidate, steps=-(-many // 2))
+        order = getattr(candidate.contender, "order", 0)
+        hopeless = order > LOW and 2.0**order * last.error > self.wanted
+        return None if hopeless or last.hard or coarser.count(self.samples) >= many else coarser
 
     def _finer(self, rows: list[Tried], rest: float) -> Candidate | None:
         """Twice as many steps as the most so far, where Newton's method did some of these."""

@@ -92,61 +92,71 @@ def part_left(problem: Problem) -> float:
     return float(np.max(masses[1:]) / masses[0])
 
 
+SEEN = f"A difference of {VISIBLE:g} of an orbit's size is a line's width in H's figure"
+LONG_STEP = (
+    f"{SEEN}. In a step of 100 days Mercury does more than a revolution; 25 basis functions "
+    "resolve it to less than that, and slower planets far better."
+)
+CLOSED = (
+    f"{SEEN}. The radii return to within what the other planets change them, in IAS15's orbits "
+    "as in these."
+)
+
+
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Distance to IAS15, shape and energy for n = 25, and their rates in n."""
-    seen = f"A difference of {VISIBLE:g} of an orbit's size is a line's width in H's figure"
-    long_step = (
-        f"{seen}. In a step of 100 days Mercury does more than a revolution; 25 basis functions "
-        "resolve it to less than that, and slower planets far better."
-    )
-    closed = (
-        f"{seen}. The radii return to within what the other planets change them, in IAS15's orbits "
-        "as in these."
-    )
-    turned = f"{seen}, and an ellipse turned by an angle moves by its eccentricity times the angle."
-    stable = (
-        "An energy error of this size, all of it Mercury's and kept for the whole run, would move "
-        f"it along its orbit by {VISIBLE:g} of its size."
-    )
-    base, problem = mercury_base(), galvi.problems.solar_system()
-    left = part_left(problem)
-    in_frame = (
-        "The frame does Kepler's orbits exactly; a step of 1.14 revolutions of Mercury is within "
-        "its limit of 1.27. What it leaves to collocation, the planets' pull, is less than "
-        f"{left:.1e} of the Sun's, and so must be its error of what as many points may err by "
-        "without the frame: "
-    )
-    rate = (
-        f"Mercury's motion is singular near the real axis: {base:.3f}^n at step ends when the "
-        "perihelion is in the middle of a step, times a power of n of at most 1, which at n = 30 "
-        "changes the base by its thirtieth part."
-    )
-    geometric = Finding(Base(base, resolution=base / 30.0))
+    """Distance to IAS15, shape and energy for n = 25, their rates in n, and the Kepler frame."""
+    visible = visible_energy(galvi.problems.solar_system())
+    return [
+        *_orbits(table),
+        _row(
+            "energy error",
+            AtMost(visible),
+            energy_error(table, N),
+            "An energy error of this size, all of it Mercury's and kept for the whole run, would "
+            f"move it along its orbit by {VISIBLE:g} of its size.",
+            reference="initial energy",
+        ),
+        *_rates(table),
+        *_in_the_frame(table, visible),
+        V9.row(
+            f"{ORACLES}, Mercury",
+            Finding(AtMost(0.1 * FLOORS[DISTANCE])),
+            readings.largest_of(table, quantity=ORACLES),
+            setup=SETUP.split("; Poly")[0],
+            claimed="no claim: check of the reference",
+            reason="At most a tenth of the smallest error that a row rests on.",
+        ),
+    ]
+
+
+def _orbits(table: pd.DataFrame) -> list[Row]:
+    """Distances of the inner planets to IAS15, and the shapes of their orbits."""
+    turned = f"{SEEN}, and an ellipse turned by an angle moves by its eccentricity times the angle."
     closest = "of the inner planets"
     return [
         _row(
             f"largest distance to IAS15 at step ends {closest} [mean distance]",
             AtMost(VISIBLE),
             worst_relative(table, INNER, DISTANCE, f"n = {N}"),
-            long_step,
+            LONG_STEP,
         ),
         _row(
             f"largest distance to IAS15 on the curve {closest} [mean distance]",
             AtMost(VISIBLE),
             worst_relative(table, INNER, ALONG),
-            long_step,
+            LONG_STEP,
         ),
         _row(
             "change of the inner orbits' extent, first to last revolution [mean distance]",
             AtMost(VISIBLE),
             worst_shape(table, CHANGE, INNER),
-            closed,
+            CLOSED,
         ),
         _row(
             "extent of the inner orbits in the last revolution, against IAS15 [mean distance]",
             AtMost(VISIBLE),
             worst_relative(table, INNER, DIFFERENCE),
-            closed,
+            CLOSED,
         ),
         _row(
             "turn of the inner ellipses at the end, against IAS15 [rad], times the eccentricity",
@@ -155,28 +165,44 @@ def judge(table: pd.DataFrame) -> list[Row]:
             turned,
             claimed='almost none of the "precession" effects of symplectic integrators',
         ),
-        _row(
-            "energy error",
-            AtMost(visible_energy(problem)),
-            energy_error(table, N),
-            stable,
-            reference="initial energy",
-        ),
-        *(
-            V9.row(
-                f"base of {words}",
-                geometric,
-                readings.base(table, FLOORS[quantity], quantity=quantity, **of),
-                setup=SETUP % f"{min(NS)} to {max(NS)}",
-                claimed="none for this figure; H thm. 2.3.4: O(K^n)",
-                reason=rate,
-                **own,
-            )
-            for words, quantity, of, own in (
-                ("Mercury's largest distance to IAS15", DISTANCE, {"label": "Mercury"}, {}),
-                ("the energy error", ENERGY, {}, {"reference": "initial energy"}),
-            )
-        ),
+    ]
+
+
+def _rates(table: pd.DataFrame) -> list[Row]:
+    """Bases of the errors in n."""
+    base = mercury_base()
+    rate = (
+        f"Mercury's motion is singular near the real axis: {base:.3f}^n at step ends when the "
+        "perihelion is in the middle of a step, times a power of n of at most 1, which at n = 30 "
+        "changes the base by its thirtieth part."
+    )
+    return [
+        V9.row(
+            f"base of {words}",
+            Finding(Base(base, resolution=base / 30.0)),
+            readings.base(table, FLOORS[quantity], quantity=quantity, **of),
+            setup=SETUP % f"{min(NS)} to {max(NS)}",
+            claimed="none for this figure; H thm. 2.3.4: O(K^n)",
+            reason=rate,
+            **own,
+        )
+        for words, quantity, of, own in (
+            ("Mercury's largest distance to IAS15", DISTANCE, {"label": "Mercury"}, {}),
+            ("the energy error", ENERGY, {}, {"reference": "initial energy"}),
+        )
+    ]
+
+
+def _in_the_frame(table: pd.DataFrame, visible: float) -> list[Row]:
+    """Distances and energy in the Kepler frame, where an energy error of `visible` would show."""
+    left = part_left(galvi.problems.solar_system())
+    in_frame = (
+        "The frame does Kepler's orbits exactly; a step of 1.14 revolutions of Mercury is within "
+        "its limit of 1.27. What it leaves to collocation, the planets' pull, is less than "
+        f"{left:.1e} of the Sun's, and so must be its error of what as many points may err by "
+        "without the frame: "
+    )
+    return [
         V9.row(
             "largest distance to IAS15 at step ends of the inner planets, in the Kepler frame "
             "[mean distance]",
@@ -188,20 +214,12 @@ def judge(table: pd.DataFrame) -> list[Row]:
         ),
         V9.row(
             "energy error in the Kepler frame",
-            Finding(AtMost(left * visible_energy(problem))),
+            Finding(AtMost(left * visible)),
             energy_in_frame(table),
             setup=IN_FRAME,
             claimed="none: galvi's own frame",
             reason=f"{in_frame}an energy that moves Mercury by {VISIBLE:g} of its orbit's size.",
             reference="initial energy",
-        ),
-        V9.row(
-            f"{ORACLES}, Mercury",
-            Finding(AtMost(0.1 * FLOORS[DISTANCE])),
-            readings.largest_of(table, quantity=ORACLES),
-            setup=SETUP.split("; Poly")[0],
-            claimed="no claim: check of the reference",
-            reason="At most a tenth of the smallest error that a row rests on.",
         ),
     ]
 

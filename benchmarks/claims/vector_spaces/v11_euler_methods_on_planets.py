@@ -138,20 +138,14 @@ def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str
 
 def judge(table: DataFrame) -> list[Row]:
     """Energy of each method, the end of the implicit one, its escapes, and the orders."""
-    symplectic, implicit = SYMPLECTIC + READ, IMPLICIT + READ
-    drifts, stays, rising = (
-        np.concatenate([_by_step(table, label + read, quantity) for read in (READ, READ_IN_DAYS)])
-        for label, quantity in ((EXPLICIT, LARGEST), (SYMPLECTIC, LARGEST), (EXPLICIT, RISES))
-    )
+    implicit = IMPLICIT + READ
+    drifts, rising = (_by_step(table, EXPLICIT, quantity) for quantity in (LARGEST, RISES))
     falling = readings.values(table, study=implicit, quantity=RISES)
-    over = stays / drifts if stays.size == drifts.size else np.array([])
-    bounded = "It conserves a modified energy, H + h/2 sum m v.a + O(h^2)."
     growth = (
         "By its modified equation dE/dt = h/2 sum m (|a|^2 - v.a'v), for a circular orbit h mu^2 / "
         "r^4 > 0, so that r^3 = r0^3 + 6 h mu t"
     )
     decay = f"{growth}; for implicit Euler with the other sign."
-    stays_text = {"claimed": "approximately conserves energy", "reason": bounded}
     return [
         V11.row(
             "share of steps in which the energy rises, least over h, explicit Euler",
@@ -182,6 +176,37 @@ def judge(table: DataFrame) -> list[Row]:
             )
             for label in (EXPLICIT, IMPLICIT)
         ),
+        *_symplectic(table, drifts),
+        *_end_of_implicit(table, implicit),
+        *(
+            V11.row(
+                f"order of the position error after {REFINED:g} years, {label}",
+                Order(1.0),
+                readings.order(table, FLOOR, study=label, quantity=ORDER),
+                claimed="all three are O(h)",
+                reason="What is compared are the methods, not mistakes in them.",
+                reference=TRUTH,
+            )
+            for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)
+        ),
+        V11.row(
+            f"{APART} after {REFINED:g} years, over the smallest position error",
+            Finding(AtMost(0.1)),
+            _apart(table),
+            claimed="no claim: check of the reference",
+            reason="IAS15 and DOP853 are both at round-off.",
+            reference=TRUTH,
+        ),
+    ]
+
+
+def _symplectic(table: DataFrame, drifts: Array) -> list[Row]:
+    """How its energy changes, also beside the changes by explicit Euler, `drifts`."""
+    symplectic, stays = SYMPLECTIC + READ, _by_step(table, SYMPLECTIC, LARGEST)
+    over = stays / drifts if stays.size == drifts.size else np.array([])
+    bounded = "It conserves a modified energy, H + h/2 sum m v.a + O(h^2)."
+    stays_text = {"claimed": "approximately conserves energy", "reason": bounded}
+    return [
         V11.row(
             f"order of the {LARGEST}, symplectic Euler",
             Order(1.0),
@@ -203,26 +228,6 @@ def judge(table: DataFrame) -> list[Row]:
             setup=WITH_DAYS,
             claimed="same order of accuracy, but approximately conserves energy",
             reason=f"{bounded} Explicit Euler's energy grows with the duration.",
-        ),
-        *_end_of_implicit(table, implicit),
-        *(
-            V11.row(
-                f"order of the position error after {REFINED:g} years, {label}",
-                Order(1.0),
-                readings.order(table, FLOOR, study=label, quantity=ORDER),
-                claimed="all three are O(h)",
-                reason="What is compared are the methods, not mistakes in them.",
-                reference=TRUTH,
-            )
-            for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)
-        ),
-        V11.row(
-            f"{APART} after {REFINED:g} years, over the smallest position error",
-            Finding(AtMost(0.1)),
-            _apart(table),
-            claimed="no claim: check of the reference",
-            reason="IAS15 and DOP853 are both at round-off.",
-            reference=TRUTH,
         ),
     ]
 
@@ -301,8 +306,14 @@ def _end_of_implicit(table: DataFrame, implicit: str) -> list[Row]:
     ]
 
 
-def _by_step(table: DataFrame, study: str, quantity: str) -> Array:
-    return series(table, "step", study=study, quantity=quantity)[1]
+def _by_step(table: DataFrame, label: str, quantity: str) -> Array:
+    """Over all readings of h."""
+    return np.concatenate(
+        [
+            series(table, "step", study=label + read, quantity=quantity)[1]
+            for read in (READ, READ_IN_DAYS)
+        ]
+    )
 
 
 def _share(seen: Array) -> float:

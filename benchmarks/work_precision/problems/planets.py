@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -36,6 +36,8 @@ from references.textbook.euler import STORMER_VERLET, SYMPLECTIC_EULER
 # Steps per period, plus a third, for Wisdom-Holman maps: up to where rounding limits WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
 WISDOM = (10, 15, 20, 30, 60, 120, 240)
+# For galvi, by its stages.
+AT_REST = {8: (4, 6, 8, 10, 12), 12: (2, 3, 4, 5, 8), 16: (1.5, 2, 2.5, 3, 4)}
 # Stages and passes: with None energies do not drift; two are the fewest that are accurate, where
 # planets are a thousand times lighter than their star.
 IN_FRAME = {
@@ -44,6 +46,15 @@ IN_FRAME = {
     (8, None): (1.4, 3.2, 4, 6, 8),
     (16, None): (0.75, 1.2, 1.5, 1.9, 2.5, 3, 4, 5),
 }
+
+
+def _of_galvi(steps: Callable[..., list[Setting]]) -> Iterator[Participant]:
+    """galvi's, at rest and in the Kepler frame; steps: numbers of steps a period -> settings."""
+    for s, per_period in AT_REST.items():
+        yield Participant(galvi_label(s), gauss_collocation(s), steps(*per_period))
+    for (s, passes), per_period in IN_FRAME.items():
+        method = gauss_collocation(s, KeplerFrame(passes=passes))
+        yield Participant(frame_label(s, passes), method, steps(*per_period))
 
 
 def planets(
@@ -98,22 +109,7 @@ def planets(
         problem,
         duration,
         (
-            *(
-                Participant(galvi_label(s), gauss_collocation(s), steps(*per_period))
-                for s, per_period in {
-                    8: (4, 6, 8, 10, 12),
-                    12: (2, 3, 4, 5, 8),
-                    16: (1.5, 2, 2.5, 3, 4),
-                }.items()
-            ),
-            *(
-                Participant(
-                    frame_label(s, passes),
-                    gauss_collocation(s, KeplerFrame(passes=passes)),
-                    steps(*per_period),
-                )
-                for (s, passes), per_period in IN_FRAME.items()
-            ),
+            *_of_galvi(steps),
             whole[0],
             Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
             Participant(
