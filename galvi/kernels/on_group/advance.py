@@ -57,6 +57,35 @@ def arrive(method, start, curve, g1, mu, nu, low):
     return product.largest_rotation(layout, xi)
 
 
+@jit_noalloc
+def copy_vector(target, source, first):
+    """target (n,) <- the entries of the source from ``first`` on; slices take longer."""
+    for i in range(target.size):
+        target[i] = source[first + i]
+
+
+@jit_noalloc
+def set_state(state, g, mu, nu, low):
+    """The state at the end of a step."""
+    d = mu.size
+    state[1:, :] = 0.0
+    for i in range(g.size):
+        state[0, i] = g[i]
+    for i in range(d):
+        state[1, i], state[3, i] = mu[i], low[i]
+    for i in range(nu.size):
+        state[1, 2 * d + i] = nu[i]
+
+
+@jit_noalloc
+def sum_of_sizes(x):
+    """The sum of |x_i|."""
+    total = 0.0
+    for i in range(x.size):
+        total += abs(x[i])
+    return total
+
+
 @jit
 def guess(method, start, stages, holds, curve):
     """The curve's x <- where the iteration begins, from what the stages hold."""
@@ -107,10 +136,11 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
     g1, mu1, low = np.empty(r), np.empty(d), np.empty(d)
     nu = np.empty(d if state.shape[1] >= 3 * d else 0)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
-        start.g[:] = state[0, :r]
-        start.mu0[:] = state[1, :d]
-        mu1[:], low[:] = state[1, :d], state[3, :d]
-        nu[:] = state[1, 2 * d : 2 * d + nu.size]
+        copy_vector(start.g, state[0], 0)
+        copy_vector(start.mu0, state[1], 0)
+        copy_vector(mu1, state[1], 0)
+        copy_vector(low, state[3], 0)
+        copy_vector(nu, state[1], 2 * d)
         for j in range(s):
             start.t[j] = plan.t0 + ((plan.first + step) + basis.c[j]) * plan.step
         guess(method, start, stages, solver_state[HOLDS], curve)
@@ -122,13 +152,10 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         if not reached <= farthest:
             turned[0] = angle_of(chart, reached)
             return LEFT_CHART
-        if not np.sum(np.abs(g1)) + np.sum(np.abs(mu1)) < np.inf:
+        if not sum_of_sizes(g1) + sum_of_sizes(mu1) < np.inf:
             return NOT_FINITE
         copy_into(stages, curve.velocities)
-        state[1:, :] = 0.0
-        state[0, :r] = g1
-        state[1, :d], state[3, :d] = mu1, low
-        state[1, 2 * d : 2 * d + nu.size] = nu
+        set_state(state, g1, mu1, nu, low)
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         keep(plan, kept, step, start, basis.c, curve, g1, mu1, passage)
     return SOLVED

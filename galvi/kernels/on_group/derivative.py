@@ -56,7 +56,7 @@ NUDGE = 2.0**-22  # relative difference step: slopes may themselves be differenc
 
 
 @jit_noalloc
-def curvature(law, method, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
+def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
     """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, with values here (3, d)."""
     d = xi.size
     velocity, ahead = scratch.velocity, scratch.local
@@ -66,7 +66,7 @@ def curvature(law, method, scratch, scale, rate_scale, g, t, xi, eta, here, bloc
             kept = moved[a]
             moved[a] = kept + NUDGE * (scale[a] if kind == 0 else rate_scale)
             nudge = moved[a] - kept
-            local_slopes(law, method, scratch, g, xi, eta, t, velocity, ahead)
+            local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, ahead)
             moved[a] = kept
             for row in range(3):
                 for i in range(d):
@@ -106,7 +106,8 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
 @jit_noalloc
 def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
     """matrix <- dR/dx, (unknowns, unknowns); x[a, i] and R[a, i] have the index first[a] + i."""
-    basis, h, place, rate, forces = method.basis, start.h, curve.place, curve.rate, curve.forces
+    layout, chart, basis = method.layout, method.chart, method.basis
+    h, place, rate, forces = start.h, curve.place, curve.rate, curve.forces
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     blocks, kicks, here = scratch.blocks, scratch.kicks, scratch.here
     by_end, by_momentum = scratch.by_end, scratch.by_momentum
@@ -120,8 +121,9 @@ def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
             for row in range(3):
                 here[row, a] = forces[row, a, j]
         curvature(
-            law, method, scratch, scale, rate_scale, start.g, start.t[j], xi, eta, here, blocks
-        )
+            law, layout, chart, scratch, scale, rate_scale, start.g, start.t[j], xi, eta, here,
+            blocks,
+        )  # fmt: skip
         for a in range(d):
             for k in range(d):
                 late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]
@@ -137,7 +139,7 @@ def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
                         )
     end_place(basis, curve.x, xi)
     carried(basis, h, start.mu0, forces, momentum)
-    end_curvature(method.layout, method.chart, scratch, scale, xi, momentum, by_end, by_momentum)
+    end_curvature(layout, chart, scratch, scale, xi, momentum, by_end, by_momentum)
     for a in range(d):
         for k in range(d):
             for l in range(first[k + 1] - first[k]):

@@ -178,7 +178,8 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     guess, damping may find another root, whose rotation exceeds the chart, so it is used only if
     ``allow_damping``.
     """
-    layout, basis, h, g = method.layout, method.basis, start.h, start.g
+    layout, chart, basis = method.layout, method.chart, method.basis
+    h, g = start.h, start.g
     x, place, rate = curve.x, curve.place, curve.rate
     (d, m), s = x.shape, place.shape[1]
     newton, scratch = new_iteration(basis.first[d], d, m, s), new_scratch(d, g.size, m)
@@ -190,7 +191,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     position_scale(layout, g, scale)
     scales.grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
-        stage_slopes(law, method, scratch, start, curve)
+        stage_slopes(law, layout, chart, scratch, start, curve)
         residual(method, scratch, start, curve, newton.R)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
@@ -231,7 +232,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
             position_scale(layout, g, now)
             scales.grow_scale(layout, place, rate, h, now)
             if not scales.shrink_scale(now, scale):
-                stage_slopes(law, method, scratch, start, curve)
+                stage_slopes(law, layout, chart, scratch, start, curve)
                 counts[solve.FORCES] += s
                 return solve.SOLVED
             solve.reset_history(history)

@@ -141,9 +141,8 @@ def new_scratch(d, r, m):
 
 
 @jit_inline
-def local_slopes(law, method, scratch, g, xi, eta, t, velocity, out):
+def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    layout, chart = method.layout, method.chart
     there, own, d, flat = scratch.place, scratch.slopes, xi.size, is_flat(layout)
     if flat:
         for i in range(d):
@@ -165,7 +164,7 @@ def local_slopes(law, method, scratch, g, xi, eta, t, velocity, out):
 
 
 @jit_noalloc
-def stage_slopes(law, method, scratch, start, curve):
+def stage_slopes(law, layout, chart, scratch, start, curve):
     """The curve's forces and velocities <- their values at all stages."""
     place, rate, forces, velocities = curve.place, curve.rate, curve.forces, curve.velocities
     d, s = place.shape
@@ -173,7 +172,7 @@ def stage_slopes(law, method, scratch, start, curve):
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        local_slopes(law, method, scratch, start.g, xi, eta, start.t[j], velocity, out)
+        local_slopes(law, layout, chart, scratch, start.g, xi, eta, start.t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
             velocities[a, j] = velocity[a]
