@@ -31,7 +31,8 @@ class Checkpoint:
     energies      (4,) of the steps so far, see galvi.kernels.energy_errors; empty before the first
     passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
     clock         (4,) in a clock: the time, its low part, the energy at the start, its low part, of
-                  point masses in lanes in the frame of their centre of mass; else empty
+                  point masses in lanes in the frame of their centre of mass; else empty. Without a
+                  state it tells the clock an energy other than that of the problem's start
     """
 
     first: int

@@ -26,8 +26,9 @@ class Outcome:
     """How a run ended; ``str(outcome)`` is `galvi.Trajectory.status`.
 
     end       COMPLETED; DOUBTFUL, completed with a result that may be wrong; RUINED, completed with
-              one that is wrong from a step on; STOPPED_BY_EVENT; STEP_FAILED; STEP_LIMIT, the bound
-              of a run to a time; INTERRUPTED
+              one that is wrong from a step on; STOPPED_BY_EVENT; STEP_FAILED, where a step could
+              not be done, kept for want of memory, or searched for its events; STEP_LIMIT, the
+              bound of a run to a time; INTERRUPTED
     step      number, from 1, of the step that failed or was not begun, or of the first ruined one
     time      where the run ended before its time
     reason    why the step failed, or what is wrong or in doubt, in clauses without a full stop

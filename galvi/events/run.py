@@ -1,9 +1,9 @@
 """Runs with events: found as the run goes on, ended or changed by them.
 
-A run that events only watch is searched when it is done. One that they may end or change is done in
-blocks: the steps before such an event are kept; it ends there, or goes on from the state that the
-action returns, by one shortened step to the end of the step in which it happens, from which the
-grid goes on.
+A run that events only watch is searched when it is done, where its curves are kept or it is in a
+clock. Others are done in blocks. Where an event may end or change the run, the steps before it are
+kept; it ends there, or goes on from the state that the action returns, by one shortened step to the
+end of the step in which it happens, from which the grid goes on.
 """
 
 from __future__ import annotations

@@ -81,6 +81,7 @@ class EnergyReport(NamedTuple):
     driven      whether the error is that of the energy less the work of all forces since the start
     clauses     what else is wrong
     remedy      for these; "": that of `galvi.run.status`
+    any_step    whether a smaller step would be as wrong
     """
 
     error: float = 0.0
@@ -93,6 +94,7 @@ class EnergyReport(NamedTuple):
     driven: bool = False
     clauses: tuple[str, ...] = ()
     remedy: str = ""
+    any_step: bool = False
 
     @property
     def is_doubtful(self) -> bool:

@@ -21,7 +21,7 @@ from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offe
 
 
 class General:
-    """The engine of what others decline: the general kernel, in a clock in transformed time."""
+    """The engine of what others decline: `GENERAL_EQUAL_STEPS`, in a clock in transformed time."""
 
     name = "general"
 

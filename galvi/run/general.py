@@ -15,7 +15,7 @@ from galvi.run.request import RunRequest
 from galvi.run.stepper import Declined, Formulation, Stepper
 from galvi.run.vector_space import VECTOR_SPACE, GeneralVectorKernel
 
-WHY = "" if FAST else "GALVI_FAST=0 leaves the general kernel alone"
+WHY = "" if FAST else "with GALVI_FAST=0 there is no other engine"
 
 
 def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:

@@ -127,12 +127,12 @@ def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoi
 
 def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
-    formulation, run, work = stepper.formulation, stepper.request, stepper.work
-    start = run.checkpoint
-    if has_work(run.problem.system):
-        report = assess_work(formulation, run, work, unwatched)
+    formulation, request, work = stepper.formulation, stepper.request, stepper.work
+    start = request.checkpoint
+    if has_work(request.problem.system):
+        report = assess_work(formulation, request, work, unwatched)
     else:
-        report = assess_run(formulation, run, work)
+        report = assess_run(formulation, request, work)
     outcome = outcome_of(stepper, code, report, counts, lambda: _massless_error(stepper, known))
     last = Checkpoint(
         start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
@@ -149,10 +149,10 @@ def unwatched(request: RunRequest) -> Trajectory:
 
 def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError | None:
     """The estimate for bodies without mass; None without any, or where the run is not watched."""
-    run, work = stepper.request, stepper.work
-    if work.watch == NEVER or not has_massless(run.problem):
+    request, work = stepper.request, stepper.work
+    if work.watch == NEVER or not has_massless(request.problem):
         return None
-    _, stages, solver_state = stepper.formulation.initial_state(run.problem, run.method)
+    _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 
     states = [*known, stepper.checkpoint]
     chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
@@ -161,15 +161,15 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = run._replace(step=-run.step / n, steps=n, checkpoint=there)
+        back = request._replace(step=-request.step / n, steps=n, checkpoint=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return arrays.saved_q[-1], arrays.saved_v[-1]
 
     def ends(n: int) -> Array:
         rows = np.stack([end(state, n) for state in chosen], axis=1)
-        return rows.reshape(2, -1, *run.problem.q0.shape)
+        return rows.reshape(2, -1, *request.problem.q0.shape)
 
-    return massless_error(run.problem, ends)
+    return massless_error(request.problem, ends)
 
 
 def curves_of_steps(

@@ -41,28 +41,30 @@ FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in
 class GeneralGroupKernel:
     """Steps by the general kernel, by Newton's method."""
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, method, self._work = run.problem, run.method, work
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        problem, method, self._work = request.problem, request.method, work
         system: Any = group_system(problem, method)
         field, law = _law(system, traces(system))
         self._kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
         layout, chart = coupled_layout(system, problem), method.group_chart
         unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
         basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
-        tolerance = max(run.checkpoint.tolerance, FINEST)
-        plan, self._progress, self._saved = run_plan(run, work, tolerance)
-        self._run = law, layout, chart.number, chart.farthest, basis, plan
+        tolerance = max(request.checkpoint.tolerance, FINEST)
+        plan, self._progress, self._saved = run_plan(request, work, tolerance)
+        self._arguments = law, layout, chart.number, chart.farthest, basis, plan
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
-        return int(self._kernel(*self._run, n, self._progress, self._work.step_angle, self._saved))
+        return int(
+            self._kernel(*self._arguments, n, self._progress, self._work.step_angle, self._saved)
+        )
 
 
 class CountedByNewton:
     """Steps by the general kernel, counted as those that fixed-point iteration left to it."""
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        self._kernel, self._work = GeneralGroupKernel(run, work), work
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        self._kernel, self._work = GeneralGroupKernel(request, work), work
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
@@ -175,17 +177,17 @@ class OnGroup:
         """See `Formulation`."""
         return curves_in(_chart(problem, method), problem, method, step, t0, bases, x)
 
-    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+    def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
         """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
 
         None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds
         the cost to the counts and stores the largest rotation angle in ``work.step_angle``.
         """
-        problem, method, step = run.problem, run.method, run.step
+        problem, method, step = request.problem, request.method, request.step
         group, chart = _system(problem, method).group, method.group_chart
-        t, v = problem.t0 + (run.checkpoint.first + work.done) * step, work.stages[:, -1]
+        t, v = problem.t0 + (request.checkpoint.first + work.done) * step, work.stages[:, -1]
         work.step_angle[0] = abs(step) * farthest_turn(group, v)
-        if run.checkpoint.solver == "fixed_point":
+        if request.checkpoint.solver == "fixed_point":
             return None
         q = work.state[0, : problem.q0.size].reshape(group.shape)
         for parts in SUBSTEPS:
@@ -210,9 +212,14 @@ class OnGroup:
                 return np.ascontiguousarray(rates.T)
         return None
 
-    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+    def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, method, step, solver = run.problem, run.method, run.step, run.checkpoint.solver
+        problem, method, step, solver = (
+            request.problem,
+            request.method,
+            request.step,
+            request.checkpoint.solver,
+        )
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
             q, p = work.state[:2]
             v = problem.system.velocity(p.reshape(problem.q0.shape)).ravel()

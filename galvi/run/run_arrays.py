@@ -70,7 +70,7 @@ class RunArrays(NamedTuple):
 
     @classmethod
     def of(
-        cls, run: RunRequest, state: State, row: int, curve_size: tuple[int, int],
+        cls, request: RunRequest, state: State, row: int, curve_size: tuple[int, int],
         watched: bool = True,
     ) -> RunArrays:  # fmt: skip
         """Arrays for the equal steps of a run from a state, whose ``row`` is the first saved_v.
@@ -80,10 +80,10 @@ class RunArrays(NamedTuple):
         watched     whether states are kept to assess the energy
         """
         problem, method, steps, start = (
-            run.problem,
-            run.method,
-            cast(int, run.steps),
-            run.checkpoint,
+            request.problem,
+            request.method,
+            cast(int, request.steps),
+            request.checkpoint,
         )
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
@@ -113,12 +113,12 @@ class RunArrays(NamedTuple):
         """Whether vector instructions did steps, or began them."""
         return bool(self.counts[FORCES_IN_LANES])
 
-    def record(self, run: RunRequest, q: Array, v: Array) -> None:
+    def record(self, request: RunRequest, q: Array, v: Array) -> None:
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
-        start = run.checkpoint
+        start = request.checkpoint
         self.solver_state[DONE] += 1
         row, rest = divmod(self.done, start.save_every)
-        if self.done == run.steps:
+        if self.done == request.steps:
             row, rest = len(self.saved_q) - 1, 0
         if rest == 0:
             self.saved_q[row], self.saved_v[row] = q, v
@@ -144,12 +144,12 @@ def passage_record(problem: Problem, known: Array) -> Array:
 
 
 def run_plan(
-    run: RunRequest, work: RunArrays, tolerance: float
+    request: RunRequest, work: RunArrays, tolerance: float
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     """The steps of a run, its current state and its kept results, as the kernels take them."""
-    start = run.checkpoint
+    start = request.checkpoint
     plan = Plan(
-        float(run.problem.t0), run.step, tolerance, start.first, cast(int, run.steps),
+        float(request.problem.t0), request.step, tolerance, start.first, cast(int, request.steps),
         start.save_every, work.watch,
     )  # fmt: skip
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)

@@ -26,42 +26,46 @@ from galvi.systems.lagrangian import Lagrangian
 VELOCITIES = 2  # the row of the state that has them
 
 
-def assess_run(formulation: Formulation, run: RunRequest, work: RunArrays) -> EnergyReport:
+def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -> EnergyReport:
     """The report on a run so far; nothing of a system that does not conserve its energy."""
-    problem, start = run.problem, run.checkpoint
+    problem, start = request.problem, request.checkpoint
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
-    samples = samples_of(formulation, run, work)
+    samples = samples_of(formulation, request, work)
     report = assess_energy(
         problem,
         samples,
         start.energies,
-        lambda: run.step,
-        lambda ruined: _kept_before(formulation, run, work, ruined, samples),
+        lambda: request.step,
+        lambda ruined: _kept_before(formulation, request, work, ruined, samples),
     )
-    locked = is_locked(problem, lambda: saved_states(formulation, run, work), run.step)
-    return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT) if locked else report
+    locked = is_locked(problem, lambda: saved_states(formulation, request, work), request.step)
+    if not locked:
+        return report
+    return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT, any_step=True)
 
 
-def samples_of(formulation: Formulation, run: RunRequest, work: RunArrays) -> Samples:
+def samples_of(formulation: Formulation, request: RunRequest, work: RunArrays) -> Samples:
     """Those of the watched steps, and the last."""
-    problem, rows = run.problem, watched_rows(formulation, run, work)
+    problem, rows = request.problem, watched_rows(formulation, request, work)
     states = states_of(formulation, problem, rows)
     if isinstance(problem.system, Lagrangian):
-        states = states._replace(v=near_velocities(problem, run.method, rows))
-    steps = steps_of(run.checkpoint, work)
-    return Samples(steps, states._replace(t=problem.t0 + steps * run.step))
+        states = states._replace(v=near_velocities(problem, request.method, rows))
+    steps = steps_of(request.checkpoint, work)
+    return Samples(steps, states._replace(t=problem.t0 + steps * request.step))
 
 
-def saved_states(formulation: Formulation, run: RunRequest, work: RunArrays) -> tuple[Array, Array]:
+def saved_states(
+    formulation: Formulation, request: RunRequest, work: RunArrays
+) -> tuple[Array, Array]:
     """The saved configurations (n, ...) and momenta."""
-    shape = (-1, *run.problem.q0.shape)
-    return work.saved_q.reshape(shape), formulation.momenta(run.problem, work.saved_v)
+    shape = (-1, *request.problem.q0.shape)
+    return work.saved_q.reshape(shape), formulation.momenta(request.problem, work.saved_v)
 
 
-def watched_rows(formulation: Formulation, run: RunRequest, work: RunArrays) -> Array:
+def watched_rows(formulation: Formulation, request: RunRequest, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
-    first, r, d = run.checkpoint.first, run.problem.q0.size, run.problem.v0.size
+    first, r, d = request.checkpoint.first, request.problem.q0.size, request.problem.v0.size
     last = first + work.done
     n = (last >> work.watch) - (first >> work.watch)
     if n == 0 or last & ((1 << work.watch) - 1) != 0:
@@ -88,10 +92,10 @@ def steps_of(start: Checkpoint, work: RunArrays) -> Any:
 
 
 def _kept_before(
-    formulation: Formulation, run: RunRequest, work: RunArrays, ruined: int, samples: Samples
+    formulation: Formulation, request: RunRequest, work: RunArrays, ruined: int, samples: Samples
 ) -> Samples:
     """The kept states between the last sample before step ``ruined`` and that one."""
-    problem, start, steps = run.problem, run.checkpoint, samples.steps
+    problem, start, steps = request.problem, request.checkpoint, samples.steps
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
@@ -99,7 +103,7 @@ def _kept_before(
     if isinstance(problem.system, Lagrangian):
         near = np.broadcast_to(samples.states.v[steps == ruined], (len(rows), problem.v0.size))
         states = states._replace(v=near)
-    return Samples(kept[rows], states._replace(t=problem.t0 + kept[rows] * run.step))
+    return Samples(kept[rows], states._replace(t=problem.t0 + kept[rows] * request.step))
 
 
 def states_of(formulation: Formulation, problem: Problem, rows: Array) -> States:

@@ -13,7 +13,6 @@ from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.energies import conserves_energy
 from galvi.run.energy_assessment import EnergyReport
-from galvi.run.gimbal_lock import LOCKED
 from galvi.run.point_masses import encounters
 from galvi.run.stepper import Formulation, Stepper
 from galvi.systems.lagrangian import Lagrangian
@@ -32,21 +31,21 @@ def outcome_of(
     report    what its energies say
     massless  () -> what a step does to bodies without mass; asked where all else is well
     """
-    run, work = stepper.request, stepper.work
-    problem, step, steps = run.problem, run.step, cast(int, run.steps)
+    request, work = stepper.request, stepper.work
+    problem, step, steps = request.problem, request.step, cast(int, request.steps)
     if work.done < steps:
         end, reason = End.INTERRUPTED, ""
         if code != SOLVED:
             end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
-        t = problem.t0 + (run.checkpoint.first + work.done) * step
-        notes = notes_on_energy(report, run.checkpoint.first, lambda k: problem.t0 + k * step)
+        t = problem.t0 + (request.checkpoint.first + work.done) * step
+        notes = notes_on_energy(report, request.checkpoint.first, lambda k: problem.t0 + k * step)
         return Outcome(end, work.done + 1, t, reason, notes, steps)
-    passage = encounters.unresolved_passage(problem, step, work.passage, run.method.in_frame)
+    passage = encounters.unresolved_passage(problem, step, work.passage, request.method.in_frame)
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
     return completed(
-        problem, report, run.checkpoint.first, passage, massless, remedy, steps,
+        problem, report, request.checkpoint.first, passage, massless, remedy, steps,
         notes_on_exceptions(stepper.formulation, counts),
     )  # fmt: skip
 
@@ -90,7 +89,7 @@ def completed(
     if report.ruined is not None:
         ruined = max(report.ruined - first, 1)
         return Outcome(End.RUINED, ruined, None, reason, notes, steps, remedy)
-    if LOCKED not in report.clauses:
+    if not report.any_step:
         reason += ": the step is too large for this motion"
     return Outcome(End.DOUBTFUL, None, None, reason, notes, steps, remedy)
 

@@ -67,10 +67,11 @@ class Formulation(Protocol):
     ) -> RunCurves:
         """The curves with coefficients x of a run that starts at t0."""
 
-    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
-        """A guess (d, s) of the next step's stages from smaller steps, or None."""
+    def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
+        """Where the second kernel begins the next step: a guess (d, s) of its stages from smaller
+        steps, or the stages as they are where it needs none; None: the step is not tried again."""
 
-    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+    def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """Why the next step failed, and the remedy."""
 
 
@@ -107,11 +108,11 @@ class Stepper:
 
     def __init__(
         self, request: RunRequest, formulation: Formulation, engine: str, reason: str,
-        kernel: MakeKernel, kernel_after_guess: MakeKernel,
+        kernel: MakeKernel, second_kernel: MakeKernel,
     ) -> None:  # fmt: skip
         self.request, self.formulation = request, formulation
         self.engine, self.engine_reason = engine, reason
-        self._kernel, self._kernel_after_guess = kernel, kernel_after_guess
+        self._kernel, self._second_kernel = kernel, second_kernel
 
     @property
     def done(self) -> int:
@@ -133,7 +134,8 @@ class Stepper:
         return self._steps.advance(n)
 
     def retry(self, engines: Sequence[Engine], code: int) -> int:
-        """Do the step that failed with a code from a guess by smaller steps; returns its code."""
+        """Do the step that failed with a code by the second kernel, see `Formulation.guess`;
+        returns its code."""
         work, substeps = self.work, partial(solve_steps, engines, retried=False)
         guess = self.formulation.guess(substeps, self.request, work)
         if guess is None:
@@ -141,7 +143,7 @@ class Stepper:
         before, held = work.stages.copy(), work.solver_state[HOLDS]
         work.solver_state[HOLDS] = self.formulation.guess_kind
         work.stages[:] = guess
-        code = self._kernel_after_guess(self.request, work).advance(1)
+        code = self._second_kernel(self.request, work).advance(1)
         if code:
             work.stages[:], work.solver_state[HOLDS] = before, held
         return code
@@ -222,8 +224,8 @@ class Engine(Protocol):
         """For `galvi.Trajectory.engine`."""
 
     def offers(self, request: RunRequest) -> Any:
-        """What does the steps of a run, or why this engine does not; ValueError for a request that
-        no engine can do."""
+        """What does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this
+        engine does not, a `Declined`; ValueError for a request that no engine can do."""
 
 
 def first_offer(engines: Sequence[Engine], request: RunRequest) -> Any:
@@ -247,7 +249,7 @@ def solve_steps(
 ) -> tuple[Stepper, int]:
     """The steps of a run, up to one that fails, and its code, 0 for none.
 
-    retried  whether a step that fails is tried once more, from a guess by smaller steps
+    retried  whether a step that fails is tried once more, see `Stepper.retry`
     """
     stepper, code = first_offer(engines, request), 0
     stepper.begin(watched=False)

@@ -33,28 +33,31 @@ CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}  # of solve
 class GeneralVectorKernel:
     """Steps by the general kernel."""
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        system: Any = run.problem.system
-        field, force = _force(system, run.problem.q0.shape[-1])
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        system: Any = request.problem.system
+        field, force = _force(system, request.problem.q0.shape[-1])
         self._kernel = (
             advance.compiled_advance() if field.compiled else interpreted(advance.advance)
         )
-        tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.checkpoint.solver]
-        plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
-        self._run = force, tableau, plan, solver
+        tableau, solver = (
+            tuple(kernel_tableau(request.method.table)),
+            CODES[request.checkpoint.solver],
+        )
+        plan, self._progress, self._saved = run_plan(request, work, request.checkpoint.tolerance)
+        self._arguments = force, tableau, plan, solver
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
-        return int(self._kernel(*self._run, n, self._progress, self._saved))
+        return int(self._kernel(*self._arguments, n, self._progress, self._saved))
 
 
-def reaching(run: RunRequest) -> Callable[..., None]:
+def reaching(request: RunRequest) -> Callable[..., None]:
     """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
-    system: Any = run.problem.system
-    field, force = _force(system, run.problem.q0.shape[-1])
+    system: Any = request.problem.system
+    field, force = _force(system, request.problem.q0.shape[-1])
     kernel = compiled_reach() if field.compiled else interpreted(reach)
-    tableau, solver = tuple(kernel_tableau(run.method.table)), CODES[run.checkpoint.solver]
-    return partial(kernel, force, tableau, solver, run.checkpoint.tolerance, run.step)
+    tableau, solver = tuple(kernel_tableau(request.method.table)), CODES[request.checkpoint.solver]
+    return partial(kernel, force, tableau, solver, request.checkpoint.tolerance, request.step)
 
 
 @lru_cache(maxsize=32)
@@ -132,16 +135,16 @@ class VectorSpace:
         """See `Formulation`."""
         return curves_in(IdentityChart(problem.q0.shape), problem, method, step, t0, bases, x)
 
-    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
+    def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
         """Accelerations (d, s) along the next step by 4, 16, 64 or 256 substeps, or None.
 
         None if none of these runs can be solved by fixed-point iteration, and for the solver
         fixed_point. Adds the cost to the counts.
         """
-        problem, method, step = run.problem, run.method, run.step
-        if run.checkpoint.solver == "fixed_point":
+        problem, method, step = request.problem, request.method, request.step
+        if request.checkpoint.solver == "fixed_point":
             return None
-        t, shape = problem.t0 + (run.checkpoint.first + work.done) * step, problem.q0.shape
+        t, shape = problem.t0 + (request.checkpoint.first + work.done) * step, problem.q0.shape
         q, _, v, _ = work.state
         here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
         for parts in SUBSTEPS:
@@ -157,13 +160,15 @@ class VectorSpace:
                 return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
         return None
 
-    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+    def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, solver = run.problem, run.checkpoint.solver
+        problem, solver = request.problem, request.checkpoint.solver
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
-            return encounter(problem, problem.system, run.method.stages, run.step, work.state)
+            return encounter(
+                problem, problem.system, request.method.stages, request.step, work.state
+            )
         if isinstance(problem.system, Canonical):
-            t = problem.t0 + (run.checkpoint.first + work.done) * run.step
+            t = problem.t0 + (request.checkpoint.first + work.done) * request.step
             with np.errstate(all="ignore"):
                 noise = problem.system.noise_of_differences(work.state[0], t)
             if noise > NOISY:

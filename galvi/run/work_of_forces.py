@@ -61,29 +61,33 @@ def has_work(system: Any) -> bool:
 
 
 def assess_work(
-    formulation: Formulation, run: RunRequest, work: RunArrays, redo: Redo
+    formulation: Formulation, request: RunRequest, work: RunArrays, redo: Redo
 ) -> EnergyReport:
     """The report on a run so far, with forces that do work.
 
     redo  does a run of one step again
     """
-    so_far = run.checkpoint.energies
+    so_far = request.checkpoint.energies
     if work.done == 0 or work.watch == NEVER:
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
-            states = _watched(formulation, run, work)
-            steps = _steps(formulation, run, work, states, redo)
-            fast = unresolved_rate(formulation, run, steps, states, redo)
-            numbers, table = map(np.hstack, zip(*_changes(run, work, steps, states), strict=True))
+            states = _watched(formulation, request, work)
+            steps = _steps(formulation, request, work, states, redo)
+            fast = unresolved_rate(formulation, request, steps, states, redo)
+            numbers, table = map(
+                np.hstack, zip(*_changes(request, work, steps, states), strict=True)
+            )
             order = np.argsort(numbers, kind="stable")
             in_order = np.ascontiguousarray(table[:, order])
-            report = assess_steps(run.problem, numbers[order], in_order, so_far, run.step)
-            locked = is_locked(run.problem, lambda: saved_states(formulation, run, work), run.step)
+            report = assess_steps(request.problem, numbers[order], in_order, so_far, request.step)
+            locked = is_locked(
+                request.problem, lambda: saved_states(formulation, request, work), request.step
+            )
         except Exception as error:  # of a user's function
             unassessed = f"with the work of its forces, which raised {in_words(error)}"
             return EnergyReport(energies=so_far, unassessed=unassessed)
-        return _explained(run, report, fast, locked)
+        return _explained(request, report, fast, locked)
 
 
 class Steps(NamedTuple):
@@ -105,14 +109,18 @@ class Steps(NamedTuple):
 
 
 def _steps(
-    formulation: Formulation, run: RunRequest, work: RunArrays, states: States, redo: Redo
+    formulation: Formulation, request: RunRequest, work: RunArrays, states: States, redo: Redo
 ) -> Steps:
     """Some steps: of curves that were kept, or done again from watched states."""
-    problem, start, tau = run.problem, run.checkpoint, 0.5 * (_nodes(run.method.stages)[0] + 1.0)
+    problem, start, tau = (
+        request.problem,
+        request.checkpoint,
+        0.5 * (_nodes(request.method.stages)[0] + 1.0),
+    )
     if start.keeps_curves and start.save_every == 1:
-        begin = run.begin_time
+        begin = request.begin_time
         curves = formulation.curves(
-            problem, run.method, run.step, begin, work.bases, work.coefficients
+            problem, request.method, request.step, begin, work.bases, work.coefficients
         )
         chosen = _some(work.done)
         numbers, index = start.first + chosen, np.repeat(chosen, tau.size)
@@ -123,7 +131,7 @@ def _steps(
     else:
         known = np.append(start.first, steps_of(start, work)[:-1])
         chosen = _some(known.size)
-        again = [_again(formulation, run, states, known, k, redo) for k in chosen.tolist()]
+        again = [_again(formulation, request, states, known, k, redo) for k in chosen.tolist()]
         solved = [k for k, one in enumerate(again) if one.success and one.curves is not None]
         numbers, runs = known[chosen[solved]], [again[k] for k in solved]
         if not runs:
@@ -140,7 +148,7 @@ def _steps(
             )
             for k in range(2)
         )  # fmt: skip
-    n, times = len(numbers), problem.t0 + numbers * run.step
+    n, times = len(numbers), problem.t0 + numbers * request.step
     v = v.reshape(n, tau.size, -1)
     begins, ends = (
         side._replace(v=_velocities(problem, side, near, times))
@@ -161,19 +169,24 @@ def _none(problem: Problem, nodes: int) -> Steps:
 
 
 def _again(
-    formulation: Formulation, run: RunRequest, states: States, known: Any, k: int, redo: Redo
+    formulation: Formulation, request: RunRequest, states: States, known: Any, k: int, redo: Redo
 ) -> Trajectory:
     """The step from a watched state."""
-    q, v = states.q[k], states.v[k].reshape(run.problem.v0.shape)
-    t = run.problem.t0 + int(known[k]) * run.step
-    return _one_step(formulation, run, run.problem.moved(q, v, t), run.step, True, redo)
+    q, v = states.q[k], states.v[k].reshape(request.problem.v0.shape)
+    t = request.problem.t0 + int(known[k]) * request.step
+    return _one_step(formulation, request, request.problem.moved(q, v, t), request.step, True, redo)
 
 
 def _one_step(
-    formulation: Formulation, run: RunRequest, here: Problem, step: float, curves: bool, redo: Redo
+    formulation: Formulation,
+    request: RunRequest,
+    here: Problem,
+    step: float,
+    curves: bool,
+    redo: Redo,
 ) -> Trajectory:
-    start = from_start("auto", run.checkpoint.tolerance, curves=curves)
-    return redo(RunRequest(here, run.method, step, 1, start))
+    start = from_start("auto", request.checkpoint.tolerance, curves=curves)
+    return redo(RunRequest(here, request.method, step, 1, start))
 
 
 def _velocities(problem: Problem, states: States, near: Array, t: Array) -> Array:
@@ -202,33 +215,36 @@ def _some(n: int) -> Any:
     return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
 
-def _watched(formulation: Formulation, run: RunRequest, work: RunArrays) -> States:
+def _watched(formulation: Formulation, request: RunRequest, work: RunArrays) -> States:
     """The state at the begin of a run, and the watched ones."""
-    problem, r, d = run.problem, run.problem.q0.size, run.problem.v0.size
-    rows, first = watched_rows(formulation, run, work), np.append(work.saved_q[0], work.saved_v[0])
+    problem, r, d = request.problem, request.problem.q0.size, request.problem.v0.size
+    rows, first = (
+        watched_rows(formulation, request, work),
+        np.append(work.saved_q[0], work.saved_v[0]),
+    )
     seen = states_of(formulation, problem, np.vstack([first, rows[:, : r + d]]))
     if not isinstance(problem.system, Lagrangian):
         return seen
-    near = near_velocities(problem, run.method, rows)
-    v = problem.v0[None] if run.checkpoint.first == 0 else near[:1]
-    if run.checkpoint.first > 0:
+    near = near_velocities(problem, request.method, rows)
+    v = problem.v0[None] if request.checkpoint.first == 0 else near[:1]
+    if request.checkpoint.first > 0:
         v = _velocities(problem, States(*(part[:1] for part in seen)), near[:1], seen.t[:1])
     return seen._replace(v=np.vstack([v, near]))
 
 
 def _changes(
-    run: RunRequest, work: RunArrays, steps: Steps, states: States
+    request: RunRequest, work: RunArrays, steps: Steps, states: States
 ) -> Iterator[tuple[Array, Array]]:
     """Numbers of steps (n,), and by how much the energy changed in them without work: the tables
     (8, n) of galvi.kernels.energy_errors. What ruins is the part of an error beyond the work in its
     direction, unless that is the larger."""
-    nodes, weights = _nodes(run.method.stages)
-    times = steps.t[:, None] + 0.5 * (nodes + 1.0) * run.step
-    flat = steps.q.reshape(-1, *run.problem.q0.shape), steps.v.reshape(times.size, -1)
-    powers = _powers(run.problem, *flat, times.ravel()).reshape(times.shape)
-    done = powers @ (0.5 * run.step * weights)
+    nodes, weights = _nodes(request.method.stages)
+    times = steps.t[:, None] + 0.5 * (nodes + 1.0) * request.step
+    flat = steps.q.reshape(-1, *request.problem.q0.shape), steps.v.reshape(times.size, -1)
+    powers = _powers(request.problem, *flat, times.ravel()).reshape(times.shape)
+    done = powers @ (0.5 * request.step * weights)
     (T_0, V_0), (T_1, V_1) = (
-        energies(run.problem, states, forces=True) for states in (steps.begins, steps.ends)
+        energies(request.problem, states, forces=True) for states in (steps.begins, steps.ends)
     )
     gained = T_1 + V_1 - T_0 - V_0
     errors, helped = np.abs(gained - done), np.fmax(0.0, done * np.sign(gained))
@@ -236,19 +252,19 @@ def _changes(
     sizes = np.fmax(np.maximum(np.abs(T_0), np.abs(T_1)), np.abs(done))
     potentials = np.sort([V_0, V_1], axis=0)
     yield steps.numbers, _table(errors, np.where(beyond <= helped, 0.0, beyond), sizes, *potentials)
-    if isinstance(run.problem.system, Multibody) and run.problem.system.is_damped_alone:
-        yield _of_states(run, work, states)
+    if isinstance(request.problem.system, Multibody) and request.problem.system.is_damped_alone:
+        yield _of_states(request, work, states)
 
 
 def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> Array:
     return np.array([errors, ruining, sizes, *potentials, ROUND_OFF * sizes, sizes, sizes])
 
 
-def _of_states(run: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
+def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
     more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
     other forces only the work in some steps is known: they may act between these."""
-    problem, start = run.problem, run.checkpoint
+    problem, start = request.problem, request.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
     states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]
@@ -257,9 +273,9 @@ def _of_states(run: RunRequest, work: RunArrays, states: States) -> tuple[Array,
         float(np.max(damping_rates(problem, states.q[k], states.v[k], 0.0)[0]))
         for k in np.unique(np.linspace(0, len(numbers) - 1, DAMPED_AT).astype(np.int64))
     ]
-    lasted = np.abs(numbers - numbers[0]) * abs(run.step)
+    lasted = np.abs(numbers - numbers[0]) * abs(request.step)
     takes = AMPLE * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
-    risen = np.sign(run.step) * (kinetic + potential - kinetic[0] - potential[0])
+    risen = np.sign(request.step) * (kinetic + potential - kinetic[0] - potential[0])
     errors = np.maximum(np.maximum(risen, -risen - takes), 0.0)
     table = _table(errors, errors, np.abs(kinetic), potential, potential)
     return numbers[1:], table[:, 1:]
@@ -286,7 +302,7 @@ class Unresolved(NamedTuple):
 
 
 def unresolved_rate(
-    formulation: Formulation, run: RunRequest, steps: Steps, states: States, redo: Redo
+    formulation: Formulation, request: RunRequest, steps: Steps, states: States, redo: Redo
 ) -> Unresolved | None:
     """The velocity that is most in error since its damping is too fast for the steps; None for
     none.
@@ -296,7 +312,7 @@ def unresolved_rate(
     exp(-h r). It is that of -v' / r, from a step that resolves it: 0 where v is w already, as
     behind a fast damper that has done its work.
     """
-    problem, found = run.problem, None
+    problem, found = request.problem, None
     system: Any = problem.system
     largest = float(np.max(np.abs(energies(problem, states)[0])))
     fastest = np.max(np.abs(states.v), axis=0)
@@ -304,16 +320,16 @@ def unresolved_rate(
     for k in chosen if len(steps.t) else ():
         t, q, v = steps.t[k], steps.begins.q[k], steps.begins.v[k].reshape(problem.v0.shape)
         rates, modes = damping_rates(problem, q, v, t)
-        fast = np.abs(run.step * rates) > run.method.stages
+        fast = np.abs(request.step * rates) > request.method.stages
         if not fast.any():
             continue
         rate = float(rates[np.argmax(np.abs(rates))])
-        here, short = problem.moved(q, v, t), math.copysign(SHORT / rate, run.step)
-        after = _one_step(formulation, run, here, short, False, redo)
+        here, short = problem.moved(q, v, t), math.copysign(SHORT / rate, request.step)
+        after = _one_step(formulation, request, here, short, False, redo)
         there = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
         parts = np.linalg.solve(modes, np.ravel(v - there) / short)
         left = [
-            growth(run.method.table, run.step * r) - math.exp(min(-run.step * r, 700.0))
+            growth(request.method.table, request.step * r) - math.exp(min(-request.step * r, 700.0))
             for r in rates[fast]
         ]
         error = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
@@ -354,33 +370,33 @@ def growth(table: Tableau, z: float) -> float:
 
 
 def _explained(
-    run: RunRequest, report: EnergyReport, fast: Unresolved | None, locked: bool
+    request: RunRequest, report: EnergyReport, fast: Unresolved | None, locked: bool
 ) -> EnergyReport:
     """A report in words, with what is fast or locked."""
-    begin, clauses, remedy = run.problem.t0, [], ""
+    begin, clauses, remedy = request.problem.t0, [], ""
     if report.ruined == 0:
         clauses.append(BEFORE)
     elif report.error > TOLERATED:
         which = "before it" if report.ruined == report.worst else "up to there"
-        end = begin + cast(int, report.worst) * run.step
+        end = begin + cast(int, report.worst) * request.step
         clauses.append(
             f"in the step to t = {end:.10g} the energy and the work of the forces differ by "
             f"{report.error:.2g} times the largest energy {which}"
         )
     if fast is not None:
-        times = abs(run.step * fast.rate)
+        times = abs(request.step * fast.rate)
         share = f"{times:.2g}" if times < 100.0 else f"{times:,.0f}"
-        how = "damped" if fast.rate * run.step > 0.0 else "increased"
+        how = "damped" if fast.rate * request.step > 0.0 else "increased"
         off = f"about {fast.share:.1g} of" if fast.share < 1.0 else "more than"
         clauses.append(
             f"forces have {how} a velocity in 1/{share} of a step, which leaves it wrong by {off} "
-            f"its largest value in the step to t = {begin + fast.step * run.step:.10g}"
+            f"its largest value in the step to t = {begin + fast.step * request.step:.10g}"
         )
-        remedy = f"Use a step of {rounded_down(run.method.stages / abs(fast.rate)):g} or less"
+        remedy = f"Use a step of {rounded_down(request.method.stages / abs(fast.rate)):g} or less"
     if locked:
         clauses.append(LOCKED)
         remedy = BALL_JOINT
-    return report._replace(error=0.0, clauses=tuple(clauses), remedy=remedy)
+    return report._replace(error=0.0, clauses=tuple(clauses), remedy=remedy, any_step=locked)
 
 
 def rounded_down(x: float) -> float:

@@ -49,7 +49,12 @@ from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
 
-PEERS = {"rebound": "REBOUND", "mujoco-core": "MuJoCo", "scipy": "SciPy", "heyoka": "heyoka"}
+ENGINES = {
+    "rebound": "REBOUND",
+    "mujoco-core": "MuJoCo",
+    "scipy": "SciPy",
+    "heyoka": "heyoka",
+}
 NOT_INSTALLED = "not installed"
 
 
@@ -67,8 +72,8 @@ class Absent:
 
 
 def peers(origin: Mapping[str, str]) -> str:
-    """Those of PEERS that were installed, e.g. "REBOUND, MuJoCo and SciPy"."""
-    *most, last = [name for key, name in PEERS.items() if origin.get(key) != NOT_INSTALLED]
+    """Those of ENGINES that were installed, e.g. "REBOUND, MuJoCo and SciPy"."""
+    *most, last = [name for key, name in ENGINES.items() if origin.get(key) != NOT_INSTALLED]
     return f"{', '.join(most)} and {last}" if most else last
 
 
@@ -78,10 +83,10 @@ def absent(
     targets: pd.DataFrame,
     rows: Sequence[Row],
 ) -> tuple[Absent, ...]:
-    """Those of PEERS that were not installed, by the versions in the origin of the comparisons."""
+    """Those of ENGINES that were not installed, by the versions in the comparisons' origin."""
     return tuple(
         _absent(engine, name, runs, targets, rows)
-        for engine, name in PEERS.items()
+        for engine, name in ENGINES.items()
         if origin.get(engine) == NOT_INSTALLED
     )
 

@@ -41,7 +41,8 @@ RUNS: dict[str, tuple[Any, ...]] = {
     ),
     "sundman": (
         ready.kepler(0.3), method(clock=galvi.Sundman()), {}, "clock",
-        "in transformed time, by lanes, since the clock's lanes are for point masses",
+        "in transformed time, by the lanes of equal steps, since the clock's lanes are for point "
+        "masses",
     ),
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Any system as a Lagrangian, which the general kernel takes in transformed time."""
+"""Any system as a Lagrangian, whose motion in a clock is that of one in transformed time."""
 
 from __future__ import annotations
 

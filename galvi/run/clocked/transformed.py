@@ -1,11 +1,12 @@
-"""Steps in a clock of what has no lanes there: by the general kernel, in transformed time.
+"""Steps in a clock of what the clock's lanes do not take: in transformed time, as equal steps.
 
 With u = dq/dtau, the energy E and an external force F, these are steps of
 
     L_tau(q, u) = g (L(q, u/g, t) + E), with the force g F,    t' = g,    E' = g (F . v - dL/dt)
 
 Without a force and explicit time E stays as it is, and t is a quadrature of g after the steps,
-which are done in lanes where L_tau can be traced. Otherwise the problem is driven: t and E are
+which are done by the lanes of equal steps where L_tau can be traced, else by the general kernel.
+Otherwise the problem is driven: t and E are
 collocated at the stages. With Gauss s and degree s, or Lobatto s + 1 and degree s, this is a
 (partitioned) Runge-Kutta method of order 2 s; other methods are refused. A step is done by passes
 until t and E settle, in each of which the kernel finds the curve. With Gauss and a constant
@@ -171,11 +172,12 @@ class TransformedTime:
         iterates = constant and method.rule == gauss(method.stages)
         if not self.driven:
             asked = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = not isinstance(EQUAL_STEPS[0].offers(asked), Declined)
+            iterates = any(not isinstance(x.offers(asked), Declined) for x in EQUAL_STEPS)
         if solver == "fixed_point" and not iterates:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
         in_lanes = not self.driven and iterates
-        self.reason = f"in transformed time, by {'lanes' if in_lanes else 'the general kernel'}"
+        engine = "the lanes of equal steps" if in_lanes else "the general kernel"
+        self.reason = f"in transformed time, by {engine}"
         self.at_once = iterates and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:

@@ -69,14 +69,17 @@ class InFrame:
         bases = bases.reshape(len(bases), 4, frame_start(problem, method)[0].shape[1])
         return FrameCurves(method.space, t0, step, bases, x, first, path)
 
-    def guess(self, substeps: Substeps, run: RunRequest, work: RunArrays) -> Array | None:
-        """Nothing is guessed; None where the frame never applied."""
-        checks = checks_of(run.problem, run.method, run.step, run.checkpoint.tolerance)
+    def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
+        """The stages as they are, for a step in the inertial frame; None where the frame never
+        applied."""
+        checks = checks_of(
+            request.problem, request.method, request.step, request.checkpoint.tolerance
+        )
         return work.stages if checks[ALARM] >= 0.0 else None
 
-    def failure(self, run: RunRequest, code: int, work: RunArrays) -> str:
+    def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, method, step = run.problem, run.method, run.step
+        problem, method, step = request.problem, request.method, request.step
         frame = frame_of(method)
         q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
         outside = ""
@@ -106,10 +109,10 @@ class InFrame:
 IN_FRAME = InFrame()
 
 
-def frame_kernel(run: RunRequest, work: RunArrays) -> FrameKernel:
+def frame_kernel(request: RunRequest, work: RunArrays) -> FrameKernel:
     """The kernel of a run, with as many passes as it needs."""
-    checks = checks_of(run.problem, run.method, run.step, run.checkpoint.tolerance)
-    return FrameKernel(run, work, np.array(checks))
+    checks = checks_of(request.problem, request.method, request.step, request.checkpoint.tolerance)
+    return FrameKernel(request, work, np.array(checks))
 
 
 class Frame:

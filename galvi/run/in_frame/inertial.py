@@ -33,14 +33,14 @@ PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
 class InertialKernel:
     """One step in the inertial frame, and the return to the moving one."""
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        self._run, self._work = run, work
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        self._request, self._work = request, work
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`; one step."""
-        run, work = self._run, self._work
-        problem, step, d = run.problem, run.step, run.problem.q0.size
-        number = run.checkpoint.first + work.done
+        request, work = self._request, self._work
+        problem, step, d = request.problem, request.step, request.problem.q0.size
+        number = request.checkpoint.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
         parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
         if parts is None:
@@ -55,9 +55,9 @@ class InertialKernel:
             row[:2, :d] = before
             work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
         q, v = (parts.state[k].reshape(problem.q0.shape) for k in (0, 2))
-        work.state[:] = frame_of(run.method).enter(problem, q, v)
+        work.state[:] = frame_of(request.method).enter(problem, q, v)
         work.solver_state[0] = NOTHING
-        work.record(run, q.ravel(), v.ravel())
+        work.record(request, q.ravel(), v.ravel())
         return SOLVED
 
 

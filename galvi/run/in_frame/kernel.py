@@ -104,10 +104,10 @@ class FrameKernel:
     checks  see `galvi.run.in_frame.passes.checks_of`
     """
 
-    def __init__(self, run: RunRequest, work: RunArrays, checks: Array) -> None:
-        self._run, self._work = run, work
-        self._motion = motion = motion_of(run.problem, run.method, run.step)
-        self.tables = tables = tables_of(motion, run.method, checks)
+    def __init__(self, request: RunRequest, work: RunArrays, checks: Array) -> None:
+        self._request, self._work = request, work
+        self._motion = motion = motion_of(request.problem, request.method, request.step)
+        self.tables = tables = tables_of(motion, request.method, checks)
         lines = np.ones((work.state.shape[1] + 1, tables[0].shape[0] + 2))
         self._scratch = *scratch_of(motion, tables, work.state.shape), lines
         for nodes, c in (
@@ -116,11 +116,13 @@ class FrameKernel:
         ):
             nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
         self._kernel = collocation.compiled_advance_frame()
-        self._plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
+        self._plan, self._progress, self._saved = run_plan(
+            request, work, request.checkpoint.tolerance
+        )
         self._passage = NO_PASSAGES
         if work.passage.size:
-            frame = cast(KeplerFrame, frame_of(run.method))
-            self._passage = np.append(work.passage, frame.held_pairs(run.problem))
+            frame = cast(KeplerFrame, frame_of(request.method))
+            self._passage = np.append(work.passage, frame.held_pairs(request.problem))
         self._looked_at, self._may_meet = -1, False  # the last block of AGAIN steps
 
     def advance(self, n: int) -> int:
@@ -139,13 +141,15 @@ class FrameKernel:
 
     def _in_blocks(self, n: int) -> int:
         """Does n steps; before each AGAIN of them it is asked whether bodies can meet."""
-        run, work, passage, code = self._run, self._work, self._passage, SOLVED
+        request, work, passage, code = self._request, self._work, self._passage, SOLVED
         while n and code == SOLVED:
-            block, done = divmod(run.checkpoint.first + work.done, AGAIN)
+            block, done = divmod(request.checkpoint.first + work.done, AGAIN)
             if block != self._looked_at and work.watch != NEVER and passage.size:
                 self._looked_at = block
-                q, v = (tuple(work.state[row, : run.problem.q0.size].tolist()) for row in (0, 2))
-                self._may_meet = can_meet(run.problem, q, v, run.method, run.step)
+                q, v = (
+                    tuple(work.state[row, : request.problem.q0.size].tolist()) for row in (0, 2)
+                )
+                self._may_meet = can_meet(request.problem, q, v, request.method, request.step)
             part = min(n, AGAIN - done)
             progress = *self._progress[:-1], passage if self._may_meet else NO_PASSAGES
             code = int(self._kernel(

@@ -73,9 +73,9 @@ def _probed(
     states: list[Array] | None = None,
 ) -> list[Probe]:  # fmt: skip
     """The first steps of a run, each from its own state if given, up to one that fails."""
-    run = RunRequest(problem, method, step, PROBED, from_start(curves=False))
-    work = RunArrays.of(run, frame_start(problem, method), 2, (0, 0), watched=False)
-    kernel = FrameKernel(run, work, np.array(checks))
+    request = RunRequest(problem, method, step, PROBED, from_start(curves=False))
+    work = RunArrays.of(request, frame_start(problem, method), 2, (0, 0), watched=False)
+    kernel = FrameKernel(request, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
     n, found = sizes.size // 2, []
     for k in range(PROBED if states is None else len(states)):

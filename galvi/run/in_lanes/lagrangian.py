@@ -125,14 +125,14 @@ class LawKernel:
     It owns what the address of the law and the words of its argument point to.
     """
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, method = run.problem, run.method
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        problem, method = request.problem, request.method
         d, s = problem.q0.size, method.stages
         law = lane_law(problem.system, d)
         assert law is not None  # see `group_kernel`
         lines, self._constants = law
         lanes = lanes_for(s)
-        self._tables = law_tables(method.table, run.step, lanes, component_degrees(method))
+        self._tables = law_tables(method.table, request.step, lanes, component_degrees(method))
         tables, complement = self._tables[3:5]
         padded = tables.shape[1]
         self._address, self._function = _compiled(lines, d, lanes, padded == lanes)
@@ -143,8 +143,8 @@ class LawKernel:
             len(complement),
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_law(), work
-        tolerance = max(run.checkpoint.tolerance, FINEST_ON_RN)
-        self._plan, self._progress, self._saved = run_plan(run, work, tolerance)
+        tolerance = max(request.checkpoint.tolerance, FINEST_ON_RN)
+        self._plan, self._progress, self._saved = run_plan(request, work, tolerance)
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
@@ -230,12 +230,12 @@ class GroupLawKernel:
     It owns what the address of the law and the words of its argument point to.
     """
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, method = run.problem, run.method
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        problem, method = request.problem, request.method
         system: Any = problem.system
         layout, chart = coupled_layout(system, problem), method.group_chart.number
         lanes = lanes_for(method.stages)
-        tables, complement, others = group_law_tables(method.table, run.step, lanes)
+        tables, complement, others = group_law_tables(method.table, request.step, lanes)
         d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
         self._address, constants, function = _compiled_on_group(
             system, tuple(map(tuple, layout.tolist())), chart, lanes, padded == lanes,
@@ -251,16 +251,16 @@ class GroupLawKernel:
             extra,
         )  # fmt: skip
         self._kernel, self._work = compiled_advance_group_law(), work
-        tolerance = max(run.checkpoint.tolerance, FINEST_IN_LANES)
-        plan, self._progress, self._saved = run_plan(run, work, tolerance)
-        self._run = layout, chart, others, plan
+        tolerance = max(request.checkpoint.tolerance, FINEST_IN_LANES)
+        plan, self._progress, self._saved = run_plan(request, work, tolerance)
+        self._arguments = layout, chart, others, plan
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
         before = self._work.counts[FORCES]
         code = int(self._kernel(
-            self._address, self._words.ctypes.data, *self._run, n, self._progress, self._scratch,
-            self._numbers, self._spare, self._saved,
+            self._address, self._words.ctypes.data, *self._arguments, n, self._progress,
+            self._scratch, self._numbers, self._spare, self._saved,
         ))  # fmt: skip
         self._work.counts[FORCES_IN_LANES] += self._work.counts[FORCES] - before
         return code
@@ -273,14 +273,14 @@ def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
     return one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
 
 
-def group_kernel(run: RunRequest) -> MakeKernel | str:
+def group_kernel(request: RunRequest) -> MakeKernel | str:
     """What makes the kernel in lanes of a run on a group, or of a Lagrangian; else why there is
     none."""
-    if has_law(run.problem, run.method):
+    if has_law(request.problem, request.method):
         return partial(WithNewton, LawKernel)
-    if has_law_on_group(run.problem, run.method):
+    if has_law_on_group(request.problem, request.method):
         return partial(WithNewton, GroupLawKernel)
-    refusal = getattr(run.problem.system, "untraced", "")
+    refusal = getattr(request.problem.system, "untraced", "")
     return "its functions are not known as expressions" + (f" ({refusal})" if refusal else "")
 
 
@@ -288,12 +288,12 @@ class WithNewton:
     """Steps in lanes; those whose iteration does not converge there, and some after them, by
     Newton's method in the general kernel."""
 
-    def __init__(self, kernel: MakeKernel, run: RunRequest, work: RunArrays) -> None:
-        self._in_lanes, self._run, self._work = kernel(run, work), run, work
+    def __init__(self, kernel: MakeKernel, request: RunRequest, work: RunArrays) -> None:
+        self._in_lanes, self._request, self._work = kernel(request, work), request, work
 
     @cached_property
     def _general(self) -> Kernel:  # when it is first needed: compiling it takes long
-        return CountedByNewton(self._run, self._work)
+        return CountedByNewton(self._request, self._work)
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
@@ -304,7 +304,7 @@ class WithNewton:
             work.solver_state[STREAK] -= work.done - before
             return code
         code = self._in_lanes.advance(n)
-        if code and self._run.checkpoint.solver != "fixed_point":
+        if code and self._request.checkpoint.solver != "fixed_point":
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = self._general.advance(1)
         return code

@@ -34,11 +34,14 @@ from galvi.tracing.laws_of_systems import slopes_of
 FINER = 2.0**-68
 
 
-def vector_kernel(run: RunRequest) -> MakeKernel | str:
+def vector_kernel(request: RunRequest) -> MakeKernel | str:
     """What makes the kernel in lanes of a run on a vector space; else why there is none."""
-    system: Any = run.problem.system
+    system: Any = request.problem.system
     if isinstance(system, Canonical):
-        if _lane_force(system, run.problem.q0.size, run.method.stages, traces(system)) is None:
+        if (
+            _lane_force(system, request.problem.q0.size, request.method.stages, traces(system))
+            is None
+        ):
             why = f" ({system.untraced})" if system.untraced else ""
             return f"its force is not known as a short expression{why}"
         return partial(WithGeneral, CanonicalKernel)
@@ -52,12 +55,12 @@ def vector_kernel(run: RunRequest) -> MakeKernel | str:
 class WithGeneral:
     """Steps in lanes; those whose iteration does not converge there, by the general kernel."""
 
-    def __init__(self, kernel: MakeKernel, run: RunRequest, work: RunArrays) -> None:
-        self._in_lanes, self._run, self._work = kernel(run, work), run, work
+    def __init__(self, kernel: MakeKernel, request: RunRequest, work: RunArrays) -> None:
+        self._in_lanes, self._request, self._work = kernel(request, work), request, work
 
     @cached_property
     def _general(self) -> Kernel:
-        return GeneralVectorKernel(self._run, self._work)
+        return GeneralVectorKernel(self._request, self._work)
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
@@ -72,22 +75,30 @@ class WithGeneral:
 class PointMassKernel:
     """Steps of point masses, by galvi.lanes.nbody."""
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, table = run.problem, run.method.table
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        problem, table = request.problem, request.method.table
         axes, d = (0,) * problem.q0.shape[-1], problem.q0.size
         self._kernel = compiled_advance(len(axes))
-        tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
-        plan, self._progress, self._saved = run_plan(run, work, run.checkpoint.tolerance)
+        tables, tableau = packed_tables(table, request.step), tuple(kernel_tableau(table))
+        plan, self._progress, self._saved = run_plan(request, work, request.checkpoint.tolerance)
         width = tables[1].shape[1]
         self._scratch, self._spare = aligned((6, d, width), (8, max(d, width)))
         system: Any = problem.system
         acting = system.acting
-        self._run = (axes, *_masses(system), acting.terms, acting.poles, tableau, tables, plan)
+        self._arguments = (
+            axes,
+            *_masses(system),
+            acting.terms,
+            acting.poles,
+            tableau,
+            tables,
+            plan,
+        )
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
         arrays = self._progress, self._scratch, self._spare, self._saved
-        return int(self._kernel(*self._run, n, *arrays))
+        return int(self._kernel(*self._arguments, n, *arrays))
 
 
 class CanonicalKernel:
@@ -96,14 +107,18 @@ class CanonicalKernel:
     It owns what the address of the law and the words of its argument point to.
     """
 
-    def __init__(self, run: RunRequest, work: RunArrays) -> None:
-        problem, table, tolerance = run.problem, run.method.table, run.checkpoint.tolerance
+    def __init__(self, request: RunRequest, work: RunArrays) -> None:
+        problem, table, tolerance = (
+            request.problem,
+            request.method.table,
+            request.checkpoint.tolerance,
+        )
         system: Any = problem.system
         d, s = problem.q0.size, table.c.size
         law = _lane_force(system, d, s, traces(system))
         assert law is not None  # see `vector_kernel`
         self._address, self._function, self._constants, lanes, rows = law
-        self._tables = nystrom_tables(table, run.step, lanes)
+        self._tables = nystrom_tables(table, request.step, lanes)
         padded = self._tables[3].shape[1]
         self._scratch, self._spare = aligned((rows, padded), (6, max(padded, d, s)))
         self._numbers = np.zeros(4 * d + 4)
@@ -113,7 +128,7 @@ class CanonicalKernel:
         )  # fmt: skip
         self._kernel = compiled_advance_law()
         finer = FINER if tolerance == ROUND_OFF else tolerance
-        self._plan, self._progress, self._saved = run_plan(run, work, finer)
+        self._plan, self._progress, self._saved = run_plan(request, work, finer)
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
