@@ -11,17 +11,17 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 
-LARGEST = 2**62  # largest whole number: the kernels count in 64 bits
+LARGEST_WHOLE = 2**62  # largest whole number: the kernels count in 64 bits
 SHOWN = 200  # characters of a value in a message
-LONG = 256  # bits of the longest whole number that messages show in full
+LONGEST_SHOWN = 256  # bits of the longest whole number that messages show in full
 
 
 def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) -> int:
     """``value`` as an int, or ValueError when it is not a whole number in the stated range.
 
-    at_most  None: LARGEST, which the message states only when it is exceeded
+    at_most  None: LARGEST_WHOLE, which the message states only when it is exceeded
     """
-    most = LARGEST if at_most is None else at_most
+    most = LARGEST_WHOLE if at_most is None else at_most
     if type(value) is int and at_least <= value <= most:
         return value
     numbers = (int, float, np.integer, np.floating)
@@ -32,7 +32,7 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
         limit = f"of at least {at_least}"
         if beyond or at_most is not None:
             limit = f"from {at_least} to {most}"
-        long = isinstance(value, int) and value.bit_length() > LONG
+        long = isinstance(value, int) and value.bit_length() > LONGEST_SHOWN
         received = f"a number of {value.bit_length()} bits" if long else shown(value)
         raise ValueError(f"{name} must be a whole number {limit}; received {received}.")
     return number

@@ -29,8 +29,9 @@ from galvi.spaces.space import Space, checked
 CONSISTENT = 1e-13
 # Pivots of K below this share of its largest entry count as 0: float64's rounding of a parameter
 # such as 2 pi, squared.
-BLIND = 1e-24
-FARTHEST = 26  # one step ahead, the next Legendre polynomial amplifies round-off by over 1e18
+BLIND_PIVOT = 1e-24
+# One step ahead, the next Legendre polynomial amplifies round-off by over 1e18.
+MOST_EXTRAPOLATED = 26
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Tableau:
     C                      (m, s)  curve coefficients from accelerations
     analysis               (s, s)  Legendre coefficients from values at the stages
     extrapolation          (s, l)  Legendre polynomials at the next step's stages, 1 + c;
-                                   l = min(s, FARTHEST)
+                                   l = min(s, MOST_EXTRAPOLATED)
     growth                 (l,)    Legendre polynomials at the next step's end
     slope                  (s, m)  derivative of the basis at the stages
     projection             (m, s)  K^-1 slope^T diag(b), coefficients of the curve nearest to given
@@ -131,7 +132,7 @@ def assemble(space: Space, rule: Rule) -> Assembled:
         defect = float(np.max(np.abs(rounded(np.append(alpha - c, beta_p - 1)))))
         A = psi @ C
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
-        most = min(rule.points, FARTHEST) - 1
+        most = min(rule.points, MOST_EXTRAPOLATED) - 1
         extrapolation = legendre(2.0 * rule.nodes + 1.0, most)
         growth = legendre(np.array([3.0]), most)[0]
         beta = b * (1 - c)
@@ -166,7 +167,7 @@ def _check_constant(start: Any, values: Any) -> None:
 
 def _solve(K: Any, rhs: Any, space: Space) -> Any:
     """K^-1 rhs by elimination, None if K is singular; K is positive semidefinite: no pivoting."""
-    tiny, blind = (1e-40, BLIND) if space.exact else (1e-12, 1e-12)
+    tiny, blind = (1e-40, BLIND_PIVOT) if space.exact else (1e-12, 1e-12)
     work = np.column_stack([K, rhs])
     scale = [abs(K[i, i]) for i in range(len(K))]
     for i in range(len(K)):

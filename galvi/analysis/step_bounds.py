@@ -20,10 +20,10 @@ Z0 = 0.860333589019379762
 """The smallest positive root of 1 = z tan z, 0.860: the integral of |u|^2 over a step of h is at
 most (h / z0)^2 times that of |u'|^2 plus |u(h)|^2 / h, with equality for cos(z0 t / h) (M section
 2)."""
-FINE = 64  # Gauss points on each part of a step for M's exact integrals: degree 127
+INTEGRATION_POINTS = 64  # Gauss points on each part of a step for M's exact integrals: degree 127
 PARTS = 4  # parts of each smooth piece
 DEPENDENT = 1e11  # condition number of a normalised basis above which constants are not known
-BLIND = 1e-12  # eigenvalues below this share of the largest count as 0
+ZERO_EIGENVALUE = 1e-12  # eigenvalues below this share of the largest count as 0
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     if not np.linalg.cond(exact) < DEPENDENT:
         return None
     ratios = eigh(seen, exact, eigvals_only=True)
-    unseen = int(np.sum(ratios <= BLIND * ratios[-1]))
+    unseen = int(np.sum(ratios <= ZERO_EIGENVALUE * ratios[-1]))
     C = Z0 * np.sqrt(eigh(values, seen, eigvals_only=True)[-1]) if not unseen else np.inf
     low, high = np.sqrt(np.clip([ratios[0], ratios[-1]], 0, None))
     return Norms(unseen, float(C), 0.0 if unseen else float(low), float(high))
@@ -94,7 +94,7 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
 
 def _fine(pieces: int) -> tuple[Array, Array]:
     """Nodes and weights of Gauss's rule on every part of every piece of [0, 1]."""
-    one, parts = gauss(FINE), pieces * PARTS
+    one, parts = gauss(INTEGRATION_POINTS), pieces * PARTS
     nodes = (np.arange(parts)[:, None] + one.nodes) / parts
     return nodes.ravel(), np.tile(one.weights / parts, parts)
 

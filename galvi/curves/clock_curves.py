@@ -22,8 +22,8 @@ from galvi.curves.curves import (
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
-PASSES = 60  # of a bracketed Newton iteration
-SAMPLES = 9  # places of a step at which its t is seen to grow
+TIME_PASSES = 60  # of a bracketed Newton iteration
+TIME_PLACES = 9  # places of a step at which its t is seen to grow
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class ClockCurves:
         whole = self.times[index + 1] - self.times[index]
         x = np.clip(since / whole, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
-        for _ in range(PASSES):
+        for _ in range(TIME_PASSES):
             t, rate = self._time(index, x)
             off = (since - t) * np.sign(whole)
             low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
@@ -115,8 +115,8 @@ class ClockCurves:
 
 @lru_cache(maxsize=32)
 def _to_samples(table: Tableau) -> Array:
-    """(s, SAMPLES) from the values at the stages of a step to those at even places of it."""
-    legendres = legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES), len(table.analysis) - 1)
+    """(s, TIME_PLACES) from the values at the stages of a step to those at even places of it."""
+    legendres = legendre.legvander(np.linspace(-1.0, 1.0, TIME_PLACES), len(table.analysis) - 1)
     return read_only((legendres @ table.analysis).T)
 
 

@@ -15,7 +15,7 @@ from galvi.trajectory import Trajectory
 
 TURN = 2.0 * np.pi
 KEPLER_PASSES = 100
-LEAST = 1e-300
+LEAST_DIVISOR = 1e-300  # in place of an e - 1 of 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +178,7 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
     to the root; it stops where rounding ends the descent.
     """
     size = np.abs(mean)
-    far = np.arcsinh(size / np.maximum(e - 1.0, LEAST))
+    far = np.arcsinh(size / np.maximum(e - 1.0, LEAST_DIVISOR))
     near = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
     found = np.where(bound, np.minimum(size + e, np.pi), np.minimum(far, near))
     for _ in range(KEPLER_PASSES):

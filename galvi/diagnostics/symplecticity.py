@@ -152,7 +152,7 @@ def _defect(DF: Array, W0: Array, W1: Array) -> float:
     return float(np.max(np.abs(DF.T @ W1 @ DF - W0)) / scale)
 
 
-NUDGE, CLOCK_NUDGE = 2.0**-6, 2.0**-7
+STATE_DIFFERENCE, CLOCK_DIFFERENCE = 2.0**-6, 2.0**-7
 CHART = Exponential()
 
 
@@ -193,7 +193,7 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
         g, mu = end(x[:d], x[d:])
         return np.concatenate([coordinates(CHART, group, here, g), mu])
 
-    return _differenced(moved, [NUDGE] * d + [NUDGE * size] * d)
+    return _differenced(moved, [STATE_DIFFERENCE] * d + [STATE_DIFFERENCE * size] * d)
 
 
 def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
@@ -281,7 +281,7 @@ def clock_step_derivative(
         q, mu, t = end(x[:d], x[d : 2 * d], -float(x[2 * d]))
         return np.concatenate([coordinates(CHART, group, here, q), [t], mu, [0.0]])
 
-    DF = np.insert(_differenced(moved, [CLOCK_NUDGE * one for one in scales]), d, 0.0, axis=1)
+    DF = np.insert(_differenced(moved, [CLOCK_DIFFERENCE * one for one in scales]), d, 0.0, axis=1)
     DF[d, d] = DF[2 * d + 1, 2 * d + 1] = 1.0  # of t, which nothing depends on, and of e
     return DF, p0, mu1
 

@@ -104,7 +104,7 @@ class Batch:
         return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
 
 
-CALL_SECONDS = 0.1  # of a call of the kernel, after which Ctrl-C is looked at
+INTERRUPT_SECONDS = 0.1  # of a call of the kernel, after which Ctrl-C is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
             todo, clock = min(at_once, k - batch.done), time.perf_counter()
             batch.advance(todo)
             pace = (time.perf_counter() - clock) / todo
-            at_once = max(1, min(2 * at_once, int(CALL_SECONDS / max(pace, 1e-9))))
+            at_once = max(1, min(2 * at_once, int(INTERRUPT_SECONDS / max(pace, 1e-9))))
         states = batch.states()
         record.see(
             k, plan.t0 + k * plan.step, states[0].reshape(n, *plan.q_shape),
@@ -180,9 +180,9 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
 PROBE = 8 * LANES  # members of the first chunk, which is measured
 SECONDS = 1.0  # of a chunk
 SHARES = 4  # chunks for each worker, so that none waits long for the last,
-LEAST = 2e-3  # unless they take fewer seconds than this
-LARGEST = 2**26  # bytes that a chunk's arrays may have
-AHEAD = 2  # chunks that wait, for each worker
+LEAST_CHUNK_SECONDS = 2e-3  # unless they take fewer seconds than this
+CHUNK_BYTES = 2**26  # bytes that a chunk's arrays may have
+CHUNKS_AHEAD = 2  # chunks that wait, for each worker
 
 
 def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) -> int:
@@ -191,8 +191,8 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
     seconds  that one member takes
     size     bytes that one member needs
     """
-    shares = min(SHARES, max(1, int(seconds * members / (LEAST * workers))))
-    most = min(SECONDS / max(seconds, 1e-12), LARGEST / size, members / (shares * workers))
+    shares = min(SHARES, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers))))
+    most = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
     return max(PROBE, LANES * math.ceil(most / LANES))
 
 
@@ -222,7 +222,7 @@ def _in_order(
     try:
         for chunk in chunks:
             waiting.append((chunk, submit(chunk)))
-            while len(waiting) >= AHEAD * workers:
+            while len(waiting) >= CHUNKS_AHEAD * workers:
                 one, future = waiting.popleft()
                 yield one, future.result()
         while waiting:

@@ -33,7 +33,7 @@ from galvi.run.in_lanes.lagrangian import (
     orthonormal_complement,
     outside,
 )
-from galvi.run.in_lanes.nystrom import FINER, aligned, aligned_copies, integrals_of
+from galvi.run.in_lanes.nystrom import LANE_TOLERANCE, aligned, aligned_copies, integrals_of
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
@@ -47,7 +47,7 @@ from galvi.tracing.lane_law import (
 )
 from galvi.tracing.laws_of_systems import force_of, slopes_of
 
-WIDEST = 32  # coordinates up to which a law is written out for members
+WIDEST_MEMBER = 32  # coordinates up to which a law is written out for members
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _rows(array: Array, members: slice) -> Array:
 
 def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     """The law of a system whose velocities have d numbers, or None if lanes cannot run it."""
-    if not FAST or d > WIDEST:
+    if not FAST or d > WIDEST_MEMBER:
         return None
     if isinstance(system, NBody):
         if system.forces:
@@ -196,11 +196,11 @@ def finest_tolerance(law: Law, method: Galerkin) -> float:
     """The relative change below which lanes do not iterate further."""
     if law.layout:
         return FINEST_IN_LANES
-    return FINER if iterates_places(law, method) else FINEST_ON_RN
+    return LANE_TOLERANCE if iterates_places(law, method) else FINEST_ON_RN
 
 
 # Laws of few coordinates and stages are compiled for each number of stages: a quarter less time.
-NARROW, FEW = 6, 12
+FEW_COORDINATES, FEW_STAGES = 6, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +239,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
             nystrom_tables(table) if alone else tables_on_space(table, component_degrees(method))
         )
         extra = tables[1].shape[0]
-        stages = method.stages if d <= NARROW and method.stages <= FEW else 0
+        stages = method.stages if d <= FEW_COORDINATES and method.stages <= FEW_STAGES else 0
         return MemberKernel(
             compiled_members(law.lines, d, stages, alone), law_fields(d), rows_of_work(d), tables,
             extra, alone, lambda q, p: {},

@@ -13,7 +13,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.ensembles.keep import FinalStates, Keep, StatesAt, TimeGrid
 from galvi.ensembles.parameters import Parameters
-from galvi.input_checks import LARGEST, shown
+from galvi.input_checks import LARGEST_WHOLE, shown
 from galvi.method import Galerkin
 from galvi.outcome import End, Outcome
 from galvi.run.ensemble import processors
@@ -24,7 +24,7 @@ from galvi.run.states import states_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-LONG = 10**4  # steps from which on curves are found again where a function asks for them
+LONG_RUN = 10**4  # steps from which on curves are found again where a function asks for them
 
 
 class Single(NamedTuple):
@@ -96,8 +96,8 @@ class Singles:
         in_clock = self.method.clock is not None
         request = RunRequest.checked(
             problem, self.method, float(self.plan.step[member]), **self.limits,
-            save_every=LARGEST if in_clock and isinstance(self.keep, FinalStates) else 1,
-            curves=None if in_clock else self.function is not None and self.plan.steps <= LONG,
+            save_every=LARGEST_WHOLE if in_clock and isinstance(self.keep, FinalStates) else 1,
+            curves=None if in_clock else self.function is not None and self.plan.steps <= LONG_RUN,
         )  # fmt: skip
         check_memory([request])
         run = prepared(request)

@@ -16,9 +16,9 @@ from galvi.events.entries import Entry, computed, later_entries
 from galvi.events.event import Event, ManyQuantities, Value
 from galvi.problem import Problem
 
-AGREES = 1e-9  # of a function's values, to which those of entries are its own
-AT_ONCE = 2**20  # numbers that bounds of pairs take
-TRIED = 3  # states at which that is seen
+ENTRY_TOLERANCE = 1e-9  # of a function's values, to which those of entries are its own
+BOUNDS_AT_ONCE = 2**20  # numbers that bounds of pairs take
+TRIED_STATES = 3  # states at which that is seen
 
 Row = Callable[[int], Array]  # from the number of an entry to its values
 
@@ -33,9 +33,9 @@ class Function:
         self.value, self.name, self.refusal = value, name, ""
         self._traceable = getattr(value, "py_func", value)  # of Python where it is compiled
         self.shapes = problem.q0.shape, problem.v0.shape
-        shares = 1.0 + 1e-3 * np.arange(TRIED)
+        shares = 1.0 + 1e-3 * np.arange(TRIED_STATES)
         q, v = (np.outer(x.ravel(), shares) for x in (problem.q0, problem.v0))
-        t: Any = problem.t0 + 1e-3 * np.arange(TRIED)
+        t: Any = problem.t0 + 1e-3 * np.arange(TRIED_STATES)
         first = self._each(q[:, :1], v[:, :1], t[:1])
         self._check(first, t[:1])
         try:
@@ -45,7 +45,12 @@ class Function:
             return
         with np.errstate(all="ignore"):
             rows = np.append(first, self._each(q[:, 1:], v[:, 1:], t[1:]))
-        if not np.allclose(own, rows, rtol=AGREES, atol=AGREES * np.max(np.abs(rows), initial=0.0)):
+        if not np.allclose(
+            own,
+            rows,
+            rtol=ENTRY_TOLERANCE,
+            atol=ENTRY_TOLERANCE * np.max(np.abs(rows), initial=0.0),
+        ):
             self.refusal = "its values for many states are others"
 
     def at(self, q: Array, v: Array, t: Array) -> Array:
@@ -144,7 +149,7 @@ class AskedPairs:
         coordinates."""
         shape = (*self.problem.q0.shape, -1)
         low, high = low.reshape(shape), high.reshape(shape)
-        at_once = max(1, AT_ONCE // low[0].size)
+        at_once = max(1, BOUNDS_AT_ONCE // low[0].size)
         for first in range(0, len(self.pairs), at_once):
             rows = np.arange(first, min(first + at_once, len(self.pairs)))
             yield rows, *self.many.bounds(self.problem, self.pairs[rows], low, high)

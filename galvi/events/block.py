@@ -24,7 +24,7 @@ from galvi.run.request import RunRequest
 from galvi.run.states import finite_states, saved_velocities
 from galvi.trajectory import Trajectory
 
-NEAR = 1e-6  # of a step, by which times are those of its ends
+SAME_TIME = 1e-6  # of a step, by which times are those of its ends
 
 
 class Piece(NamedTuple):
@@ -56,10 +56,10 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
     step = grid[1] - grid[0]
     if step == 0.0:  # time stands still, where bodies collide
         return Piece(run, curves, grid[:1], False, first, float(t[0]), last)
-    grid = grid[(grid - last) / step < 1.0 - NEAR]
+    grid = grid[(grid - last) / step < 1.0 - SAME_TIME]
     begin = float(t[0]) if after is None else after
     far = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])
-    if np.max(far / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < NEAR:
+    if np.max(far / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < SAME_TIME:
         return Piece(run, curves, t, True, first, begin, np.copysign(np.inf, step))
     return Piece(run, curves, grid, False, first, begin, last)
 
@@ -112,8 +112,8 @@ def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
 CHUNK = 8192  # steps searched at once
 SAMPLED = 512  # and sampled
 RESOLVED = 1e-9  # last coefficients of an interpolant, relative to its largest, that are small
-DOUBLINGS = 3  # of the points of a step whose interpolant is not resolved
-ROUNDING = 1e-12  # of a bound, within which it is 0
+POINT_DOUBLINGS = 3  # of the points of a step whose interpolant is not resolved
+ZERO_BOUND = 1e-12  # of a bound, within which it is 0
 
 
 class Block:
@@ -226,7 +226,7 @@ class Block:
     def _interpolants(self, asked: Function, steps: Any) -> Array:
         points = 4 * self.method.stages
         found = self._sampled(asked, steps, points)
-        for _ in range(DOUBLINGS):
+        for _ in range(POINT_DOUBLINGS):
             rough = np.flatnonzero(~is_resolved(found))
             if not rough.size:
                 break
@@ -270,8 +270,8 @@ class Block:
 def sign_of(low: Array, high: Array) -> Array:
     """The sign that bounds of a function show on each step, ends included; 0 for none."""
     with np.errstate(invalid="ignore"):
-        above = (low > 0.0) & (low > ROUNDING * high)
-        return 1.0 * above - 1.0 * ((high < 0.0) & (high < ROUNDING * low))
+        above = (low > 0.0) & (low > ZERO_BOUND * high)
+        return 1.0 * above - 1.0 * ((high < 0.0) & (high < ZERO_BOUND * low))
 
 
 def is_resolved(coefficients: Array) -> Any:

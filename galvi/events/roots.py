@@ -10,10 +10,11 @@ from numpy.polynomial.chebyshev import chebder, chebpts1, chebvander
 
 from galvi.arrays import Array
 
-HALVINGS = 40
-NOTHING = 1e-16  # of the largest coefficient, up to which the last ones are left out
-FLAT, TINY = 4e-16, 1e-300  # of it, up to which a part of a series is 0; and the least of it
-PASSES, CLOSE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
+INTERVAL_HALVINGS = 40  # of a step, to tell roots apart
+TRAILING_COEFFICIENT = 1e-16  # of the largest coefficient, up to which the last ones are left out
+# Of the largest coefficient, up to which a part of a series is 0; and the least of it.
+ZERO_SERIES, LEAST_COEFFICIENT = 4e-16, 1e-300
+ROOT_PASSES, ROOT_CHANGE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
 
 
 def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, Array]:
@@ -25,21 +26,21 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
 
     starts, ends  (n,) values where the series begin and end, or their signs
     """
-    scale = np.maximum(np.abs(series).max(axis=1), TINY)
+    scale = np.maximum(np.abs(series).max(axis=1), LEAST_COEFFICIENT)
     series, starts, ends = series / scale[:, None], np.sign(starts), np.sign(ends)
-    some = np.flatnonzero((np.abs(series) > NOTHING).any(axis=0))
+    some = np.flatnonzero((np.abs(series) > TRAILING_COEFFICIENT).any(axis=0))
     series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
     halves, rows = _halves(series.shape[1]), np.arange(len(series))
     left, half = np.full(len(series), -1.0), 1.0
     alone: list[tuple[Any, ...]] = []
-    for k in range(HALVINGS + 1):
+    for k in range(INTERVAL_HALVINGS + 1):
         if not rows.size:
             break
         middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
         maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
         slopes = times_matrix(series, _derivative(series.shape[1]))
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
-        single |= (np.abs(middle) + others <= FLAT) | (k == HALVINGS)
+        single |= (np.abs(middle) + others <= ZERO_SERIES) | (k == INTERVAL_HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
         one = np.flatnonzero(maybe & single & crosses)
         halves_of = np.full(len(one), half)
@@ -98,7 +99,7 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
     found, slope = np.zeros(len(series)), np.zeros(len(series))
     rows, low, high = np.arange(len(found)), found - 1.0, found + 1.0
     degrees = np.arange(series.shape[1])
-    for _ in range(PASSES):
+    for _ in range(ROOT_PASSES):
         if not rows.size:
             break
         x = found[rows]
@@ -110,6 +111,6 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
             new = x - f / slope[rows]
         found[rows] = np.where((new > low) & (new < high), new, 0.5 * (low + high))
-        more = np.abs(found[rows] - x) > CLOSE
+        more = np.abs(found[rows] - x) > ROOT_CHANGE
         rows, low, high = rows[more], low[more], high[more]
     return found, slope

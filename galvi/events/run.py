@@ -26,11 +26,11 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.events.block import CHUNK, piece_of, pieces
 from galvi.events.event import changed, several_events
 from galvi.events.kept_states import KeptStates
-from galvi.events.search import MOST, START, Rows, Search
+from galvi.events.search import MOST_EVENTS, START, Rows, Search
 from galvi.events.verdict import Verdict
 from galvi.outcome import End, Outcome
 from galvi.problem import Problem
-from galvi.run.batches import APART
+from galvi.run.batches import STEPS_BETWEEN_STATES
 from galvi.run.clocked.run import at_step_limit
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import motion_in_clock, stepper_for
@@ -43,9 +43,9 @@ from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
 CHATTERS = 1000  # actions in one step
 TOO_NEAR = 1e-6  # of a step, between two actions
-FIRST = 8  # steps of the first block
-AT_ONCE = 2**21  # numbers of a block and its curves, at most
-TOO_MANY = f"more than {MOST} events"
+FIRST_BLOCK_STEPS = 8  # steps of the first block
+BLOCK_NUMBERS = 2**21  # numbers of a block and its curves, at most
+TOO_MANY = f"more than {MOST_EVENTS} events"
 
 
 def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
@@ -53,7 +53,7 @@ def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
     search = Search(request.problem, request.method, several_events(events))
     acts = any(one.ends_or_acts for one in search.events)
     if acts or not (request.checkpoint.keeps_curves or request.method.clock):
-        return partial(_in_blocks, request, search, FIRST if acts else CHUNK)
+        return partial(_in_blocks, request, search, FIRST_BLOCK_STEPS if acts else CHUNK)
     return partial(_watched, request, search)
 
 
@@ -114,14 +114,14 @@ class BlockRun:
         self.request, self.search, self.stopped = request, search, stopped
         self.stepper = stepper_for(request)
         self.verdict, self.kept = Verdict(self.stepper), KeptStates(request)
-        self.most = input_checks.LARGEST if request.steps is None else request.steps
+        self.most = input_checks.LARGEST_WHOLE if request.steps is None else request.steps
         self.problem, self.before = request.problem, request.continues
         self.start = (
             request.checkpoint if request.checkpoint.state.size else self._fresh(self.problem)
         )
         self.kept.known.append(self.start)
         numbers = self.problem.q0.size * (1 + request.method.space.dimension)  # of a step
-        self.at_once = min(CHUNK, max(AT_ONCE // numbers, FIRST))
+        self.at_once = min(CHUNK, max(BLOCK_NUMBERS // numbers, FIRST_BLOCK_STEPS))
         self.chunk = min(chunk, self.at_once)
         self.done = self.actions_in_step = 0
         self.rest: float | None = None
@@ -152,7 +152,7 @@ class BlockRun:
             if self.request.checkpoint.keeps_curves:
                 self.kept.curves.append((float(part.t[0]), part.curves))
         stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
-        if self.search.count > MOST:
+        if self.search.count > MOST_EVENTS:
             number = self.done + part.counts["steps"] + 1
             self.end = self._failed(number, float(part.t[-1]), TOO_MANY)
         elif stops:
@@ -263,7 +263,9 @@ class BlockRun:
         self.kept.add_part(part, self.done)
         self.done, self.before = self.done + made, part
         self.start = cast(Checkpoint, part.checkpoint)
-        if self.start.first - self.kept.known[-1].first >= max(APART, self.done // 512):
+        if self.start.first - self.kept.known[-1].first >= max(
+            STEPS_BETWEEN_STATES, self.done // 512
+        ):
             self.kept.known.append(self.start)
 
     def _failed(self, step: int, t: float, reason: str, remedy: str = "") -> Outcome:

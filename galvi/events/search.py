@@ -31,11 +31,11 @@ from galvi.trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas
 
-MOST = 1_000_000  # events of a run
+MOST_EVENTS = 1_000_000  # events of a run
 SECANTS = 6
-TOGETHER = 1024  # roots that are refined at once
+ROOTS_TOGETHER = 1024  # roots that are refined at once
 START = 1e-9  # of the first step, within which a root is one at t0
-FINE = 4.0 * 2.0**-52  # of the time, at which a root's time is known
+ROOT_TIME_ERROR = 4.0 * 2.0**-52  # of the time, at which a root's time is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,9 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
     search = Search(run.problem, run.method, several)
     beyond = search.over(pieces(run))
     if beyond is not None:
-        raise ValueError(f"a run may have {MOST} events; received more, until t = {beyond:.10g}.")
+        raise ValueError(
+            f"a run may have {MOST_EVENTS} events; received more, until t = {beyond:.10g}."
+        )
     return search.found()
 
 
@@ -144,7 +146,7 @@ class Search:
         many."""
         for piece in run:
             self.on(piece)
-            if self.count > MOST:
+            if self.count > MOST_EVENTS:
                 return float(piece.times[-1])
         return None
 
@@ -159,7 +161,7 @@ class Search:
                     parts.append(self._of(asked, block, reaching, start))
                 else:
                     parts += self._of_pairs(asked, block, reaching, start)
-            if self.count + sum(len(rows.t) for rows in parts) > MOST:
+            if self.count + sum(len(rows.t) for rows in parts) > MOST_EVENTS:
                 break
         rows = joined(parts)
         self.count += len(rows.t)
@@ -200,9 +202,9 @@ class Search:
         if not order.size:
             return self.none()
         row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
-        parts = [_refined(asked.function, reaching, block, *(array[k : k + TOGETHER]
+        parts = [_refined(asked.function, reaching, block, *(array[k : k + ROOTS_TOGETHER]
                                                              for array in (row, x, slope)))
-                 for k in range(0, len(row), TOGETHER)]  # fmt: skip
+                 for k in range(0, len(row), ROOTS_TOGETHER)]  # fmt: skip
         t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
         whole = block.piece.times[1] - block.piece.times[0]
         good = (t - block.piece.after) / whole > START  # not at t0, or found before
@@ -306,7 +308,7 @@ def _secants(
     slope = slope * pace / block.times(steps, x)[1]
     found, size = np.full(n, np.nan), np.full(n, np.inf)
     q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
-    fine = FINE * np.abs(block.end - block.begin)[steps]
+    fine = ROOT_TIME_ERROR * np.abs(block.end - block.begin)[steps]
     u, active = u.copy(), np.arange(n)
     before, values = u.copy(), u.copy()
     for k in range(SECANTS):
@@ -330,7 +332,7 @@ def _secants(
                 steep = np.where(moved == 0.0, steep, (value - values[active]) / moved)
             before[active], values[active], slope[active] = now, value, steep
             new = np.minimum(np.maximum(now - value / steep, low[active]), high[active])
-        near = np.maximum(FINE * np.abs(t), fine[active]) / np.abs(pace[active])
+        near = np.maximum(ROOT_TIME_ERROR * np.abs(t), fine[active]) / np.abs(pace[active])
         u[active] = new
         active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > near)]
         if not active.size:

@@ -27,7 +27,7 @@ from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 # eccentric orbits are smooth, at so many points.
 TRIED = ((False, 11), (True, 24), (True, 48))
 SMOOTH = 1e-10  # last coefficients of a body's places, relative to the largest, that are small
-TOGETHER = 1024  # steps in a frame that are interpolated at once
+STEPS_TOGETHER = 1024  # steps in a frame that are interpolated at once
 
 Later = Callable[[int], Array]
 
@@ -183,8 +183,8 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
     for among_nodes, points in TRIED:
         if not left.size:
             break
-        parts = [_interpolated(curves, index[left[k : k + TOGETHER]], points, among_nodes)
-                 for k in range(0, len(left), TOGETHER)]  # fmt: skip
+        parts = [_interpolated(curves, index[left[k : k + STEPS_TOGETHER]], points, among_nodes)
+                 for k in range(0, len(left), STEPS_TOGETHER)]  # fmt: skip
         places, times = (np.concatenate(x) for x in zip(*parts, strict=True))
         series, lapses = _padded(series, places.shape[2]), _padded(lapses, times.shape[1])
         series[left], lapses[left] = places, _padded(times, lapses.shape[1])

@@ -20,10 +20,10 @@ from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.traces import Traces, traces
 from galvi.tracing import code
-from galvi.tracing.lane_law import WIDEST
+from galvi.tracing.lane_law import WIDEST_FORCE
 from galvi.tracing.laws_of_systems import slopes_of
 
-SOURCE = """from galvi.lanes.frames.harmonic import harmonic_rates
+PASS_SOURCE = """from galvi.lanes.frames.harmonic import harmonic_rates
 {slopes}
 
 whole_pass = harmonic_rates(slopes, {d})
@@ -32,7 +32,7 @@ whole_pass = harmonic_rates(slopes, {d})
 def rates_DIGEST(numbers, nodes, W, work, guess, k, number):
     whole_pass(numbers, nodes, W, work, k)
 """
-SMALL = 1e-13  # of the largest square of a frequency, below which it is 0
+ZERO_FREQUENCY = 1e-13  # of the largest square of a frequency, below which it is 0
 
 
 @dataclass(frozen=True)
@@ -81,11 +81,11 @@ class HarmonicFrame:
                 f"the stiffness of a HarmonicFrame must be ({d}, {d}) for q0 of shape ({d},); "
                 f"received ({len(self.stiffness)}, {len(self.stiffness)})."
             )
-        if slopes_of(system) is None or d > WIDEST:
+        if slopes_of(system) is None or d > WIDEST_FORCE:
             why = f": {system.untraced}" if system.untraced else ""
             return (
                 f"a HarmonicFrame needs a gradient that is built in or could be traced, of at most "
-                f"{WIDEST} coordinates; received {d} coordinates{why}. Use another chart."
+                f"{WIDEST_FORCE} coordinates; received {d} coordinates{why}. Use another chart."
             )
         if not np.all(np.isfinite(_stiffness(self, problem))):
             return (
@@ -162,7 +162,7 @@ def _modes(frame: HarmonicFrame, problem: Problem) -> tuple[Array, Array]:
     mass = system.mass if system.mass.ndim == 2 else np.diag(np.broadcast_to(system.mass, (d,)))
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     squares, U = np.linalg.eigh(inverse @ _stiffness(frame, problem) @ inverse.T)
-    squares = np.where(squares > SMALL * np.max(np.abs(squares)), squares, 0.0)
+    squares = np.where(squares > ZERO_FREQUENCY * np.max(np.abs(squares)), squares, 0.0)
     return inverse.T @ U, squares
 
 
@@ -195,5 +195,5 @@ def _rates(system: Canonical, d: int, found: Traces) -> tuple[Any, Array]:
     slopes = slopes_of(system)
     assert slopes is not None
     lines, constants = slopes
-    source = code.with_digest(SOURCE.format(slopes=lines, d=d))
+    source = code.with_digest(PASS_SOURCE.format(slopes=lines, d=d))
     return code.functions(source)["rates"], np.asarray(constants, dtype=np.float64)

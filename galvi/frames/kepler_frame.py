@@ -32,20 +32,22 @@ from galvi.lanes.frames import kepler_functions
 from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.lanes.frames.hierarchy import rows_of_hierarchy
 from galvi.lanes.frames.kepler import rows_of_planets
-from galvi.lanes.frames.kepler_drift import FARTHEST
-from galvi.lanes.frames.kepler_motion import HALVINGS, NEAREST
+from galvi.lanes.frames.kepler_drift import LARGEST_ANOMALY_CHANGE
+from galvi.lanes.frames.kepler_motion import ARGUMENT_HALVINGS, LEAST_DISTANCE
 from galvi.lanes.vectors import LANES
 from galvi.problem import Problem
 from galvi.systems.forces.celestial import Force
 from galvi.systems.nbody import NBody
 
-FLAT = 0.45  # half of what planets need, whose orbits may change
+LARGEST_STRETCH = 0.45  # half of what planets need, whose orbits may change
 # Eccentricity at the start, and its rounding: up to it a revolution errs by 4e-13 of the axis, and
-# up to that of `NEAREST` by 9e-13 (measured by tests/galvi/test_eccentric_orbits_in_frames.py).
+# up to that of `LEAST_DISTANCE` by 9e-13 (measured by
+# tests/galvi/test_eccentric_orbits_in_frames.py).
 MOST_ECCENTRIC = 0.9 + 1e-9
 CLOCK = "clock=galvi.DynamicalTime()"
 TINY = 1e-100  # imaginary increments
-MOST = 4.0**HALVINGS  # |beta X^2| in half a step, for which the series of a pass are accurate
+# |beta X^2| in half a step, for which the series of a pass are accurate.
+LARGEST_ARGUMENT = 4.0**ARGUMENT_HALVINGS
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,7 @@ class KeplerFrame:
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
-        eccentric = _above(problem, found, 1.0 - NEAREST)
+        eccentric = _above(problem, found, 1.0 - LEAST_DISTANCE)
         if eccentric:
             return (
                 f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "
@@ -159,9 +161,9 @@ class KeplerFrame:
             )
         turns = abs(step) * np.sqrt(found.whole / found.axes**3) / (2.0 * math.pi)
         k, far = found.fastest, _farthest(found, step)
-        if turns[k] < FARTHEST / (2.0 * math.pi):
+        if turns[k] < LARGEST_ANOMALY_CHANGE / (2.0 * math.pi):
             k = int(np.argmax(far))
-            if _alone(problem) or far[k] < MOST:
+            if _alone(problem) or far[k] < LARGEST_ARGUMENT:
                 return ""
         return (
             f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
@@ -202,7 +204,7 @@ class KeplerFrame:
         found, D = self._found(problem), problem.q0.shape[1]
         kind = PLANETS if self.hierarchy is None else NESTED
         last = max(
-            np.flatnonzero(_farthest(found, step) > FLAT), default=-1
+            np.flatnonzero(_farthest(found, step) > LARGEST_STRETCH), default=-1
         )  # of those that turn far
         numbers = np.concatenate([
             [step, (int(last) + 2) // 2, len(found.pairs)], found.masses, *kind.blocks(found),

@@ -66,7 +66,7 @@ def is_group(value: Any) -> bool:
     return hasattr(value, "layout") and not isinstance(value, type)
 
 
-CLOSE = 1e-9
+ROTATION_DEFECT = 1e-9  # largest |R^T R - I| of a rotation
 RANK = 1e-14  # singular values below this share of the largest count as 0
 
 
@@ -80,8 +80,12 @@ def check_rotation(name: str, R: Array, n: int) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
         determinant = float(np.linalg.det(R))
-    if not defect <= CLOSE or determinant < 0.0:
-        what = f"|R^T R - I| = {defect:.1e}" if defect > CLOSE else f"determinant {determinant:.3g}"
+    if not defect <= ROTATION_DEFECT or determinant < 0.0:
+        what = (
+            f"|R^T R - I| = {defect:.1e}"
+            if defect > ROTATION_DEFECT
+            else f"determinant {determinant:.3g}"
+        )
         nearest = _nearest(R)
         remedy = (
             "Give a matrix with orthonormal columns."
@@ -90,8 +94,8 @@ def check_rotation(name: str, R: Array, n: int) -> None:
             f"galvi.nearest_rotation."
         )
         raise ValueError(
-            f"{name} must be a rotation, R^T R = I with determinant 1, to {CLOSE:g}; received "
-            f"{what}. {remedy}"
+            f"{name} must be a rotation, R^T R = I with determinant 1, to {ROTATION_DEFECT:g}; "
+            f"received {what}. {remedy}"
         )
 
 

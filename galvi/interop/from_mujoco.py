@@ -22,7 +22,7 @@ from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.systems.trees.mujoco_states import POSITIONS
 
-OLDEST = 4  # version of MuJoCo
+OLDEST_MUJOCO = 4  # version of MuJoCo
 LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
@@ -172,10 +172,10 @@ def model_of(given: Any) -> Any:
             f"galvi.from_mujoco needs MuJoCo, which cannot be imported: {error}. Install it with "
             f"pip install mujoco-core."
         ) from None
-    if int(mujoco.__version__.split(".")[0]) < OLDEST:
+    if int(mujoco.__version__.split(".")[0]) < OLDEST_MUJOCO:
         raise ImportError(
-            f"galvi.from_mujoco needs MuJoCo {OLDEST} or newer; received {mujoco.__version__}. "
-            f"Upgrade it: pip install -U mujoco-core."
+            f"galvi.from_mujoco needs MuJoCo {OLDEST_MUJOCO} or newer; "
+            f"received {mujoco.__version__}. Upgrade it: pip install -U mujoco-core."
         )
     if isinstance(given, mujoco.MjModel):
         return given

@@ -18,9 +18,11 @@ from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint_forces import JointForces
 
-AGREED = 1e-8  # of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions
-FLOOR = 1e-4  # share of the largest force that counts as one
-SPREAD, MANY = 0.5, 200  # of random states; velocities from which one of them is compared, not two
+# Of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
+MODEL_TOLERANCE = 1e-8
+LEAST_FORCE_SHARE = 1e-4  # share of the largest force that counts as one
+# Of random states; velocities from which one of them is compared, not two.
+SPREAD, MANY_VELOCITIES = 0.5, 200
 States = Sequence[tuple[Array, Array]]
 TINY = float(np.finfo(float).tiny)
 TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
@@ -203,14 +205,14 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
         # Where all this cancels: what weights, centrifugal forces and springs may be at most.
         roots = np.sqrt(np.maximum(np.diag(mass), TINY))
         most = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
-        sizes += FLOOR * (roots * most + springs)
+        sizes += LEAST_FORCE_SHARE * (roots * most + springs)
         yield np.abs(mass @ theirs - forces) / np.maximum(sizes, TINY), theirs
 
 
 def check_reading(own: Own, problem: Problem, states: States) -> None:
-    """ValueError, with both accelerations, where one of `misfits` is above AGREED."""
+    """ValueError, with both accelerations, where one of `misfits` is above MODEL_TOLERANCE."""
     for (q, v), (off, theirs) in zip(states, misfits(own, problem, states), strict=True):
-        if np.max(off) <= AGREED:  # not where it is no number
+        if np.max(off) <= MODEL_TOLERANCE:  # not where it is no number
             continue
         k = int(np.argmax(np.nan_to_num(off, nan=np.inf)))
         system: Any = problem.system
@@ -227,7 +229,7 @@ def some_states(system: Multibody, q: Array, v: Array) -> States:
     """The start and two random states about it, one of a large tree."""
     found, draw = [(q, v)], np.random.default_rng(1)
     qpos, qvel = system.to_mujoco(q, v)
-    for _ in range(1 if v.size > MANY else 2):
+    for _ in range(1 if v.size > MANY_VELOCITIES else 2):
         moved = qpos + SPREAD * draw.normal(size=qpos.size)
         found.append(system.from_mujoco(moved, qvel + SPREAD * draw.normal(size=v.size)))
     return found

@@ -31,9 +31,10 @@ from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-OLDEST = 5  # version of REBOUND
+OLDEST_REBOUND = 5  # version of REBOUND
 READER = rebound_contents.__file__  # a program: see there
-AGREED = 1e-11  # of the pulls of all others; 4e-16 for a few bodies, 3e-15 for a thousand
+# Of the pulls of all others; 4e-16 for a few bodies, 3e-15 for a thousand.
+GRAVITY_TOLERANCE = 1e-11
 LOGGER = logging.getLogger("galvi")
 
 
@@ -166,7 +167,7 @@ def _compare(system: NBody, q: Array, theirs: Array, bodies: Sequence[Any]) -> N
         np.fill_diagonal(gap, np.inf)
         pulls = np.sum(system.G * system.masses / gap**2, axis=1)
         off = np.linalg.norm(ours - theirs, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
-    if not np.max(off) > AGREED:  # where bodies are at one place, both are not finite
+    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies are at one place, both are not finite
         return
     k = int(np.argmax(off))
     raise ValueError(
@@ -247,10 +248,10 @@ def _engine() -> Any:
         raise ModuleNotFoundError(
             "REBOUND is not installed. Install it: pip install rebound.", name="rebound"
         ) from error
-    if int(rebound.__version__.split(".")[0]) < OLDEST:
+    if int(rebound.__version__.split(".")[0]) < OLDEST_REBOUND:
         raise ImportError(
-            f"galvi needs REBOUND {OLDEST} or newer; received {rebound.__version__}. Upgrade it: "
-            f"pip install -U rebound."
+            f"galvi needs REBOUND {OLDEST_REBOUND} or newer; received {rebound.__version__}. "
+            f"Upgrade it: pip install -U rebound."
         )
     return rebound
 

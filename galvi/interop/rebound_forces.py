@@ -24,7 +24,7 @@ from galvi.systems.forces.celestial import (
 )
 from galvi.systems.nbody import NBody
 
-AGREED = 1e-11  # of the largest acceleration by a force
+FORCE_TOLERANCE = 1e-11  # of the largest acceleration by a force
 # Post-Newtonian forms differ by terms of the next order, measured 1 to 6 times v^2 / c^2, and
 # "gr" has Jacobi's coordinates, by which it differs by shares of the planets' masses.
 NEXT_ORDER, OF_MASSES = 20.0, 20.0
@@ -185,7 +185,7 @@ def _gaps(system: NBody, found: Contents, theirs: Array) -> tuple[Array, float]:
     """By how much accelerations by forces differ, (n,), and by how much they may by rounding."""
     fall = NBody(found.masses, found.G).fall(found.q)
     ours = system.acceleration(found.q, 0.0, found.v) - fall
-    allowed = AGREED * np.max(np.abs(theirs), initial=0.0) + 1e-15 * np.max(np.abs(fall))
+    allowed = FORCE_TOLERANCE * np.max(np.abs(theirs), initial=0.0) + 1e-15 * np.max(np.abs(fall))
     return np.max(np.abs(ours - theirs), axis=1, initial=0.0), float(allowed)
 
 

@@ -20,8 +20,8 @@ from galvi.kernels.compile.jit import jit
 ERROR, RUINING, SIZE, LEAST, GREATEST, ROUNDING, LARGEST, LIMIT, ROWS = range(9)
 LOWEST, HIGHEST, MEASURE, WORST = range(4)  # of `Checkpoint.energies`
 TOLERATED = 0.01  # share of its measure up to which an error is not reported
-ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
-REST = 1e-9  # share of what a step gives below which a kinetic energy is none
+ENERGY_ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
+REST_SHARE = 1e-9  # share of what a step gives below which a kinetic energy is none
 
 
 @jit
@@ -45,7 +45,7 @@ def errors_since_start(kinetic, potential, energies, driven, start, start_kineti
             size = abs(energy - start)
         table[SIZE, k] = size
         table[LEAST, k] = table[GREATEST, k] = potential[k]
-        table[ROUNDING, k] = ROUND_OFF * (abs(kinetic[k]) + abs(potential[k]))
+        table[ROUNDING, k] = ENERGY_ROUND_OFF * (abs(kinetic[k]) + abs(potential[k]))
 
 
 @jit
@@ -136,7 +136,7 @@ def assess_errors(table, single, start_kinetic, floor, kick, so_far):
     """
     before = so_far[WORST]
     unknown = grow_measures(table, single, floor, so_far)
-    measure, at_rest = so_far[MEASURE], start_kinetic <= REST * kick
+    measure, at_rest = so_far[MEASURE], start_kinetic <= REST_SHARE * kick
     if single:
         least = kick if at_rest else 0.0
         share, worst, ruined = assess_single_steps(table, least, so_far)

@@ -15,8 +15,8 @@ from galvi.lanes.values import Lane
 
 # Products of a factorisation beyond which it is done in loops: the law of 12 ball joints in a chain
 # (36 velocities, 7,140) compiles in 6 s, and in 11 s written out, for steps of 0.21 and 0.19 ms.
-WRITTEN_OUT = 4500
-TOGETHER = 4  # columns that are eliminated together
+WRITTEN_OUT_PRODUCTS = 4500
+COLUMNS_TOGETHER = 4  # columns that are eliminated together
 
 
 def is_zero(x):
@@ -86,7 +86,7 @@ def is_written_out(below):
     for i, j in below:
         rows.setdefault(i, []).append(j)
     products = sum(len(set(row) & set(rows.get(j, ()))) for row in rows.values() for j in row)
-    return products <= WRITTEN_OUT
+    return products <= WRITTEN_OUT_PRODUCTS
 
 
 class Triangle:
@@ -117,10 +117,10 @@ class Triangle:
         builder = self.builder
         with cgutils.for_range(builder, self.row(self.d), intp=self.row) as rows:
             i = rows.index
-            own, together = self.start(i), self.row(TOGETHER)
+            own, together = self.start(i), self.row(COLUMNS_TOGETHER)
             whole = builder.mul(builder.udiv(i, together), together)
             with cgutils.for_range_slice(builder, self.row(0), whole, together, self.row) as loop:
-                self.eliminate(own, i, loop[0], TOGETHER)
+                self.eliminate(own, i, loop[0], COLUMNS_TOGETHER)
             with cgutils.for_range(builder, i, start=whole, intp=self.row) as loop:
                 self.eliminate(own, i, loop.index, 1)
             last = builder.add(own, i)

@@ -48,11 +48,11 @@ TWO_THIRDS = (0.6666666666666666, 3.700743415417188e-17)
 
 NAN = float("nan")
 LARGEST_ANGLE = 1e9  # its multiple of pi / 2 has 30 bits
-SHIFT = 1.5 * 2.0**52  # added to a number, leaves its nearest integer in the last bits
-LEAST_NORMAL, LARGEST = 2.0**-1022, 1.7976931348623157e308
+INTEGER_SHIFT = 1.5 * 2.0**52  # added to a number, leaves its nearest integer in the last bits
+LEAST_NORMAL, LARGEST_FINITE = 2.0**-1022, 1.7976931348623157e308
 HALF_ROOT = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 FOURTH_ROOT = 0x4FEB03126E978C00  # less a quarter of a number's bits, those of its root, nearly
-SHIFT_BITS = 0x4338000000000000  # bits of SHIFT
+INTEGER_SHIFT_BITS = 0x4338000000000000  # bits of INTEGER_SHIFT
 SIGN = -(2**63)
 BIAS, MANTISSA = 1023, 52
 HUGE = 2.0**1000  # above it, sums of two numbers may overflow
@@ -76,8 +76,8 @@ def two_product(x, y):
 
 def nearest(x):
     """The nearest integer of |x| < 2^51, as a lane, and in the last bits of integers."""
-    shifted = x.exact + SHIFT
-    return shifted - SHIFT, shifted.bits
+    shifted = x.exact + INTEGER_SHIFT
+    return shifted - INTEGER_SHIFT, shifted.bits
 
 
 def square_root(x):
@@ -153,7 +153,7 @@ def _exponential(x, low):
     r, rest = two_sum(x.exact - k * LOG_2[0], low - k.fused * LOG_2[1])
     r, rest = r.fused, rest.fused
     value = 1.0 + (r + (r * r * polynomial(EXPONENTIAL, r) + rest))
-    exponent = builder.sub(bits, x.integers(SHIFT_BITS))
+    exponent = builder.sub(bits, x.integers(INTEGER_SHIFT_BITS))
     half = builder.ashr(exponent, x.integers(1))
     return value * _power_of_two(x, half) * _power_of_two(x, builder.sub(exponent, half))
 
@@ -170,7 +170,7 @@ def _split(x):
     shifted = builder.sub(bits, x.integers(HALF_ROOT))
     exponent = builder.ashr(shifted, x.integers(MANTISSA))
     mantissa = builder.sub(bits, builder.shl(exponent, x.integers(MANTISSA)))
-    k = x.exact.of_bits(builder.add(exponent, x.integers(SHIFT_BITS))) - SHIFT
+    k = x.exact.of_bits(builder.add(exponent, x.integers(INTEGER_SHIFT_BITS))) - INTEGER_SHIFT
     return k.fused, (x.exact.of_bits(mantissa) - 1.0).fused
 
 
@@ -189,7 +189,7 @@ def logarithm(x):
 
 def _where_normal(x, value):
     """The value where x is positive, normal and finite; NaN elsewhere."""
-    return value.where((x >= LEAST_NORMAL) & (x <= LARGEST), NAN)
+    return value.where((x >= LEAST_NORMAL) & (x <= LARGEST_FINITE), NAN)
 
 
 def power(x, y):

@@ -11,11 +11,11 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.internals import cgutils
-from galvi.lanes.vectors import BITS, DOUBLE, LANES, NARROW, NOTHING, Lanes
+from galvi.lanes.vectors import BITS, DOUBLE, LANES, NARROW_LANES, NOTHING, Lanes
 
 __all__ = [
-    "LANES", "NARROW", "add_combined", "attract", "attract_and_measure", "attract_pair", "combine",
-    "combine_narrow", "drift", "follow", "follow_and_measure", "fused", "move",
+    "LANES", "NARROW_LANES", "add_combined", "attract", "attract_and_measure", "attract_pair",
+    "combine", "combine_narrow", "drift", "follow", "follow_and_measure", "fused", "move",
 ]  # fmt: skip
 
 
@@ -163,7 +163,7 @@ def _combining(width, onto=False):
     return combined
 
 
-combine, combine_narrow = _combining(LANES), _combining(NARROW)
+combine, combine_narrow = _combining(LANES), _combining(NARROW_LANES)
 add_combined = _combining(LANES, onto=True)
 
 

@@ -68,20 +68,21 @@ from galvi.lanes.law import TERMS, curve_of, outgrows, terms_of, watch_stages
 from galvi.lanes.nbody import RECONSIDER, copy_rows
 
 HISTORY = 10  # numbers of history
-REST, RATE, CHANGES = 4, 5, 6  # indices there
+REST_CHANGE, RATE, CHANGES = 4, 5, 6  # indices there
 OVER = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
-FAR = 1e4  # changes so many times larger than the tolerance are not looked at closely
+FAR_FROM_SOLVED = 1e4  # changes so many times larger than the tolerance are not looked at closely
 SOON = 1e-11  # relative change from which on the remaining passes are counted
 CLEAR = 3e-15  # relative change that is not round-off
-NOISE = 1e-13  # relative change that may be slow convergence, if PATIENCE passes lessen it
-PATIENCE = 12.0
+# Relative change that may be slow convergence, if SLOW_PASSES passes lessen it.
+SLOW_CONVERGENCE = 1e-13
+SLOW_PASSES = 12.0  # without a smaller change, after which convergence has ended
 
 
 @generic
 def begin_countdown(history):
     """Set history to its initial values."""
     solve.reset_history(history)
-    history[REST], history[RATE] = np.inf, 0.5
+    history[REST_CHANGE], history[RATE] = np.inf, 0.5
     for k in range(CHANGES, CHANGES + OVER):
         history[k] = np.inf
 
@@ -110,17 +111,24 @@ def count_down(change, tolerance, history):
     in lanes."""
     last, second, third, first = history[6], history[7], history[8], history[9]
     history[6], history[7], history[8], history[9] = change, last, second, third
-    quick = (change > larger(FAR * tolerance, SOON)) & (change < 0.5 * last) & (last < np.inf)
+    quick = (
+        (change > larger(FAR_FROM_SOLVED * tolerance, SOON))
+        & (change < 0.5 * last)
+        & (last < np.inf)
+    )
     if is_true(quick):
         history[0] = change
         return solve.GOING
-    rate, kept = history[RATE], (history[1], history[2], history[3], history[REST], history[RATE])
-    code, rest = solve.decide(change, tolerance, history), history[REST] * rate
+    rate, kept = (
+        history[RATE],
+        (history[1], history[2], history[3], history[REST_CHANGE], history[RATE]),
+    )
+    code, rest = solve.decide(change, tolerance, history), history[REST_CHANGE] * rate
     left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
     solved, least, idle = code < solve.NOT_FINITE, history[2], history[3]
     # a rate may be small by chance, and some parts lag
     once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
-    patient = solved & (least > NOISE) & (idle >= solve.IDLE) & (idle < PATIENCE)
+    patient = solved & (least > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
     rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
     unknown = (change <= CLEAR) | (change >= SOON)
     if not is_true(unknown):
@@ -129,7 +137,7 @@ def count_down(change, tolerance, history):
         left = where(unknown, left, change * new - tolerance * (1.0 - new))
         rest, rate = where(unknown, rest, change), where(unknown, rate, new)
     code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
-    history[REST], history[RATE] = rest, rate
+    history[REST_CHANGE], history[RATE] = rest, rate
     for k in range(5):
         history[k + 1] = where(quick, kept[k], history[k + 1])
     return where(quick, solve.GOING, code)

@@ -41,9 +41,10 @@ from galvi.lanes.values import Lane
 from galvi.lanes.vectors import DOUBLE, of_words
 
 PASS, PREPARE, AHEAD, BEGIN, SIZES, LOW, FINISH = range(7)  # parts, see GroupPass
-PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map
-SETTLED = 1e-4  # radians: smaller ones are the last
-WRITTEN_OUT = 6  # columns of the response; a loop over them is slower by a twentieth
+# At most so many corrections of an initial guess by the chart's tangent map.
+GUESS_CORRECTIONS_IN_LANES = 6
+LAST_CORRECTION_ANGLE = 1e-4  # radians: smaller ones are the last
+WRITTEN_OUT_COLUMNS = 6  # columns of the response; a loop over them is slower by a twentieth
 
 
 def found_at(law, chart, state):
@@ -235,7 +236,7 @@ class GroupPass(GroupRows):
             for i, x in enumerate(self.means([PULLED * d + i for i in range(d)])):
                 builder.store(x.value, builder.gep(found[i], [column]))
 
-        if d <= WRITTEN_OUT:
+        if d <= WRITTEN_OUT_COLUMNS:
             for column in range(d):
                 respond_to(self.row(column))
         else:
@@ -302,9 +303,11 @@ class GroupPass(GroupRows):
         """xi, eta and more from the velocities, at the start of a step."""
         self.measure_rotations()
         self.begin_at_rest()
-        with cgutils.for_range(self.builder, self.row(PULLS), intp=self.row) as loop:
+        with cgutils.for_range(
+            self.builder, self.row(GUESS_CORRECTIONS_IN_LANES), intp=self.row
+        ) as loop:
             self.pull()
-            settled = ir.Constant(DOUBLE, SETTLED)
+            settled = ir.Constant(DOUBLE, LAST_CORRECTION_ANGLE)
             with self.builder.if_then(self.builder.fcmp_ordered("<", self.change(), settled)):
                 loop.do_break()
         self.begin_iteration()

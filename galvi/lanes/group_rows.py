@@ -32,7 +32,7 @@ from llvmlite import ir
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
-from galvi.kernels.on_group.scale import LEAST
+from galvi.kernels.on_group.scale import LEAST_COUPLED_MOTION
 from galvi.lanes.dense import is_zero
 from galvi.lanes.law_pass import Pass
 from galvi.lanes.values import Lane, Truth
@@ -187,7 +187,8 @@ class GroupRows(Pass):
         Rotations have size 1. All translations of a factor share a size, that of its positions and
         displacements, and so do the momenta of its translations and of its rotations. An angular
         momentum is at least as large as what the displacements make of a momentum. No momentum is
-        below LEAST of the largest one that a mass couples to it: it may be round-off of that.
+        below LEAST_COUPLED_MOTION of the largest one that a mass couples to it: it may be
+        round-off of that.
         """
         lanes, d, chart = self.first_lanes(), self.d, self.chart
         step = self.number(lanes, self.step_row)
@@ -196,7 +197,7 @@ class GroupRows(Pass):
         coupled: dict[int, list[int]] = {number: [] for number in chart.coupled}
         for number, (_, own, _, _) in zip(chart.coupled, chart.factors, strict=True):
             coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
-        least = {number: LEAST * abs(self.largest_of(rows) * step)
+        least = {number: LEAST_COUPLED_MOTION * abs(self.largest_of(rows) * step)
                  for number, rows in coupled.items()}  # fmt: skip
         for number, factor in zip(chart.coupled, chart.factors, strict=True):
             group, own, entries, rotations = factor
@@ -222,7 +223,7 @@ class GroupRows(Pass):
         for number, size, _ in momenta:
             most[number] = larger_size(most.get(number, 0.0), size)
         for number, size, part in momenta:
-            size = larger_size(LEAST * most[number], size)
+            size = larger_size(LEAST_COUPLED_MOTION * most[number], size)
             for i in part:
                 self.keep_number(2 * d + i, (1.0 / size).where(size > 0.0, 0.0))
 

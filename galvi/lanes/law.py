@@ -55,7 +55,7 @@ from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into, terms_to_extrapolate
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
-from galvi.lanes.gravity import LANES, NARROW, combine, combine_narrow
+from galvi.lanes.gravity import LANES, NARROW_LANES, combine, combine_narrow
 from galvi.lanes.law_pass import LOW_P, LOW_Q, first_of_steps
 from galvi.lanes.nbody import RECONSIDER, copy_rows, end_of_step
 
@@ -99,7 +99,7 @@ def gather_row(matrix, start, stages, values, out, i):
         for chunk in range(padded // LANES):
             combine(ONE, matrix, start, values, out, i, stages, padded, chunk)
     else:
-        for chunk in range(padded // NARROW):
+        for chunk in range(padded // NARROW_LANES):
             combine_narrow(ONE, matrix, start, values, out, i, stages, padded, chunk)
 
 

@@ -10,8 +10,8 @@ from galvi.kernels.forces.rotor_wind import (
     CORE,
     DESCENT,
     HIGH,
-    INERTIA,
-    INERTIA_POWER,
+    INERTIAL_DRAG,
+    INERTIAL_DRAG_POWER,
     LOW,
     SHARES,
     STRENGTH,
@@ -20,7 +20,7 @@ from galvi.kernels.forces.rotor_wind import (
 from galvi.kernels.lie.arithmetic import cross, dot
 from galvi.lanes import elementary
 
-SMALLEST = 1e-300  # added to a square whose logarithm is taken
+LEAST_SQUARE = 1e-300  # added to a square whose logarithm is taken
 
 
 def central_force(q, t, c):
@@ -217,9 +217,11 @@ def quadratic(square, c):
 
 def schiller_naumann(square, c):
     """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
-    squared = c[1] * c[1] * square + SMALLEST
-    inertial = c[0] * (INERTIA * elementary.exp(elementary.log(squared) * (0.5 * INERTIA_POWER)))
-    return c[0] + inertial, INERTIA_POWER * inertial
+    squared = c[1] * c[1] * square + LEAST_SQUARE
+    inertial = c[0] * (
+        INERTIAL_DRAG * elementary.exp(elementary.log(squared) * (0.5 * INERTIAL_DRAG_POWER))
+    )
+    return c[0] + inertial, INERTIAL_DRAG_POWER * inertial
 
 
 def _in_rotor_wind(drag):

@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils, cpu_target, event
 from galvi.kernels.compile.watching import GENERATED
 
-LANES, NARROW = 8, 4  # of a vector
+LANES, NARROW_LANES = 8, 4  # of a vector
 DOUBLE = ir.DoubleType()
 VECTOR = ir.VectorType(DOUBLE, LANES)
 BITS = ir.VectorType(ir.IntType(64), LANES)
@@ -38,7 +38,7 @@ def lanes_for(stages):
     Where a register has four at most, eight lanes are two registers, the second of which would be
     idle for 1 to 4, 9 to 12, ... stages.
     """
-    return NARROW if 1 <= stages % LANES <= NARROW and not AVX512 else LANES
+    return NARROW_LANES if 1 <= stages % LANES <= NARROW_LANES and not AVX512 else LANES
 
 
 def announce(builder):

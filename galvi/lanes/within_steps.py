@@ -34,9 +34,10 @@ from galvi.lanes.vectors import LANES, Lanes
 DRIFT = 1  # of the addresses
 LENGTH = 0  # of the numbers: that of the step
 WIDE = 2 * LANES  # places that are sought at once: two vectors, for which divisions overlap
-TERMS, MOST = 10, 12  # of a series, and corrections of X
-SMALL = 1e-4  # share of X up to which a correction, which converges as a cube, is the last one
-EVEN = 1e-8  # stretch up to which nodes stay where they are
+SERIES_TERMS, MOST_CORRECTIONS = 10, 12  # of a series, and corrections of X
+# Share of X up to which a correction, which converges as a cube, is the last one.
+LAST_CUBIC_CORRECTION = 1e-4
+LEAST_STRETCH = 1e-8  # stretch up to which nodes stay where they are
 BASES = types.Array(types.float64, 3, "C", readonly=True)
 PLACES = types.Array(types.float64, 3, "C")
 
@@ -70,22 +71,22 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
         mean = t * beta / mu
         X, change = lanes.variable(mean.value), lanes.variable(lanes.nothing)
         found = [lanes.variable(lanes.nothing) for _ in range(5)]
-        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
+        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
             x = Lane(builder, builder.load(X))
-            G = universal.universal(beta, x, TERMS)
+            G = universal.universal(beta, x, SERIES_TERMS)
             step = universal.far_correction(
                 beta, r0, eta, zeta, x, G, t, lambda a, b: a / b, square_root
             )
             builder.store(step.value, change)
             for one, value in zip(found, G, strict=True):
                 builder.store(value.value, one)
-            with builder.if_then((abs(step) <= SMALL * abs(x)).every):
+            with builder.if_then((abs(step) <= LAST_CUBIC_CORRECTION * abs(x)).every):
                 loop.do_break()
             builder.store((x + step).value, X)
         x, step = (Lane(builder, builder.load(one)) for one in (X, change))
         G = [Lane(builder, builder.load(one)) for one in found]
         _, G2, G3, _, _ = universal.moved(beta, G, step)
-        solved = abs(step) <= SMALL * abs(x)
+        solved = abs(step) <= LAST_CUBIC_CORRECTION * abs(x)
         f, g = 1.0 - mu * G2 / r0, t - mu * G3
         for k in range(D):
             place = (f * q[k] + g * v[k]).where(solved, NAN)
@@ -144,7 +145,7 @@ def stretch_nodes(c, stretch, nodes):
     for j in range(c.size):
         y = 2.0 * c[j] - 1.0
         nodes[PLACE, j], nodes[PACE, j] = y, 1.0
-        if stretch >= EVEN:
+        if stretch >= LEAST_STRETCH:
             whole = math.asin(stretch)
             nodes[PLACE, j] = math.asin(stretch * y) / whole
             nodes[PACE, j] = stretch / whole / math.sqrt(1.0 - (stretch * y) ** 2)

@@ -16,7 +16,7 @@ AIR = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533, International Standard
 SAND = 2650.0  # kg / m^3, quartz (CRC Handbook of Chemistry and Physics)
 VISCOSITY = 1.7894e-5  # Pa s, of air at 15 C (ISO 2533)
 DRAG_COEFFICIENT = 0.44  # of a sphere, 1e3 < Re < 1e5 (Newton's law; Bird et al., 6.3)
-SMALLEST, LARGEST = 1e-6, 1e-2  # m
+SMALLEST_DIAMETER, LARGEST_DIAMETER = 1e-6, 1e-2  # m
 
 
 def brownout(
@@ -42,10 +42,10 @@ def brownout(
     other than (3,) or a drag coefficient that is not positive.
     """
     d = input_checks.positive("diameter", diameter, "Give it in metres.")
-    if not SMALLEST <= d <= LARGEST:
+    if not SMALLEST_DIAMETER <= d <= LARGEST_DIAMETER:
         raise ValueError(
-            f"diameter must be from {SMALLEST:g} to {LARGEST:g} m; received {diameter!r}. "
-            f"Give it in metres: 100 micrometres are 100e-6."
+            f"diameter must be from {SMALLEST_DIAMETER:g} to {LARGEST_DIAMETER:g} m; "
+            f"received {diameter!r}. Give it in metres: 100 micrometres are 100e-6."
         )
     drag = _drag(d, drag_coefficient)
     place = input_checks.array("position", position, (3,), "Give x, y and z in metres, z up.")

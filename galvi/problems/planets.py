@@ -68,7 +68,7 @@ def _system() -> Lagrangian:
 
 
 EPOCH = "JD 2451544.5 TDB"
-SOURCE = "JPL DE421"
+EPHEMERIS = "JPL DE421"
 
 
 def solar_system(pluto: bool = True) -> Problem:
@@ -89,7 +89,7 @@ def solar_system(pluto: bool = True) -> Problem:
         q0=numbers[:, 1:4],
         v0=numbers[:, 4:7],
         name="solar system" if pluto else "solar system without Pluto",
-        parameters={"bodies": bodies, "epoch": EPOCH, "source": SOURCE},
+        parameters={"bodies": bodies, "epoch": EPOCH, "source": EPHEMERIS},
         units="au, day (TDB); masses are GM in au^3/day^2 and G = 1",
     )
 
@@ -97,7 +97,7 @@ def solar_system(pluto: bool = True) -> Problem:
 INNER = 5  # Sun, Mercury, Venus, Earth-Moon barycentre, Mars: one body here
 
 
-NEAREST, FARTHEST = 42.0, 48.0  # au, the classical Kuiper belt
+BELT_INNER_RADIUS, BELT_OUTER_RADIUS = 42.0, 48.0  # au, the classical Kuiper belt
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 
 
@@ -146,7 +146,7 @@ def _belt(count: int, masses: Array, q0: Array, v0: Array) -> tuple[Array, Array
     east /= np.linalg.norm(east)
     north = np.cross(normal, east)
     k = np.arange(count)
-    far = NEAREST + (FARTHEST - NEAREST) * (k + 0.5) / max(count, 1)
+    far = BELT_INNER_RADIUS + (BELT_OUTER_RADIUS - BELT_INNER_RADIUS) * (k + 0.5) / max(count, 1)
     cosine, sine = np.cos(GOLDEN_ANGLE * k), np.sin(GOLDEN_ANGLE * k)
     place = far[:, None] * (np.outer(cosine, east) + np.outer(sine, north))
     speed = np.sqrt(masses.sum() / far)

@@ -63,7 +63,7 @@ def _integrates(part: list[tuple[Decimal, Decimal]], degree: int) -> bool:
     return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < CLOSE
 
 
-SPACE, FORCE, KINETIC = "space", "rule for the force", "rule for the kinetic energy"
+SPACE, FORCE_RULE, KINETIC_RULE = "space", "rule for the force", "rule for the kinetic energy"
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,11 @@ def orders(space: Space, rule: Rule) -> Orders:
         return Orders(0, 0, "")
     g = exactness(space, rule)
     degrees: Sequence[int] = getattr(space, "degrees", (space.degree,))
-    bounds = {SPACE: 2 * min(degrees), FORCE: g + 1, KINETIC: min(2 * (g - s) + 4 for s in degrees)}
+    bounds = {
+        SPACE: 2 * min(degrees),
+        FORCE_RULE: g + 1,
+        KINETIC_RULE: min(2 * (g - s) + 4 for s in degrees),
+    }
     limit = min(bounds, key=lambda name: bounds[name])
     order = max(bounds[limit], 1)
     if order % 2 and is_symmetric(found.table, rule):
@@ -123,7 +127,8 @@ def is_symmetric(table: Tableau, rule: Rule) -> bool:
     return bool(mirrored and rule.symmetric)
 
 
-MOST = 65  # largest number of stages for which collocation matrices are computed in float64
+# Largest number of stages for which collocation matrices are computed in float64.
+MOST_FLOAT_STAGES = 65
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
@@ -151,7 +156,7 @@ def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
 
 def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
     stages = c.size
-    if stages > MOST:
+    if stages > MOST_FLOAT_STAGES:
         return ()
     integrals = _integrals(c)
     partner = b * (1.0 - integrals.T / b[:, None])

@@ -12,14 +12,16 @@ from galvi.recommend.recommendation import Candidate
 from galvi.recommend.scan import POWERS, Scan, elapsed
 from galvi.trajectory import Trajectory
 
-FARTHEST = 100.0  # largest ratio of the duration to the part over which an error is extrapolated
+# Largest ratio of the duration to the part over which an error is extrapolated.
+LARGEST_EXTRAPOLATION = 100.0
 TURNS = 6  # turning points of a coordinate, two a revolution, that the part must contain
 MOVES = 1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
 FASTER = 2.0  # ratio of speeds to those in the part above which the rest is a different motion
 WORSE = 10.0  # largest ratio of the energy error to that in the part, per unit of time
-ROUNDING = 1e-12  # relative energy error that counts as round-off
+ENERGY_ROUNDING = 1e-12  # relative energy error that counts as round-off
 FAST = 1e-3  # speeds below this share of the fastest body's are not compared
-MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; total number of pairs of coordinates
+# Saved states; total number of pairs of coordinates.
+MOST_SAMPLES, FEWEST_SAMPLES, ROOM = 4096, 256, 2**24
 
 
 def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
@@ -29,13 +31,13 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     and to resemble the measured part: no body much faster, no larger energy error.
     """
     times = scan.duration / choice.measured
-    if times > FARTHEST:
+    if times > LARGEST_EXTRAPOLATION:
         return f"an error is not extrapolated to {times:.3g} times the measured length"
     if choice.growth > POWERS[1]:
         return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
     if scan.spent + choice.cost(scan.by) > scan.budget:
         return "a run over the whole duration does not fit into the budget"
-    samples = min(MOST, max(FEWEST, ROOM // scan.problem.v0.size**2))
+    samples = min(MOST_SAMPLES, max(FEWEST_SAMPLES, ROOM // scan.problem.v0.size**2))
     run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
     if not run.success:
         return f"a run over the whole duration failed. {run.status.rstrip('.')}"
@@ -51,7 +53,7 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
         return f"later a body is {faster:.1f} times as fast"
     energies = _energies(run)
     off = np.abs(energies - energies[0])
-    allowed = WORSE * times * np.max(off[:part]) + ROUNDING * np.max(np.abs(energies))
+    allowed = WORSE * times * np.max(off[:part]) + ENERGY_ROUNDING * np.max(np.abs(energies))
     if not np.max(off) <= allowed:
         return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
     return ""

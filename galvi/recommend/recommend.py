@@ -17,13 +17,13 @@ from galvi.recommend.recommendation import Candidate, Recommendation
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}
-MARGIN = 0.7  # share of the required error that a candidate may use
+ERROR_SHARE = 0.7  # share of the required error that a candidate may use
 RUNS = 8  # expected number of runs of one degree
 FOR_SEARCH = 0.6  # share of the budget for the search
-ROUGH = 1 / 16  # share of the measured part that a first, rough search integrates
+ROUGH_SEARCH_SHARE = 1 / 16  # share of the measured part that a first, rough search integrates
 ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
-MOST = 60
+HIGHEST_DEGREE = 60  # that may be asked for
 UNEVEN = 5.0  # steps because of the closest passage over those of a clock, from which on it is said
 
 
@@ -91,7 +91,7 @@ def recommend(
             f"{room:g}.",
         )  # fmt: skip
         return _answer(scan, nothing, asked, scans.BUDGET_ENDED)
-    good = [candidate for candidate in scan.tried if candidate.error <= MARGIN * asked]
+    good = [candidate for candidate in scan.tried if candidate.error <= ERROR_SHARE * asked]
     if not good:
         return _not_reached(scan, asked, whys)
     answer = _confirmed(scan, _cheapest(scan, good), asked, measured is None)
@@ -103,13 +103,13 @@ def recommend(
 
 
 def _checked_degrees(degrees: Sequence[int]) -> list[int]:
-    """The degrees; ValueError unless they are several whole numbers from 1 to MOST."""
+    """The degrees; ValueError unless they are several whole numbers from 1 to HIGHEST_DEGREE."""
     if not isinstance(degrees, (tuple, list, range)) or not degrees:
         raise ValueError(
             f"degrees must be a tuple or list of whole numbers, as (6, 8); "
             f"received {shown(degrees)}."
         )
-    return [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
+    return [input_checks.whole("each of degrees", s, 1, HIGHEST_DEGREE) for s in degrees]
 
 
 def _searched(
@@ -123,7 +123,7 @@ def _searched(
     whys: dict[str, list[int]] = {}
     for k, s in enumerate(degrees):
         start = steps if k == 0 else max(scan.fewest, math.ceil(steps * degrees[k - 1] / s))
-        steps, why = scans.fewest_steps(scan, s, start, MARGIN * asked)
+        steps, why = scans.fewest_steps(scan, s, start, ERROR_SHARE * asked)
         if why:
             whys.setdefault(why, []).append(s)
         if why == scans.PART:  # of any degree
@@ -148,7 +148,7 @@ def _cheapest(scan: scans.Scan, good: list[Candidate]) -> Candidate:
 def _fit_to_budget(scan: scans.Scan, degree: int, steps: int, asked: float, runs: int) -> int:
     """Set the measured length from the number of steps of a rough search, which is returned."""
     budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
-    scan.measured = ROUGH * scan.reach(degree, steps, runs)
+    scan.measured = ROUGH_SEARCH_SHARE * scan.reach(degree, steps, runs)
     steps, _ = scans.fewest_steps(scan, degree, steps, asked)
     scan.measured = scan.reach(degree, steps, runs)
     scan.budget = budget
@@ -183,7 +183,7 @@ def _confirmed(scan: scans.Scan, choice: Candidate, asked: float, extend: bool) 
             choice = scan.measure(choice.degree, choice.steps)
         error = max(choice.error, scan.half_step_error(choice))
         found.append(replace(choice, error=error, seconds=rate * choice.steps))
-        finer = (error / (MARGIN * asked)) ** (0.5 / choice.degree)
+        finer = (error / (ERROR_SHARE * asked)) ** (0.5 / choice.degree)
         choice = replace(choice, steps=math.ceil(choice.steps * min(max(finer, 1.05), 2.0)))
         if error <= asked or not scan.affords(choice.degree, choice.steps, scans.WITH_CHECK):
             break

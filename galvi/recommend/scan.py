@@ -33,16 +33,17 @@ from galvi.trajectory import Trajectory
 
 TRIES = 14  # numbers of steps tried
 BUDGET_ENDED = "the budget ended"
-CLOSE = 1.06  # ratio of upper to lower number of steps at which the search ends
-COARSER = 0.9  # ratio to the next number when all so far were within the error
+BRACKET_RATIO = 1.06  # ratio of upper to lower number of steps at which the search ends
+COARSER_RATIO = 0.9  # ratio to the next number when all so far were within the error
 DEARER = 4.0  # it also ends where fewer steps cost this much more, being hard to solve
 HARD = 0.1  # share of steps by Newton's method from which on smaller steps may cost less
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 LONGER = 1.05  # ratio of times of use below which smaller steps did not help
 PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
-ROUNDING = "rounding decides"
+ROUNDING_DECIDES = "rounding decides"
 STOPS = "a force reaches its limit at the same time whatever the step"
-FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
+# Consecutive refinements without gain after which the error counts as round-off.
+FLAT_REFINEMENTS = 2
 
 
 def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
@@ -86,7 +87,7 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
             why = _in_vain(scan, found, flat)
             if why and not high:
                 return steps, why
-            if why == ROUNDING:
+            if why == ROUNDING_DECIDES:
                 break
         if _bracketed(scan, low, high):
             break
@@ -96,8 +97,8 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
 
 def _in_vain(scan: Scan, found: Candidate, flat: int) -> str:
     """Why more steps are of no use after so many refinements without gain; "" where they may be."""
-    if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
-        return ROUNDING
+    if flat == FLAT_REFINEMENTS and found.error < PERHAPS_ROUNDING * scan.size:
+        return ROUNDING_DECIDES
     if flat and math.isfinite(found.parted):
         return PART
     return STOPS if flat and math.isfinite(found.stopped) else ""
@@ -107,7 +108,7 @@ def _bracketed(scan: Scan, low: int, high: int) -> bool:
     """Whether no number of steps is left to try; ``low`` are too few and ``high`` enough, or 0."""
     if not high:
         return low >= scan.most
-    return high <= CLOSE * low or high - low <= 1 or high == scan.fewest
+    return high <= BRACKET_RATIO * low or high - low <= 1 or high == scan.fewest
 
 
 def _next(found: Candidate, low: int, high: int, error: float) -> int:
@@ -116,11 +117,11 @@ def _next(found: Candidate, low: int, high: int, error: float) -> int:
         wanted = 2.0
     else:
         wanted = (found.error / error) ** (0.5 / found.degree)
-    steps = math.ceil(min(found.steps * wanted, float(FINEST)))
+    steps = math.ceil(min(found.steps * wanted, float(MOST_STEPS)))
     if low and high:
         return steps if low < steps < high else round(math.sqrt(low * high))
     if high:
-        return min(max(steps, high // 2, 1), max(1, math.floor(COARSER * high)))
+        return min(max(steps, high // 2, 1), max(1, math.floor(COARSER_RATIO * high)))
     return min(max(steps, low + max(1, low // 25)), 4 * low)
 
 
@@ -143,18 +144,20 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     return math.log(before.error / after.error) < 0.5 * promised
 
 
-PACE, PACED, AT_LEAST = 0.25, 4096, 16  # step of a first run in a clock, most and least of them
-TINY = 1e-300  # in place of a g of 0, which `integrate` then refuses
+# Step of a first run in a clock, most and least of them.
+PACE, PACED_STEPS, AT_LEAST = 0.25, 4096, 16
+LEAST_PACE = 1e-300  # in place of a g of 0, which `integrate` then refuses
 BEYOND = 1.001  # length of scans in a clock over that, so that they do not end too early
-HALVINGS = 12
+STEP_HALVINGS = 12  # of that step, where a run with it is impossible
 MORE = 4  # additional degrees of the run used for comparison
-SAMPLES = 64  # times at which two runs are compared
+COMPARED_TIMES = 64  # times at which two runs are compared
 POWERS = (1.5, 3.0)  # range of the power of time with which an unmeasured error may grow
 WITH_CHECK = 2.5  # cost of a run and its comparison over that of the run
-DOUBLINGS = 60
-LEAST = 512  # least stages in the measured part: some 4 to 10 periods
-FINEST = 2**50  # largest number of steps in a duration
-FAR = 1e100  # largest ratio of the duration to the measured part: its powers must not overflow
+STEP_DOUBLINGS = 60  # most of a number of steps
+LEAST_STAGES = 512  # least stages in the measured part: some 4 to 10 periods
+MOST_STEPS = 2**50  # largest number of steps in a duration
+# Largest ratio of the duration to the measured part: its powers must not overflow.
+LARGEST_DURATION_RATIO = 1e100
 USELESS = 0.1  # error over the size of the motion above which a run is unusable
 ROUNDED = 1e-8  # relative position error below which an error may be round-off
 TIME, EVALUATIONS = "time", "evaluations"
@@ -169,15 +172,15 @@ def collocation(problem: Problem, degree: int, clock: AnyClock | None = None) ->
 
 def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
     """A duration in units of a clock, by a run in steps of a fraction of its unit, or by the first
-    ``PACED`` of these, and a little more. ValueError where none can be done."""
+    ``PACED_STEPS`` of these, and a little more. ValueError where none can be done."""
     method = collocation(problem, 8, clock)
-    pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), TINY)
+    pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), LEAST_PACE)
     step = min(PACE, duration / (AT_LEAST * pace))
-    for _ in range(HALVINGS):
+    for _ in range(STEP_HALVINGS):
         run = uninterrupted(integrate(
-            problem, method, step, PACED, duration=duration, curves=False
+            problem, method, step, PACED_STEPS, duration=duration, curves=False
         ))  # fmt: skip
-        if run.tau is not None and (run.success or run.counts["steps"] == PACED):
+        if run.tau is not None and (run.success or run.counts["steps"] == PACED_STEPS):
             return BEYOND * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
         step *= 0.5
     raise ValueError(f"no run in this clock was possible: {run.status}")
@@ -210,7 +213,7 @@ class Scan:
     duration  length for which errors and costs are stated; with a clock, here and in all that
               follows, in its units
     measured  length of the integrated part, at most the duration; longer if it would have fewer
-              than LEAST stages
+              than LEAST_STAGES stages
     by        "time" or "evaluations": the unit of cost, budget and spent
     budget    total cost of runs allowed
     spent     cost so far
@@ -241,7 +244,7 @@ class Scan:
     def most(self) -> int:
         """Largest number of steps in the duration such that each still changes the time."""
         apart = math.ulp(abs(self.problem.t0) + self.duration)
-        return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
+        return int(min(MOST_STEPS, max(1.0, 0.25 * self.duration / apart)))
 
     @property
     def fewest(self) -> int:
@@ -260,7 +263,7 @@ class Scan:
     def part(self, degree: int, steps: int) -> int:
         """How many of the steps are in the measured part."""
         share = min(1.0, self.measured / self.duration)
-        return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
+        return min(steps, max(math.ceil(LEAST_STAGES / degree), math.ceil(share * steps)))
 
     def length(self, degree: int, steps: int) -> float:
         """Length of the measured part when the duration has ``steps`` steps."""
@@ -268,7 +271,7 @@ class Scan:
 
     def run(
         self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
-        samples: int = SAMPLES,
+        samples: int = COMPARED_TIMES,
     ) -> tuple[Trajectory, float, float]:  # fmt: skip
         """The first ``part`` steps, each cut into ``finer``, with seconds and evaluations.
 
@@ -295,7 +298,7 @@ class Scan:
         method = collocation(self.problem, degree)
         plain = self.clock is None and iterates(self.problem, method)
         solver = "fixed_point" if plain else "auto"
-        for _ in range(DOUBLINGS):
+        for _ in range(STEP_DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
             if one.success and other.success:
                 off = float(np.max(distances(one.q, at_times_of(one, other))))
@@ -311,8 +314,8 @@ class Scan:
 
     def reach(self, degree: int, steps: int, runs: int) -> float:
         """Length over which ``runs`` such runs and their comparisons fit into the budget."""
-        part = math.ceil(LEAST / degree)
-        for _ in range(DOUBLINGS):
+        part = math.ceil(LEAST_STAGES / degree)
+        for _ in range(STEP_DOUBLINGS):
             before = self.spent
             run, _, _ = self.run(degree, steps, min(part, steps))
             cost = (self.spent - before) / min(part, steps)
@@ -374,7 +377,7 @@ class Scan:
         self._watch(better)
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
-            error *= min(FAR, self.duration / float(t[last])) ** power
+            error *= min(LARGEST_DURATION_RATIO, self.duration / float(t[last])) ** power
         return error, growth, "", math.inf
 
     def _watch(self, run: Trajectory) -> None:

@@ -16,7 +16,7 @@ from galvi.extended_precision import PI, cosine, decimals, extended_precision, r
 from galvi.input_checks import shown
 from galvi.spaces.polynomials import legendre
 
-MOST = 1000  # points of a rule made in extended precision, which takes 10 s
+MOST_RULE_POINTS = 1000  # points of a rule made in extended precision, which takes 10 s
 EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
 
 
@@ -128,9 +128,9 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
 def number_of_points(value: Any, at_least: int = 1) -> int:
     """A number of points as an int; ValueError unless a whole number up to 1000."""
     number = input_checks.whole("points", value, at_least)
-    if number > MOST:
+    if number > MOST_RULE_POINTS:
         raise ValueError(
-            f"points must be a whole number from {at_least} to {MOST}; "
+            f"points must be a whole number from {at_least} to {MOST_RULE_POINTS}; "
             f"received {shown(value)}. For "
             f"more points use galvi.composite(galvi.gauss(8), pieces)."
         )
@@ -264,9 +264,10 @@ def newton_cotes(points: int) -> Rule:
     number = input_checks.whole("points", points, 2)
     if number > MOST_EQUIDISTANT:
         raise ValueError(
-            f"points must be a whole number from 2 to {MOST}, since the closed Newton-Cotes rule "
-            f"with 9 points is the first with a negative weight; received {number}. Use gauss, "
-            f"lobatto or clenshaw_curtis, or composite(newton_cotes(5), pieces)."
+            f"points must be a whole number from 2 to {MOST_RULE_POINTS}, since the closed "
+            f"Newton-Cotes rule with 9 points is the first with a negative weight; "
+            f"received {number}. Use gauss, lobatto or clenshaw_curtis, or "
+            f"composite(newton_cotes(5), pieces)."
         )
     return _newton_cotes(number)
 
@@ -302,7 +303,7 @@ def composite(rule: Rule, pieces: int) -> Rule:
     piece is the first of the next, and their weights are added. One piece is the rule itself.
 
     Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number from 1 to
-    MOST.
+    MOST_RULE_POINTS.
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")

@@ -9,9 +9,9 @@ from typing import Protocol
 
 from tqdm import tqdm
 
-CALL_SECONDS = 0.05  # that a call takes, once it is known how long a step does
-APART = 1024  # steps between states from which curves can be found again
-GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
+BATCH_SECONDS = 0.05  # that a call takes, once it is known how long a step does
+STEPS_BETWEEN_STATES = 1024  # steps between states from which curves can be found again
+BATCH_GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
 
 
 class Steps(Protocol):
@@ -50,6 +50,6 @@ def step_in_batches(
                 note()
             if bar is not None:
                 bar.update(done - before)
-            more = CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
-            chunk = max(1, int((done - before) * min(max(more, 0.5), GROWTH)))
+            more = BATCH_SECONDS / max(time.perf_counter() - clock, 1e-9)
+            chunk = max(1, int((done - before) * min(max(more, 0.5), BATCH_GROWTH)))
     return code

@@ -23,12 +23,13 @@ from galvi.systems.system import BuiltinLagrangian, VectorSystem
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
-CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
+# Relative error of a momentum; that of the energy is of the order of its square.
+MOMENTUM_TOLERANCE = 0.03
 ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
-NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
-HALVINGS = 128  # of a way on which a potential is looked at
+POSITION_CHANGE, POSITION_CHANGE_AT_REST = 2.0**-46, 2.0**-26
+WAY_HALVINGS = 128  # of a way on which a potential is looked at
 Raised = dict[int, Exception]  # by row of the states
 
 
@@ -170,8 +171,9 @@ def _start_energies(problem: Problem, forces: bool, found: Traces) -> Start:
 
 
 def noise(problem: Problem) -> float:
-    """Change of V when the start moves by ``NUDGE`` of itself: the energy's round-off, about."""
-    nudge = NUDGE if np.any(problem.v0) else NUDGE_AT_REST
+    """Change of V when the start moves by ``POSITION_CHANGE`` of itself: the energy's
+    round-off, about."""
+    nudge = POSITION_CHANGE if np.any(problem.v0) else POSITION_CHANGE_AT_REST
     here, *moved = (
         float(energies(problem, _start(problem, scale), forces=True)[1][0])
         for scale in (1.0, 1.0 - nudge, 1.0 + nudge)
@@ -230,9 +232,9 @@ def mass_matrix(problem: Problem, q: Array, v: Array, t: float) -> Array:
 def _fall(problem: Problem, way: Any) -> float:
     """By how much V falls at most on a straight way from the start; infinite where V is not known.
 
-    V is looked at where the way ends, and at each of its HALVINGS.
+    V is looked at where the way ends, and at each of its WAY_HALVINGS.
     """
-    shares = np.append(0.0, 0.5 ** np.arange(HALVINGS)).reshape(-1, *(1,) * way.ndim)
+    shares = np.append(0.0, 0.5 ** np.arange(WAY_HALVINGS)).reshape(-1, *(1,) * way.ndim)
     states = States(problem.q0 + shares * way, *(
         np.repeat(array[None], len(shares), axis=0)
         for array in (problem.p0, problem.v0.reshape(-1), np.array(problem.t0))
@@ -261,7 +263,9 @@ def _of_builtin(
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
                 rest[k] = -system.value(q, np.zeros_like(states.v[k]), t)
-    near = np.abs(momenta - states.p) <= CLOSE * np.abs(states.p).max(axis=1, keepdims=True)
+    near = np.abs(momenta - states.p) <= MOMENTUM_TOLERANCE * np.abs(states.p).max(
+        axis=1, keepdims=True
+    )
     if not (near.all() and np.isfinite(rest).all()):
         return _one_by_one(system, states, False, raised)
     return (states.p * states.v).sum(axis=1) - value - rest, rest
@@ -311,9 +315,11 @@ def _of_lagrangian(
 
 
 def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
-    """Whether dL/dv is p up to ``CLOSE``."""
+    """Whether dL/dv is p up to ``MOMENTUM_TOLERANCE``."""
     with suppress(ArithmeticError, ValueError):
-        return bool(np.max(np.abs(system.momentum(v, q, t) - p)) <= CLOSE * np.max(np.abs(p)))
+        return bool(
+            np.max(np.abs(system.momentum(v, q, t) - p)) <= MOMENTUM_TOLERANCE * np.max(np.abs(p))
+        )
     return False
 
 

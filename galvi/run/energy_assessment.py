@@ -16,11 +16,14 @@ round-off would do to the energy is not an error.
 
 The thresholds, each with one name:
 
-TOLERATED  1 %, of the measure, above which an error is reported; a run is ruined from 100 % on
-ROUND_OFF  2^-40 of |T| + |V|: the rounding of their sum, after many steps
-NUDGE, NUDGE_AT_REST  of galvi.run.energies: the rounding of a position, and its growth from rest
-CLOSE      of galvi.run.energies: 3 %, the error of a velocity whose energy is known to 0.1 %
-REST       1e-9 of what a step gives, below which a kinetic energy is none
+TOLERATED           1 %, of the measure, above which an error is reported; a run is ruined from
+                    100 % on
+ENERGY_ROUND_OFF    2^-40 of |T| + |V|: the rounding of their sum, after many steps
+POSITION_CHANGE, POSITION_CHANGE_AT_REST
+                    of galvi.run.energies: the rounding of a position, and its growth from rest
+MOMENTUM_TOLERANCE  of galvi.run.energies: 3 %, the error of a velocity whose energy is known to
+                    0.1 %
+REST_SHARE          1e-9 of what a step gives, below which a kinetic energy is none
 
 They were chosen, and hold where they were tried: right runs are called good, and planted faults are
 found, in tests/galvi/test_ruined_runs.py and test_work_of_forces.py, and in clocks with forces in

@@ -14,13 +14,13 @@ from galvi.systems.multibody import Multibody
 
 LOCKED = "three hinges of one body pass gimbal lock, where steps err whatever their size"
 BALL_JOINT = "Use a ball joint in place of the hinges"
-MOST = 512  # states that are looked at
+MOST_STATES = 512  # states that are looked at
 WAY = np.linspace(0.0, 1.0, 17)  # shares of a step
 
 
 def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step: float) -> bool:
     """Whether three hinges of a body come nearer to gimbal lock at some of the states than the
-    second one turns in a step; MOST of them are looked at.
+    second one turns in a step; MOST_STATES of them are looked at.
 
     states  () -> their configurations and momenta, (n, ...) each; asked for a tree alone
     """
@@ -29,7 +29,7 @@ def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step:
         return False
     with np.errstate(all="ignore"):
         places, momenta = states()
-        for k in np.unique(np.linspace(0, len(places) - 1, MOST).astype(np.int64)):
+        for k in np.unique(np.linspace(0, len(places) - 1, MOST_STATES).astype(np.int64)):
             if np.isfinite(places[k]).all() and np.isfinite(momenta[k]).all():
                 mass = system.tree.mass(places[k])
                 v = np.linalg.lstsq(mass, momenta[k], rcond=None)[0]

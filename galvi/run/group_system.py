@@ -44,7 +44,7 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
     return None
 
 
-STATES, FAR = 3, 0.5  # looked at beside the start, and how far from it
+STATES_BESIDE_START, STATE_DISTANCE = 3, 0.5  # looked at beside the start, and how far from it
 SOME = 1e-9  # of the masses, which is a coupling
 
 
@@ -84,11 +84,19 @@ def _masses(problem: Problem, layout: Any) -> Array:
     system: Any = problem.system
     generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
     chart, largest = Exponential().number, np.zeros((v.size, v.size))
-    for k in range(STATES + 1):
+    for k in range(STATES_BESIDE_START + 1):
         near, speed = q.ravel().copy(), v
         if k:
-            place(layout, chart, q.ravel().copy(), generator.uniform(-FAR, FAR, v.size), near)
-            speed = v + generator.uniform(-FAR, FAR, v.size) * max(1.0, float(np.max(np.abs(v))))
+            place(
+                layout,
+                chart,
+                q.ravel().copy(),
+                generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size),
+                near,
+            )
+            speed = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
+                1.0, float(np.max(np.abs(v)))
+            )
         mass = np.abs(system.mass(near.reshape(q.shape), speed, problem.t0))
         largest = np.maximum(largest, np.where(np.isnan(mass), np.inf, mass))
     return largest

@@ -14,18 +14,23 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.redone_curves import RedoneCurves
-from galvi.input_checks import LARGEST
+from galvi.input_checks import LARGEST_WHOLE
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.batches import APART, step_in_batches
+from galvi.run.batches import STEPS_BETWEEN_STATES, step_in_batches
 from galvi.run.clocked.run import ending_in_clock
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.energies import asks_force, asks_functions
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
-from galvi.run.point_masses.encounters import EACH, MasslessError, looked_at, massless_error
+from galvi.run.point_masses.encounters import (
+    STEPS_PER_STATE,
+    MasslessError,
+    looked_at,
+    massless_error,
+)
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import NEVER, has_massless
 from galvi.run.run_samples import assess_run
@@ -57,12 +62,12 @@ def run_steps(
     request = stepper.request
     problem, steps, apart = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
-        apart = max(APART, -(-(steps or 0) // MOST_KNOWN))
+        apart = max(STEPS_BETWEEN_STATES, -(-(steps or 0) // MOST_KNOWN))
     known = [stepper.checkpoint]
     with defer_interrupts() as pressed:
         stopped = interrupted or pressed
         code = step_in_batches(
-            stepper, lambda code: stepper.retry(ENGINES, code), steps or LARGEST, progress,
+            stepper, lambda code: stepper.retry(ENGINES, code), steps or LARGEST_WHOLE, progress,
             lambda: stepper.over or stopped(), apart, lambda: known.append(stepper.checkpoint),
         )  # fmt: skip
         stepper.finish()
@@ -155,7 +160,7 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
     _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 
     states = [*known, stepper.checkpoint]
-    chosen = [states[row] for row in looked_at(len(states), work.done, EACH)]
+    chosen = [states[row] for row in looked_at(len(states), work.done, STEPS_PER_STATE)]
 
     def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
         there = Checkpoint(

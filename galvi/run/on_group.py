@@ -35,7 +35,7 @@ from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
-FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
+ROTATION_TOLERANCE = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
 
 
 class GeneralGroupKernel:
@@ -49,7 +49,7 @@ class GeneralGroupKernel:
         layout, chart = coupled_layout(system, problem), method.group_chart
         unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
         basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
-        tolerance = max(request.checkpoint.tolerance, FINEST)
+        tolerance = max(request.checkpoint.tolerance, ROTATION_TOLERANCE)
         plan, self._progress, self._saved = run_plan(request, work, tolerance)
         self._arguments = law, layout, chart.number, chart.farthest, basis, plan
 

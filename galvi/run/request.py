@@ -172,7 +172,7 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
         return input_checks.whole("steps", steps)
     length = input_checks.positive("duration", duration, "For backwards, make the step negative.")
     ratio = length / abs(step)
-    if ratio > input_checks.LARGEST:
+    if ratio > input_checks.LARGEST_WHOLE:
         input_checks.whole("duration over step", ratio)
     whole, sign = round(ratio), math.copysign(1.0, step)
     if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
@@ -187,7 +187,7 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
 def steps_until(until: float, t0: float, step: float, done: int) -> int:
     """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
     ratio = (input_checks.real("until", until) - t0) / step
-    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
+    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST_WHOLE else 0
     slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
     if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
         raise ValueError(

@@ -18,9 +18,11 @@ from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
 LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
-FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
-CLOSE, APART = 64, 512  # then one in APART
-EACH = 127  # steps of a run up to which each is watched
+# Watched steps of a run: one in STEPS_PER_WATCH up to MANY_WATCHED of them, then one in
+# STEPS_PER_LATER_WATCH.
+FEWEST_WATCHED, MANY_WATCHED, MOST_WATCHED = 16, 64, 1024
+STEPS_PER_WATCH, STEPS_PER_LATER_WATCH = 64, 512
+STEPS_ALL_WATCHED = 127  # steps of a run up to which each is watched
 NEVER = 62  # watches every 2^62-th step, which is none
 
 
@@ -159,7 +161,14 @@ def run_plan(
 
 def watched_steps(steps: int) -> int:
     """k so that a run of ``steps`` steps is watched at every 2^k-th."""
-    if steps <= EACH:
+    if steps <= STEPS_ALL_WATCHED:
         return 0
-    wanted = min(max(steps // APART, min(steps // CLOSE, MANY), FEWEST), MOST)
+    wanted = min(
+        max(
+            steps // STEPS_PER_LATER_WATCH,
+            min(steps // STEPS_PER_WATCH, MANY_WATCHED),
+            FEWEST_WATCHED,
+        ),
+        MOST_WATCHED,
+    )
     return max(steps // wanted, 1).bit_length() - 1

@@ -26,7 +26,8 @@ from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-FAR = 1e-9  # of a place: a step in a frame that ends so far from the curve missed a passage
+# Of a place: a step in a frame that ends so far from the curve missed a passage.
+FAR_FROM_CURVE = 1e-9
 PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
 
 
@@ -109,7 +110,7 @@ class Reaching:
         near = run(times)
         if in_parts:
             apart = np.abs(q - near).reshape(len(times), -1).max(axis=1)
-            lost |= ~(apart <= FAR * np.abs(near).reshape(len(times), -1).max(axis=1))
+            lost |= ~(apart <= FAR_FROM_CURVE * np.abs(near).reshape(len(times), -1).max(axis=1))
         for k in np.flatnonzero(lost).tolist():
             here = run.problem.moved(begin[k], speeds[k], float(since[k]))
             there = _in_parts(here, float(times[k] - since[k])) if framed else None

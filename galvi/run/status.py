@@ -130,7 +130,7 @@ def _energy_clause(report: EnergyReport) -> str:
 
 def off_without_mass(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
     """That steps change the energy of a body without mass, or nothing."""
-    if error is None or not error.share > encounters.COARSE:
+    if error is None or not error.share > encounters.RESOLVED_ENERGY_CHANGE:
         return []
     body = encounters.body_names(problem, len(problem.q0))[error.body]
     return [

@@ -26,7 +26,8 @@ from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
 from galvi.tableau import Tableau
 
-NOISY = 1e-11  # of a force, relative: above it the iteration may not settle, see solve.FLOOR
+# Of a force, relative: above it the iteration may not settle, see solve.ROUND_OFF_CHANGE.
+NOISY_FORCE = 1e-11
 CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}  # of solvers
 
 
@@ -171,7 +172,7 @@ class VectorSpace:
             t = problem.t0 + (request.checkpoint.first + work.done) * request.step
             with np.errstate(all="ignore"):
                 noise = problem.system.noise_of_differences(work.state[0], t)
-            if noise > NOISY:
+            if noise > NOISY_FORCE:
                 known = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
                 return (
                     f"the gradient of the potential is differenced, and {known} there, so that the "

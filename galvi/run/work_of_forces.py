@@ -24,7 +24,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
-from galvi.kernels.energy_errors import REST, ROUND_OFF, TOLERATED
+from galvi.kernels.energy_errors import ENERGY_ROUND_OFF, REST_SHARE, TOLERATED
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
 from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
@@ -44,7 +44,7 @@ from galvi.systems.multibody import Multibody
 from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
-STEPS, FIRST_STEPS, STATES = 6, 2, 64  # that are looked at
+STEPS, FIRST_STEPS, WORK_STATES = 6, 2, 64  # that are looked at
 RATES_AT = 2  # of these steps, in which rates of damping are found
 DAMPED_AT, AMPLE = 8, 10.0  # states at which damping is looked at, see `_of_states`
 MORE_NODES = 3  # than a method's rule has
@@ -257,7 +257,7 @@ def _changes(
 
 
 def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> Array:
-    return np.array([errors, ruining, sizes, *potentials, ROUND_OFF * sizes, sizes, sizes])
+    return np.array([errors, ruining, sizes, *potentials, ENERGY_ROUND_OFF * sizes, sizes, sizes])
 
 
 def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
@@ -266,7 +266,7 @@ def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Ar
     other forces only the work in some steps is known: they may act between these."""
     problem, start = request.problem, request.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
-    chosen = np.unique(np.linspace(0, len(numbers) - 1, STATES).astype(np.int64))
+    chosen = np.unique(np.linspace(0, len(numbers) - 1, WORK_STATES).astype(np.int64))
     states, numbers = States(*(part[chosen] for part in states)), numbers[chosen]
     kinetic, potential = energies(problem, states, forces=True)
     rates = [
@@ -334,7 +334,7 @@ def unresolved_rate(
         ]
         error = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
         alone = np.sqrt(2.0 * largest / np.diag(mass_matrix(problem, q, v, t)))
-        share = float(np.max(np.abs(error) / np.maximum(fastest, REST * alone)))
+        share = float(np.max(np.abs(error) / np.maximum(fastest, REST_SHARE * alone)))
         if share > TOLERATED and (found is None or share > found.share):
             found = Unresolved(rate, share, int(steps.numbers[k]))
     return found

@@ -24,16 +24,16 @@ from galvi.spaces.polynomials import HIGHEST, Polynomials, integrals, legendre
 TURN = 6.283185307179586
 
 
-DIGITS = 100  # digits of the series; tables use 60
+SERIES_DIGITS = 100  # digits of the series; tables use 60
 SMALL = Decimal("1e-90")  # relative size of the last coefficient kept
 TELLING = Decimal("1e-25")  # least part of a wave outside polynomials and slower waves
-MOST = 64  # largest number of harmonics
+MOST_HARMONICS = 64  # largest number of harmonics
 FASTEST = 512.0  # radians a step, some 80 periods
 
 
 def wave_numbers(harmonics: Any, frequency: Any) -> tuple[int, float]:
     """Both values; ValueError unless 1 to 64 harmonics, the fastest at most 512 radians a step."""
-    count = input_checks.whole("harmonics", harmonics, 1, MOST)
+    count = input_checks.whole("harmonics", harmonics, 1, MOST_HARMONICS)
     w = input_checks.positive("frequency", frequency, "Give it in radians a step, such as 2 pi.")
     if count * w > FASTEST:
         raise ValueError(
@@ -65,7 +65,7 @@ def wave_slopes(skip: int, harmonics: int, frequency: float) -> tuple[Any, Array
 
     Raises ValueError when a wave is a combination of polynomials and slower waves to 25 digits.
     """
-    with localcontext(Context(prec=DIGITS)):
+    with localcontext(Context(prec=SERIES_DIGITS)):
         half = Decimal(frequency) / 2
         length = _terms(skip + 2 * harmonics, harmonics * half)
         degrees = np.arange(length)

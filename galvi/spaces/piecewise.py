@@ -10,7 +10,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.spaces.polynomials import HIGHEST, integrals, legendre
 
-JOINT = 1e-13  # share of a piece within which a point counts as being on a joint
+JOINT_SHARE = 1e-13  # share of a piece within which a point counts as being on a joint
 
 
 def place_in_pieces(t: Any, pieces: int) -> Any:
@@ -22,7 +22,7 @@ def place_in_pieces(t: Any, pieces: int) -> Any:
 def in_piece(t: Any, pieces: int) -> Any:
     """1 for the piece that contains t, else 0, (k, pieces); at a joint the later piece."""
     passed = t[:, None] * pieces - np.arange(1, pieces).astype(t.dtype)
-    number = np.sum(passed.astype(np.float64) > -JOINT, axis=1)
+    number = np.sum(passed.astype(np.float64) > -JOINT_SHARE, axis=1)
     return (number[:, None] == np.arange(pieces)).astype(np.int64)
 
 

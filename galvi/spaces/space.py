@@ -42,7 +42,7 @@ class Space(Hashable, Protocol):
 
 PARTS = ("dimension", "degree", "exact", "basis", "derivative")
 GOLDEN = 0.6180339887498949  # golden ratio; its multiples modulo 1 avoid joints
-NUDGE = 1e-6
+BASIS_DIFFERENCE = 1e-6  # of a step, over which a basis is differenced
 SLOPE = 1e-4  # tolerance relative to the largest slope; 2.5e-6 for galvi's own spaces
 AGREE = 1e-10  # tolerance of decimals against floats; 5e-15 for galvi's own spaces
 CONTAINED = 1e-9  # tolerance of fitted polynomials; 4e-13 for galvi's own spaces
@@ -77,7 +77,7 @@ def _check(space: Any) -> None:
     dimension = input_checks.whole(f"dimension of {name}", space.dimension, 2)
     degree = input_checks.whole(f"degree of {name}", space.degree, 0, dimension - 1)
     input_checks.flag(f"exact of {name}", space.exact)
-    t = np.append((np.arange(1, 4 * dimension + 1) * GOLDEN) % (1 - NUDGE), [0.0, 1.0])
+    t = np.append((np.arange(1, 4 * dimension + 1) * GOLDEN) % (1 - BASIS_DIFFERENCE), [0.0, 1.0])
     basis = _values(space, "basis", t, dimension)
     slopes = _values(space, "derivative", t, dimension)
     if np.max(np.abs(basis[:, 0] - 1)) > 1e-14:
@@ -114,9 +114,9 @@ def _values(space: Any, function: str, t: Array, dimension: int) -> Array:
 
 
 def _check_derivative(space: Any, name: str, t: Array, slopes: Array) -> None:
-    rise = np.asarray(space.basis(t + NUDGE)) - np.asarray(space.basis(t))
-    middle = np.asarray(space.derivative(t + 0.5 * NUDGE))
-    gap = np.max(np.abs(rise / NUDGE - middle), axis=0)
+    rise = np.asarray(space.basis(t + BASIS_DIFFERENCE)) - np.asarray(space.basis(t))
+    middle = np.asarray(space.derivative(t + 0.5 * BASIS_DIFFERENCE))
+    gap = np.max(np.abs(rise / BASIS_DIFFERENCE - middle), axis=0)
     wrong = np.argwhere(gap > SLOPE * max(1.0, float(np.max(np.abs(slopes)))))
     if wrong.size:
         i = wrong[0, 0]

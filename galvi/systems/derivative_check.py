@@ -19,14 +19,15 @@ import numpy as np
 
 from galvi.arrays import Array
 
-TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
+DERIVATIVE_TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
 # Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
 EXPONENTS = (10, 12, 8, 14, 16, 6, 18, 4, 20, 22, 24, 26, 28, 30, 32)
-APART = 2  # of neighbouring exponents
+EXPONENTS_APART = 2  # of neighbouring exponents
 SHARP = 0.02  # largest spread of three differences, over their distance from the given derivative
-BENT = 0.25  # largest change of a slope, over that distance, at which the function is smooth there
+# Largest change of a slope, over that distance, at which the function is smooth there.
+LARGEST_BEND = 0.25
 VISIBLE = 0.1  # change of a function over its value, above which coarse rounding cannot hide it
-ROUNDING = 4.0 * 2.0**-52  # of a difference of two values, relative to them
+DIFFERENCE_ROUNDING = 4.0 * 2.0**-52  # of a difference of two values, relative to them
 SIGNAL = 1e-3  # derivative over the sum of the sizes of its terms, below which it shows no fault
 NEARBY = (2.0**-3, 2.0**-10, 2.0**-20)  # distances of a second state, the first decisive one counts
 GOLDEN, SILVER = (5.0**0.5 - 1.0) / 2.0, 2.0**0.5
@@ -100,7 +101,9 @@ def _checked(system: Any, name: str, through: Callable[[float], Curve], far: flo
         expected, received = found / length, float(np.sum(curve.terms(0.0))) / length
         ratio = received / expected if expected else np.inf
         factor = "" if not np.isfinite(ratio) else f", {ratio:.6g} times that"
-        factor = ", of the opposite sign" if abs(ratio + 1.0) < 10.0 * TOLERANCE else factor
+        factor = (
+            ", of the opposite sign" if abs(ratio + 1.0) < 10.0 * DERIVATIVE_TOLERANCE else factor
+        )
         given, _, function = name.partition(" of ")
         state = ", ".join(f"{name} = {words(x)}" for name, x in curve.state.items())
         where = f"{curve.way} {words(curve.steps / length)} at {state}"
@@ -125,11 +128,13 @@ def judge(curve: Curve) -> tuple[str, float]:
         return UNDECIDED, np.nan
     for exponent in EXPONENTS:
         one = _difference(curve.function, centre, 2.0**-exponent)
-        if one is None or one.rounding > TOLERANCE * (size + abs(one.slope)):
+        if one is None or one.rounding > DERIVATIVE_TOLERANCE * (size + abs(one.slope)):
             continue
         seen[exponent] = one
         for slope in (one.slope, *_extrapolated(seen, exponent)):
-            if abs(given - slope) <= TOLERANCE * (size + abs(slope)) and (size or not one.flat):
+            if abs(given - slope) <= DERIVATIVE_TOLERANCE * (size + abs(slope)) and (
+                size or not one.flat
+            ):
                 return (AGREES if abs(slope) > SIGNAL * size else UNDECIDED), slope
         if size == 0.0 and len(seen) > 1 and all(other.flat for other in seen.values()):
             return UNDECIDED, np.nan  # a constant, with derivative zero
@@ -144,15 +149,15 @@ def _difference(function: Callable[[float], float], centre: float, s: float) -> 
         return None
     if not (np.isfinite(ahead) and np.isfinite(behind)):
         return None
-    rounding = ROUNDING * max(abs(ahead), abs(behind), abs(centre)) / s
+    rounding = DIFFERENCE_ROUNDING * max(abs(ahead), abs(behind), abs(centre)) / s
     bend = 0.5 * abs(ahead - 2.0 * centre + behind) / s
     return Difference((ahead - behind) / (2.0 * s), rounding, bend, ahead == centre == behind)
 
 
 def _extrapolated(seen: Mapping[int, Difference], exponent: int) -> list[float]:
     """The differences of order four of this distance and its neighbours."""
-    pairs = ((exponent - APART, exponent), (exponent, exponent + APART))
-    ratio = 4.0**APART
+    pairs = ((exponent - EXPONENTS_APART, exponent), (exponent, exponent + EXPONENTS_APART))
+    ratio = 4.0**EXPONENTS_APART
     return [
         (ratio * seen[fine].slope - seen[coarse].slope) / (ratio - 1.0)
         for coarse, fine in pairs
@@ -167,19 +172,19 @@ def _contradiction(
     if seen and all(difference.flat for difference in seen.values()):
         farthest = min(seen)
         hidden = abs(given) * 2.0**-farthest <= VISIBLE * abs(centre)
-        straight = not hidden and _change(curve, given, sorted(seen)) <= BENT * abs(given)
+        straight = not hidden and _change(curve, given, sorted(seen)) <= LARGEST_BEND * abs(given)
         return (DIFFERS, 0.0) if straight else (UNDECIDED, np.nan)
     best, sharpest = np.nan, np.inf
     bent = {exponent: difference for exponent, difference in seen.items() if not difference.flat}
     for first in bent:
-        if not {first + APART, first + 2 * APART} <= bent.keys():
+        if not {first + EXPONENTS_APART, first + 2 * EXPONENTS_APART} <= bent.keys():
             continue
-        a, b, c = (bent[first + k * APART] for k in range(3))
-        slope = _extrapolated({0: b, APART: c}, 0)[0]
+        a, b, c = (bent[first + k * EXPONENTS_APART] for k in range(3))
+        slope = _extrapolated({0: b, EXPONENTS_APART: c}, 0)[0]
         off, spread = abs(given - slope), max(abs(b.slope - a.slope), abs(c.slope - b.slope))
-        clear = spread <= SHARP * off and c.bend <= BENT * off and spread < sharpest
+        clear = spread <= SHARP * off and c.bend <= LARGEST_BEND * off and spread < sharpest
         within = [exponent for exponent in seen if exponent >= first]
-        if clear and _change(curve, given, within) <= BENT * off:
+        if clear and _change(curve, given, within) <= LARGEST_BEND * off:
             best, sharpest = slope, spread
     return (DIFFERS if np.isfinite(best) else UNDECIDED), best
 

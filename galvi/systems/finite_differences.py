@@ -20,7 +20,7 @@ from galvi.arrays import Array
 from galvi.groups.group import Group
 from galvi.kernels.lie import product
 
-SMALLEST = 1e-24  # coordinates and velocities below it are taken as zero
+ZERO_LENGTH = 1e-24  # coordinates and velocities below it are taken as zero
 
 
 def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
@@ -44,19 +44,20 @@ def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _first(*sizes: float) -> float:
-    return next((size for size in sizes if size > SMALLEST), 1.0)
+    return next((size for size in sizes if size > ZERO_LENGTH), 1.0)
 
 
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
 CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component, at least
-RATIO = STEPS[0] / STEPS[1]
-COARSER, FINER = 24, 7  # further steps, tried where those above do not suffice
+STEP_RATIO = STEPS[0] / STEPS[1]
+COARSER_STEPS, FINER_STEPS = 24, 7  # further steps, tried where those above do not suffice
 ROUNDING = 2.0**-52
-NOISY = 512.0  # largest difference of neighbouring steps, in roundings, that is only round-off
+# Largest difference of neighbouring steps, in roundings, that is only round-off.
+NOISY_ROUNDINGS = 512.0
 GOOD, USABLE = 2.0**-36, 1e-6  # relative errors: no further step is tried; neighbours agree
-LEAST = 1e-100  # coordinates of which none is larger have the length 1
-TINY = 1e-10  # coordinates below this share of the largest one have its length
+LEAST_LENGTH = 1e-100  # coordinates of which none is larger have the length 1
+SHORT_SHARE = 1e-10  # coordinates below this share of the largest one have its length
 
 
 class Differencing(NamedTuple):
@@ -98,7 +99,7 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
     def compared(coarse, fine, rounding, usable):  # type: ignore[no-untyped-def]
         """The error of the finer of two quotients, infinite where they do not agree."""
         gap = abs(fine - coarse)
-        agree = (gap <= usable * abs(fine)) | (gap <= NOISY * rounding)
+        agree = (gap <= usable * abs(fine)) | (gap <= NOISY_ROUNDINGS * rounding)
         return where(agree, larger(gap, rounding), np.inf)
 
     @jit
@@ -114,11 +115,11 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
             better = estimate < error
             best, error, finest = where(better, fine, best), where(better, estimate, error), fine
         lost = where(error < np.inf, False, True)
-        for _ in range(COARSER):
+        for _ in range(COARSER_STEPS):
             zero = (best == 0.0) & (widest == 0.0) & (step >= STEPS[0])
             if not some((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
                 break
-            step *= RATIO
+            step *= STEP_RATIO
             wider, rounding = quotient(function, x, t, i, step, size, noise, weights)
             estimate = compared(wider, widest, wide_noise, usable)
             better = estimate < error
@@ -126,10 +127,10 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
             widest, wide_noise = wider, rounding
             if not some(better):
                 break
-        for _ in range(FINER):
+        for _ in range(FINER_STEPS):
             if not some((error == np.inf) | (lost & (error > good * abs(best)))):
                 break
-            end /= RATIO
+            end /= STEP_RATIO
             fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
             flat = (fine == 0.0) & (rounding > usable * abs(first))  # maybe by rounding alone
             estimate = where(flat, np.inf, compared(finest, fine, rounding, usable))
@@ -213,8 +214,8 @@ def lengths_of(q: Array) -> Array:
     """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
     sizes = np.abs(q)
     largest = float(np.max(sizes, initial=0.0))
-    largest = largest if largest > LEAST else 1.0
-    return np.where(sizes > TINY * largest, sizes, largest)
+    largest = largest if largest > LEAST_LENGTH else 1.0
+    return np.where(sizes > SHORT_SHARE * largest, sizes, largest)
 
 
 def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[Array, Array]:
@@ -265,10 +266,10 @@ def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any
         largest = 0.0
         for i in range(q.size):
             largest = max(largest, abs(q[i]))
-        largest = largest if largest > LEAST else 1.0
+        largest = largest if largest > LEAST_LENGTH else 1.0
         gradient = np.zeros(q.size)
         for i in range(q.size):
-            length = abs(q[i]) if abs(q[i]) > TINY * largest else largest
+            length = abs(q[i]) if abs(q[i]) > SHORT_SHARE * largest else largest
             slope, _ = along(value, q, t, i, length, 0.0, USUAL)
             gradient[i] = slope
         return gradient

@@ -31,9 +31,9 @@ from galvi.systems.user_functions import check_arguments, check_given, compiles,
 
 Function = Callable[..., Any]
 CHART = Exponential()
-NEAR = 0.1  # of the lengths of coordinates and velocities, to a state near another
-TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
-COARSE = 2.0**-38  # relative error of a differenced momentum
+NEIGHBOUR_DISTANCE = 0.1  # of the lengths of coordinates and velocities, to a state near another
+TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
+DIFFERENCED_MOMENTUM_ERROR = 2.0**-38  # relative error of a differenced momentum
 ROUGH = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)  # of the mass
 
 
@@ -140,9 +140,9 @@ class Lagrangian:
         if self.has_known_mass:
             return
         by_q, by_v = difference_scales(self.group, q, v)
-        moved = self._moved(q, by_q * direction(v.size, 1))(NEAR)
+        moved = self._moved(q, by_q * direction(v.size, 1))(NEIGHBOUR_DISTANCE)
         masses = []
-        for x, w in ((q, v), (moved, v + NEAR * by_v * direction(v.size, 2))):
+        for x, w in ((q, v), (moved, v + NEIGHBOUR_DISTANCE * by_v * direction(v.size, 2))):
             try:
                 with np.errstate(all="ignore"):
                     mass = self.mass(x, w, t)
@@ -205,10 +205,10 @@ class Lagrangian:
         start = np.array(q, dtype=np.float64).ravel()
         fixed, terms = rate(start), [start]
         terms.append(fixed)
-        for k in range(2, TERMS):
+        for k in range(2, TAYLOR_TERMS):
             terms.append((rate(start + terms[-1]) - fixed) / k)
         terms_by_power = np.stack(terms)
-        powers = np.arange(TERMS)
+        powers = np.arange(TAYLOR_TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
@@ -287,7 +287,7 @@ class Lagrangian:
             return cast(KnownMass, self.function).mass(q)
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
-            way=ROUGH if self._slopes else ROUGH._replace(noise=COARSE),
+            way=ROUGH if self._slopes else ROUGH._replace(noise=DIFFERENCED_MOMENTUM_ERROR),
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 

@@ -11,18 +11,18 @@ from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
 from galvi.systems.system import BuiltinLagrangian
 
-PASSES = 50
-HALVINGS = 40
-SOLVED = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
-FLOOR = 1e-8  # relative residual below which stagnation is round-off and accepted
-RENEW = 0.2  # contraction factor above which d2L/dv2 is recomputed
+VELOCITY_PASSES = 50  # most of Newton's method for a velocity
+CORRECTION_HALVINGS = 40  # most of a correction that lessens no residual
+SOLVED_RESIDUAL = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
+ROUND_OFF_RESIDUAL = 1e-8  # relative residual below which stagnation is round-off and accepted
+MASS_MATRIX_CONTRACTION = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
-TOGETHER = 12  # passes for all states
-SEVERAL = 8  # states, from which it pays to find them together
+PASSES_OF_ALL = 12  # passes for all states
+SEVERAL_STATES = 8  # states, from which it pays to find them together
 MOVE = 1e-5  # share of a velocity by which momenta are differenced
-ROUNDING = 1e-12  # relative residual below which stagnation of all states is round-off
-SINGULAR = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
-EVEN = 2.0  # ratio of the largest row to the smallest at which balancing stops
+ROUND_OFF_OF_ALL = 1e-12  # relative residual below which stagnation of all states is round-off
+SINGULAR_CONDITION = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
+BALANCED_RATIO = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
 
 def solved(M: Array, p: Array) -> Array:
@@ -50,7 +50,7 @@ def velocity_with_momentum(
         v, gap = np.zeros(p.size), p - momentum(np.zeros(p.size))
     M, weight = np.zeros((p.size, p.size)), np.ones(p.size)
     fresh = renew = True
-    for _ in range(PASSES):
+    for _ in range(VELOCITY_PASSES):
         if not np.all(np.isfinite(gap)):
             return lost
         fresh = renew
@@ -61,15 +61,15 @@ def velocity_with_momentum(
             weight = balance(M)
         size = float(np.max(np.maximum(np.abs(p), np.abs(p - gap)) / weight))
         off = float(np.max(np.abs(gap) / weight))
-        close = off <= FLOOR * size
-        if off <= SOLVED * size:
+        close = off <= ROUND_OFF_RESIDUAL * size
+        if off <= SOLVED_RESIDUAL * size:
             return v
         try:
             step = np.linalg.solve(M / np.outer(weight, weight), gap / weight) / weight
         except np.linalg.LinAlgError:
             return lost
         after = off
-        for half in range(1 if close else HALVINGS):
+        for half in range(1 if close else CORRECTION_HALVINGS):
             there = v + 0.5**half * step
             ahead = p - _tried(momentum, there)
             after = float(np.max(np.abs(ahead) / weight))
@@ -78,7 +78,7 @@ def velocity_with_momentum(
                 break
         if not after < off and (close or fresh):
             return v if close else lost
-        renew = not after <= RENEW * off
+        renew = not after <= MASS_MATRIX_CONTRACTION * off
     return lost
 
 
@@ -88,7 +88,12 @@ def values_and_momenta(
     """L (...) and dL/dv (..., d) at states with any axes in front, or None: where the Lagrangian
     does not bring its derivatives, states are few, or one is not finite."""
     rates = v.reshape(-1, system.group.dimension)
-    if q is None or system.slopes is not None or system.builtin is None or len(rates) < SEVERAL:
+    if (
+        q is None
+        or system.slopes is not None
+        or system.builtin is None
+        or len(rates) < SEVERAL_STATES
+    ):
         return None
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
         return None
@@ -119,11 +124,11 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> A
                      for k, move in enumerate(moves)]  # fmt: skip
             masses = np.stack(sides, axis=-1)
         before = np.inf
-        for _ in range(TOGETHER):
+        for _ in range(PASSES_OF_ALL):
             gap = p - momenta(v)
             sizes = np.abs(p) + (np.abs(masses) @ np.abs(v)[..., None])[..., 0]
             off = float(np.max(np.abs(gap) / np.where(sizes > 0.0, sizes, 1.0)))
-            if off <= SOLVED or (off <= ROUNDING and off > 0.5 * before):
+            if off <= SOLVED_RESIDUAL or (off <= ROUND_OFF_OF_ALL and off > 0.5 * before):
                 return v
             before = off
             if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(masses))):
@@ -150,7 +155,7 @@ def balance(M: Array) -> Array:
     for _ in range(BALANCES):
         rows = (size / np.outer(weight, weight)).max(axis=1)
         rows = np.where(rows > 0.0, rows, 1.0)
-        if rows.max() <= EVEN * rows.min():
+        if rows.max() <= BALANCED_RATIO * rows.min():
             break
         weight = weight * np.sqrt(rows)
     return weight * float(np.sqrt(rows.max()))
@@ -176,7 +181,7 @@ def check_regular(M: Array) -> None:
 def is_singular(M: Array) -> bool:
     """Whether d2L/dv2 (d, d), finite, cannot be inverted, whatever the units of velocities."""
     weight = balance(M)
-    return not np.linalg.cond(M / np.outer(weight, weight)) <= SINGULAR
+    return not np.linalg.cond(M / np.outer(weight, weight)) <= SINGULAR_CONDITION
 
 
 def _missing(M: Array) -> str:
@@ -185,7 +190,7 @@ def _missing(M: Array) -> str:
     scaled = M / np.outer(weight, weight)
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
     sizes = np.abs(values)
-    null = np.flatnonzero(sizes * SINGULAR <= np.max(sizes))
+    null = np.flatnonzero(sizes * SINGULAR_CONDITION <= np.max(sizes))
     if len(null) == len(M):
         null_vectors = np.eye(len(M))
     else:

@@ -27,7 +27,7 @@ from galvi.systems.trees.joint_forces import (
 from galvi.systems.trees.rigid_tree import RigidTree
 
 OF_JOINTS = ("damping", "stiffness", "armature")
-TRIED = 9  # states of a step at which limits of actuators are looked at
+LIMIT_STATES = 9  # states of a step at which limits of actuators are looked at
 CONTROLS = "ctrl"
 VARIED = ("gravity", "masses", *OF_JOINTS, CONTROLS)
 
@@ -200,7 +200,7 @@ class Multibody(Lagrangian):
         free = force.on(self.tree, force.damping, force.varied, limited=False)
         pull = self.tree.forces(q, v) + free(q, v, 0.0)
         rate = np.linalg.solve(self.tree.mass(q), pull)
-        for far in step * np.linspace(0.0, 1.0, TRIED if step else 1):
+        for far in step * np.linspace(0.0, 1.0, LIMIT_STATES if step else 1):
             there = place(CHART, self.group, q, far * (v + 0.5 * far * rate))
             if found := force.beyond(there, v + far * rate):
                 return found

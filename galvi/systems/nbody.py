@@ -16,7 +16,7 @@ from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, trace
 
-COUPLED = 4
+MOST_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,9 +161,9 @@ class NBody:
         return slope
 
     def force_kernel(self, dimension: int) -> ForceKernel:
-        """Accelerations for the kernels; Newton's blocks are whole for up to ``COUPLED`` bodies,
-        else one for each body."""
-        coupled, acting = self.masses.size <= COUPLED, self.acting
+        """Accelerations for the kernels; Newton's blocks are whole for up to
+        ``MOST_COUPLED_BODIES``, else one for each body."""
+        coupled, acting = self.masses.size <= MOST_COUPLED_BODIES, self.acting
         width = self.masses.size * dimension if coupled else dimension
         if acting.functions:
             return ForceKernel(

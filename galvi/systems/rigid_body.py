@@ -29,8 +29,9 @@ from galvi.systems.user_functions import (
 )
 
 Function = Callable[..., Any]
-SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
-FLAT = 1e-12  # by how much a thin body's largest moment may exceed the sum of the others
+SINGULAR_MOMENTS = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
+# By how much a thin body's largest moment may exceed the sum of the others.
+THIN_BODY_EXCESS = 1e-12
 
 
 class Body:
@@ -255,11 +256,11 @@ class RigidBody(Body):
             return self.lagrangian.lagrangian_kernel()
         slope = self.slope()
         signature = lagrangian_derivatives.signature(
-            lagrangian_derivatives.GRADIENT, self.explicit_time, 3
+            lagrangian_derivatives.BODY_GRADIENT, self.explicit_time, 3
         )
         compiled = compiles(slope, signature)
         field = LagrangianKernel(
-            lagrangian_derivatives.GRADIENT,
+            lagrangian_derivatives.BODY_GRADIENT,
             slope if compiled else self._checked,
             time_dependent=self.explicit_time,
             constants=numbers.copy(),
@@ -292,7 +293,7 @@ def possible_inertia(inertia: Any) -> Array:
     if not np.allclose(J, J.T, rtol=1e-14, atol=1e-14 * float(np.max(np.abs(J)))):
         raise ValueError(f"inertia must be symmetric; received {J.tolist()}. {remedy}")
     moments = np.linalg.eigvalsh(J)
-    if moments[0] <= SINGULAR * moments[2]:
+    if moments[0] <= SINGULAR_MOMENTS * moments[2]:
         raise ValueError(
             f"inertia must be positive definite; received principal moments {moments.tolist()}. "
             f"{remedy}"
@@ -303,7 +304,7 @@ def possible_inertia(inertia: Any) -> Array:
 
 def check_moments(moments: Any, remedy: str) -> None:
     """ValueError for principal moments (3,), in ascending order, that no body can have."""
-    if moments[2] > (moments[0] + moments[1]) * (1.0 + FLAT):
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + THIN_BODY_EXCESS):
         raise ValueError(
             f"no body has the inertia {moments.tolist()}: its largest moment exceeds the sum of "
             f"the others. {remedy}"

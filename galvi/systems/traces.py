@@ -43,12 +43,12 @@ class Traces:
 
 
 NONE = Traces({}, {})
-KEPT = "_traces"  # attribute of a system, so that both end together
+TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that both end together
 
 
 def traces(system: Any) -> Traces:
     """The traces of a system; none where they were not sought."""
-    return vars(system).get(KEPT, NONE)
+    return vars(system).get(TRACES_ATTRIBUTE, NONE)
 
 
 def reasons(system: Any) -> str:
@@ -73,16 +73,16 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
             found[name] = find()
         except Untraceable as reason:
             refused[name] = str(reason)
-    vars(system)[KEPT] = Traces(found, refused)
+    vars(system)[TRACES_ATTRIBUTE] = Traces(found, refused)
 
 
 def share(system: Any, other: Any) -> None:
     """Let a system whose functions another one calls have the traces of that one."""
-    vars(system)[KEPT] = traces(other)
+    vars(system)[TRACES_ATTRIBUTE] = traces(other)
 
 
 def refuse(system: Any, name: str, reason: str) -> None:
     """Forget one of the traces of a system."""
     known = traces(system)
     found = {key: value for key, value in known.found.items() if key != name}
-    vars(system)[KEPT] = Traces(found, {**known.refused, name: reason})
+    vars(system)[TRACES_ATTRIBUTE] = Traces(found, {**known.refused, name: reason})

@@ -25,8 +25,8 @@ from galvi.kernels.forces import lagrangian_derivatives
 from galvi.whole_files import write_whole
 
 POWER = "power"  # of galvi.lanes.elementary
-KEPT = 1000  # most expressions whose code is kept on disk, 60 kB each
-FOLDER = "galvi-expressions"
+KEPT_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
+EXPRESSIONS_FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh",
@@ -157,7 +157,10 @@ def functions(text: str) -> Mapping[str, Any]:
 def _kept(text: str) -> Path | None:
     """The cached file with this text, written if absent; None where the cache is not writable."""
     with suppress(RuntimeError, OSError):
-        folder = Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path) / FOLDER
+        folder = (
+            Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path)
+            / EXPRESSIONS_FOLDER
+        )
         place = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
         path = place / "expression.source"
         if not path.exists() or path.read_text("utf-8") != text:
@@ -170,9 +173,9 @@ def _kept(text: str) -> Path | None:
 
 
 def _tidy(folder: Path) -> None:
-    """Delete all but the KEPT most recently used expressions."""
+    """Delete all but the KEPT_EXPRESSIONS most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
-    for path in by_use[:-KEPT]:
+    for path in by_use[:-KEPT_EXPRESSIONS]:
         shutil.rmtree(path.parent, ignore_errors=True)
 
 

@@ -31,7 +31,7 @@ UNARY: dict[str, Callable[[float], float]] = {
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
 ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
-MOST = 20_000  # nodes, beyond which tracing is given up
+MOST_NODES = 20_000  # nodes, beyond which tracing is given up
 MOST_FACTORS = 64  # a power up to which an integer one is made of products
 
 
@@ -47,8 +47,8 @@ class Graph:
         key = (kind, *(x.index if isinstance(x, Node) else x for x in arguments))
         found = self.known.get(key)
         if found is None:
-            if len(self.known) == MOST:
-                self.refuse(f"its derivatives have more than {MOST} terms")
+            if len(self.known) == MOST_NODES:
+                self.refuse(f"its derivatives have more than {MOST_NODES} terms")
             found = self.known[key] = Node(self, len(self.known), kind, arguments)
         return found
 

@@ -14,11 +14,14 @@ import numpy as np
 from galvi.arrays import Array
 
 NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
-GROWTH = 4.0  # growth from FAR to NEAR at which second derivatives count as unbounded
-FAR, NEAR = 2.0**-10, 2.0**-17  # distances from the surface, relative to the state
-PERSISTS = 0.3  # fraction of a difference left from FAR to NEAR at which it is a jump
-NOISE = 2.0**-30  # relative noise of differences over NEAR: round-off is 2^-35
-SIZES, TRIALS, HALVINGS = (1.0, 0.1, 10.0), 20, 60
+# Growth from FAR_FROM_SURFACE to NEAR_SURFACE at which second derivatives count as unbounded.
+UNBOUNDED_GROWTH = 4.0
+# Distances from the surface, relative to the state.
+FAR_FROM_SURFACE, NEAR_SURFACE = 2.0**-10, 2.0**-17
+# Fraction of a difference left from FAR_FROM_SURFACE to NEAR_SURFACE at which it is a jump.
+PERSISTS = 0.3
+DIFFERENCE_NOISE = 2.0**-30  # relative noise of differences over NEAR_SURFACE: round-off is 2^-35
+SIZES, TRIALS, BRACKET_HALVINGS = (1.0, 0.1, 10.0), 20, 60
 
 
 def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
@@ -64,7 +67,7 @@ def find_kink(L: Any, k: int) -> str:
         signs = [_sign(L, k, x) for x in ends]
         if signs[0] * signs[1] >= 0.0:
             continue
-        for _ in range(HALVINGS):
+        for _ in range(BRACKET_HALVINGS):
             middle = 0.5 * (here + there)
             if _sign(L, k, middle) == signs[0]:
                 here = middle
@@ -92,7 +95,9 @@ def is_kink(L: Any, k: int, q: Array, v: Array, t: float) -> bool:
     x = np.concatenate([q, v, [t]])
     sizes = np.concatenate([_sizes(q), _sizes(v), _sizes(np.array([t]))])
     steps = np.diag(sizes)
-    ahead, behind = ([_sign(L, k, x + s * NEAR * step) for step in steps] for s in (1.0, -1.0))
+    ahead, behind = (
+        [_sign(L, k, x + s * NEAR_SURFACE * step) for step in steps] for s in (1.0, -1.0)
+    )
     across = [i for i, (a, b) in enumerate(zip(ahead, behind, strict=True)) if a != b]
     level = L.switches(q, v, t)[k]
     ahead_most = max(abs(L.switches(*_split(x + step))[k] - level) for step in steps)
@@ -109,15 +114,21 @@ def _sizes(x: Array) -> Array:
 def _jump(L: Any, x: Array, along: Array, size: float) -> str:
     """The discontinuity of L across x along a direction, in words; '' for none."""
     gaps, scales = [], []
-    for distance in (FAR * size, NEAR * size):
+    for distance in (FAR_FROM_SURFACE * size, NEAR_SURFACE * size):
         sides = [_seen(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
         gaps.append([np.abs(a - b) for a, b in zip(*sides, strict=True)])
         scales.append([np.abs(a) + np.abs(b) for a, b in zip(*sides, strict=True)])
     for name, far, near, scale in zip(NAMES, *gaps, scales[1], strict=True):
-        if np.any((near > PERSISTS * far) & (near > NOISE * np.max(scale, initial=1e-300))):
+        if np.any(
+            (near > PERSISTS * far) & (near > DIFFERENCE_NOISE * np.max(scale, initial=1e-300))
+        ):
             return name
     rough, fine = (float(np.max(scale[2])) for scale in scales)
-    return "second derivatives have no bound" if fine > GROWTH * rough + NOISE else ""
+    return (
+        "second derivatives have no bound"
+        if fine > UNBOUNDED_GROWTH * rough + DIFFERENCE_NOISE
+        else ""
+    )
 
 
 def _seen(L: Any, x: Array, away: Array, distance: float) -> list[Array]:

@@ -17,7 +17,8 @@ from galvi.tracing.code import POWER
 FUNCTIONS = {
     "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
 }  # fmt: skip
-WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is written out
+# Coordinates up to which a force in lanes is written out.
+WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
 PASS = """
@@ -202,4 +203,4 @@ def fits(d: int, coupled: bool) -> bool:
 
     coupled  whether the inverse mass is a full matrix
     """
-    return d <= (WIDEST_COUPLED if coupled else WIDEST)
+    return d <= (WIDEST_COUPLED_FORCE if coupled else WIDEST_FORCE)

@@ -49,7 +49,7 @@ from galvi.tracing.traced_lagrangian import (
 )
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
-MOST = 40  # velocities of a tree in lanes
+MOST_LANE_VELOCITIES = 40  # velocities of a tree in lanes
 SLOPES = {  # of potentials, in galvi.lanes.laws
     CentralForce: "central_force",
     CosinePotential: "pendulum",
@@ -185,9 +185,9 @@ def _(value: RotorDrag) -> str:
 
 @lines_of.register
 def _(value: RigidTree) -> str:
-    """Numbers 0, 1 and -1 of the geometry are part of it. None for more than MOST velocities, whose
-    law would take long to compile."""
-    if value.dimension > MOST:
+    """Numbers 0, 1 and -1 of the geometry are part of it. None for more than
+    MOST_LANE_VELOCITIES, whose law would take long to compile."""
+    if value.dimension > MOST_LANE_VELOCITIES:
         return ""
     return _tree_lines(value)
 
@@ -195,7 +195,7 @@ def _(value: RigidTree) -> str:
 @lines_of.register
 def _(value: JointForces) -> str:
     assert value.tree is not None
-    if value.tree.dimension > MOST:
+    if value.tree.dimension > MOST_LANE_VELOCITIES:
         return ""
     return _force_lines(value.tree, tuple(value.structure.items()))
 

@@ -78,8 +78,9 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
     return found, np.abs(slope) * e[0]
 
 
-STATES, LEAST = 8, 3  # states at which a function is compared, and how many must be finite
-FARTHEST = 0.4  # distance of these states from the start, over the scales of a function
+# States at which a function is compared, and how many must be finite.
+COMPARED_STATES, FEWEST_FINITE = 8, 3
+FARTHEST_STATE = 0.4  # distance of these states from the start, over the scales of a function
 ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
 STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
 ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
@@ -99,10 +100,17 @@ class States:
     def near(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
         """The start, then random states ever nearer to it."""
         random = np.random.default_rng(20)
-        far = np.append(0.0, FARTHEST * 0.7 ** np.arange(STATES - 1.0))[:, None]
-        by_q, by_v, by_t = (random.uniform(-1.0, 1.0, (STATES, k)) for k in (v.size, v.size, 1))
+        far = np.append(0.0, FARTHEST_STATE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[:, None]
+        by_q, by_v, by_t = (
+            random.uniform(-1.0, 1.0, (COMPARED_STATES, k)) for k in (v.size, v.size, 1)
+        )
         time = t + (abs(t) or 1.0) * (far * by_t)[:, 0]
-        start = cls(group, np.tile(np.ravel(q), (STATES, 1)), np.tile(v, (STATES, 1)), time)
+        start = cls(
+            group,
+            np.tile(np.ravel(q), (COMPARED_STATES, 1)),
+            np.tile(v, (COMPARED_STATES, 1)),
+            time,
+        )
         return start.moved(1.0, far * by_q * scales[0], far * by_v * scales[1])
 
     def moved(self, far: float, by_q: Array, by_v: Array) -> States:
@@ -178,7 +186,7 @@ def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
     with np.errstate(invalid="ignore"):
         off = np.abs(found - sample.returned) > ROUNDINGS * error
     known = np.all(np.isfinite(sample.returned), axis=1)
-    if not known[0] or np.sum(known) < LEAST:
+    if not known[0] or np.sum(known) < FEWEST_FINITE:
         raise Untraceable("it is not finite at the start, or near it")
     if np.any(off[known]) or not np.all(np.isfinite(found[known])):
         raise Untraceable("called with numbers it returns something else than with symbols")

@@ -22,7 +22,7 @@ from benchmarks.timings.case import TRAJECTORY, Case, Thresholds
 from benchmarks.timings.worker import problem_of
 from benchmarks.work_precision.participants import finest
 from galvi.command import places_in
-from galvi.kernels.compile.cache import FOLDER
+from galvi.kernels.compile.cache import KERNELS_FOLDER
 
 CONSTRAINTS = "constraints.txt"
 
@@ -55,7 +55,7 @@ def isolated(checkout: Checkout) -> Checkout:
 
 PACKAGE = "galvi"
 FOR_AN_INSTALLATION = ("pyproject.toml", "README.md", "constraints.txt")
-KERNELS = f"__pycache__/{FOLDER}"
+KERNELS = f"__pycache__/{KERNELS_FOLDER}"
 
 
 class CannotCompare(Exception):

@@ -19,7 +19,7 @@ import yaml
 import galvi
 from benchmarks.store.provenance import provenance
 from galvi.interop.release import RELEASE, version_in_git
-from galvi.kernels.compile.cache import FOLDER
+from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.tables.macros import bibliography
 from tests.reports.test_track_against import git
 
@@ -116,7 +116,7 @@ def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def with_kernels(place: Path) -> None:
     """Copy those of this checkout, whose sources are the same, to a copy of galvi."""
-    for kernels in (ROOT / "galvi").rglob(f"__pycache__/{FOLDER}"):
+    for kernels in (ROOT / "galvi").rglob(f"__pycache__/{KERNELS_FOLDER}"):
         target = place / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)

@@ -19,7 +19,7 @@ from galvi.lanes import laws as potentials
 from galvi.run import engines
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from galvi.systems.canonical import Canonical
-from galvi.tracing.lane_law import WIDEST, WIDEST_COUPLED
+from galvi.tracing.lane_law import WIDEST_COUPLED_FORCE, WIDEST_FORCE
 from galvi.tracing.laws_of_systems import slopes_of
 from references.forces.force import gradient
 
@@ -84,7 +84,8 @@ def test_a_step_that_nothing_solves_ends_as_with_the_general_kernel() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wide", "mass"), [(WIDEST + 1, 1.0), (WIDEST_COUPLED + 1, np.eye(WIDEST_COUPLED + 1))]
+    ("wide", "mass"),
+    [(WIDEST_FORCE + 1, 1.0), (WIDEST_COUPLED_FORCE + 1, np.eye(WIDEST_COUPLED_FORCE + 1))],
 )
 def test_many_coordinates_are_left_to_the_general_kernel(wide: int, mass: Any) -> None:
     problem = galvi.Problem(

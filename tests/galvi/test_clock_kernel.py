@@ -332,8 +332,8 @@ def test_the_energy_does_not_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     for problem in (plain, forced):
         mean, error = drift(problem)
         assert abs(mean) < 4.0 * error < 8e-17
-    monkeypatch.setattr(clock_stepper, "TOLERANCE", 2.0**-48)
-    monkeypatch.setattr(clock_stepper, "NOISE", 0.0)
+    monkeypatch.setattr(clock_stepper, "CLOCK_TOLERANCE", 2.0**-48)
+    monkeypatch.setattr(clock_stepper, "CLOCK_ROUNDING", 0.0)
     mean, error = drift(plain)
     assert abs(mean) > 8.0 * error
 

@@ -205,7 +205,7 @@ def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
 def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("galvi.run.loop.APART", 4)
+    monkeypatch.setattr("galvi.run.loop.STEPS_BETWEEN_STATES", 4)
     grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
     end = float(grid.t[-1])
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
@@ -275,7 +275,7 @@ def test_counts_do_not_depend_on_the_portions(force: Any, monkeypatch: pytest.Mo
     )
     counts = []
     for seconds in (0.0, 1e-3, 1e9):  # that a portion takes
-        monkeypatch.setattr("galvi.run.batches.CALL_SECONDS", seconds)
+        monkeypatch.setattr("galvi.run.batches.BATCH_SECONDS", seconds)
         counts.append(galvi.integrate(problem, method(3, CIRCLES), 0.2, duration=2.0).counts)
     assert counts[0] == counts[1] == counts[2]
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from galvi.kernels.compile.watching import LEAST, LOG, SECONDS, CompilationNotice
+from galvi.kernels.compile.watching import LEAST_SECONDS, LOG, SECONDS, CompilationNotice
 from galvi.kernels.lie import product
 
 
@@ -46,7 +46,7 @@ def test_what_is_compiled_within_another_or_in_no_time_is_not_announced(caplog):
 
 def test_a_law_that_takes_long_is_announced_with_its_time(caplog):
     notice = CompilationNotice()
-    for seconds in (0.9 * LEAST, 17.0):
+    for seconds in (0.9 * LEAST_SECONDS, 17.0):
         notice.on_start(SimpleNamespace(data={"seconds": seconds}))
     (record,) = caplog.records
     assert "the law of this system: about 17 s of processor time, once" in record.getMessage()

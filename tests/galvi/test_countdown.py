@@ -51,9 +51,10 @@ def test_convergence_that_rests_for_some_passes_is_waited_for():
 def test_a_plateau_far_above_rounding_errors_is_no_solution_at_once(monkeypatch):
     plateau = [*(1e-2 * 0.1 ** np.arange(11.0)), *[2e-12] * 40]
     code, count = passes(plateau)
-    assert code == SOLVED and count >= 11 + group_law.PATIENCE
-    monkeypatch.setattr(group_law, "NOISE", 1.0)  # as if any plateau were rounding errors
-    assert passes(plateau, judged=judged.py_func)[1] < 11 + group_law.PATIENCE
+    assert code == SOLVED and count >= 11 + group_law.SLOW_PASSES
+    # as if any plateau were rounding errors
+    monkeypatch.setattr(group_law, "SLOW_CONVERGENCE", 1.0)
+    assert passes(plateau, judged=judged.py_func)[1] < 11 + group_law.SLOW_PASSES
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

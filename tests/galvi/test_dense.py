@@ -83,7 +83,7 @@ def test_steps_are_the_same_with_loops(make: Any, points: int, monkeypatch: Any)
     remembered = (law_stepper._compiled, law_stepper._compiled_on_group)
     for one in (*remembered, lane_law.compiled_law, lane_law.compiled_group_law):
         one.cache_clear()
-    monkeypatch.setattr(dense, "WRITTEN_OUT", -1)
+    monkeypatch.setattr(dense, "WRITTEN_OUT_PRODUCTS", -1)
     for name in ("PASS", "GROUP_PASS"):  # another file on disk
         monkeypatch.setattr(lane_law, name, getattr(lane_law, name) + "\n\n# in loops\n")
     in_loops = galvi.integrate(problem, method, 0.02, 10)

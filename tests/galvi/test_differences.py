@@ -51,7 +51,7 @@ def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
     np.testing.assert_allclose(slope, exact, rtol=0.0, atol=1e-9)
     # the planted fault: the largest coordinate is the length of all, and no other one is tried
     monkeypatch.setattr(finite_differences, "lengths_of", lambda q: np.full(q.size, np.max(abs(q))))
-    monkeypatch.setattr(finite_differences, "FINER", 0)
+    monkeypatch.setattr(finite_differences, "FINER_STEPS", 0)
     assert not abs(differenced_gradient.__wrapped__(untraced(angle_and_cart), False)(q)[0]
                    - exact[0]) < 1e-3  # fmt: skip
 

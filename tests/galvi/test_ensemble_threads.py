@@ -34,7 +34,7 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
     steps, total = Steps(at_a_time), 500 if at_a_time == 1 else 10**6
     assert batches.step_in_batches(steps, same, total, None) == 0
     assert steps.done == total
-    assert max(steps.asked) <= batches.GROWTH * min(at_a_time, total)
+    assert max(steps.asked) <= batches.BATCH_GROWTH * min(at_a_time, total)
 
 
 def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:

@@ -241,7 +241,7 @@ def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatc
     half = galvi.Event(lambda q, v, t: q[0] - 0.5, name="half")
     whole = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     for module in (events_in_runs, search):
-        monkeypatch.setattr(module, "MOST", len(whole.events))
+        monkeypatch.setattr(module, "MOST_EVENTS", len(whole.events))
     again = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     assert len(again.events) == len(whole.events) > 60 and again.success, again.status
 

@@ -352,7 +352,7 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
 
 def test_nobody_waits_longer_than_patience(folder, monkeypatch):
     monkeypatch.setattr(cache, "file_lock", FILE_LOCK)
-    monkeypatch.setattr(cache, "PATIENCE", 0.1)
+    monkeypatch.setattr(cache, "LOCK_SECONDS", 0.1)
     first = jit(kernel)
     assert first(3.0) == 10.0
     (path,) = folder.rglob("*.nbc")

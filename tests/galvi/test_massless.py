@@ -78,7 +78,7 @@ def test_there_is_no_false_alarm(chart, e, degree, a_turn, monkeypatch) -> None:
     seen = watched(monkeypatch)
     run = galvi.integrate(comet(e), method(degree, chart), PERIOD / a_turn, 20 * a_turn)
     assert run.outcome.end is galvi.End.COMPLETED
-    assert len(seen) == 1 and seen[0].share < encounters.COARSE
+    assert len(seen) == 1 and seen[0].share < encounters.RESOLVED_ENERGY_CHANGE
 
 
 @pytest.mark.parametrize("solver", ["auto", "newton"])

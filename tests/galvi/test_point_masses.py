@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.kernels.forces.passages import FOUND, NEAR, near_limit
+from galvi.kernels.forces.passages import FOUND, PASSAGE_REACH, near_limit
 from galvi.run import engines
 from galvi.run.point_masses.encounters import encounter
 
@@ -69,7 +69,7 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
     fast, slow = near_limit.py_func(passage, np.zeros(6), h, n)
     distance = slow ** (1.0 / 3.0)
     speed = np.sqrt(2.0 * 2.5 / distance)
-    assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)
+    assert fast == 0.0 and distance == pytest.approx(PASSAGE_REACH * h * speed / n, rel=1e-12)
 
 
 @pytest.mark.slow(

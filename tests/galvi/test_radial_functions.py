@@ -83,11 +83,11 @@ def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
 
 
 def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
-    u = exponential.SMALL * (1.0 - 1e-15)
+    u = exponential.SERIES_REACH * (1.0 - 1e-15)
     sound = np.array(exponential.stumpff(u))
-    monkeypatch.setattr(exponential, "TERMS", 5)
+    monkeypatch.setattr(exponential, "STUMPFF_TERMS", 5)
     wrong = np.array(exponential.stumpff(u))
-    beyond = np.array(exponential.stumpff(exponential.SMALL))
+    beyond = np.array(exponential.stumpff(exponential.SERIES_REACH))
     assert np.max(np.abs(sound - beyond) / sound) < 1e-13  # 1.4e-14, in c7
     assert np.max(np.abs(wrong - beyond) / sound) > 1e-10
 

@@ -113,7 +113,7 @@ def test_readings_agree_to_rounding_at_other_states_too(monkeypatch: pytest.Monk
         problem, own = reader.read(sim)
         moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
         with monkeypatch.context() as patched:
-            patched.setattr(reader, "AGREED", 1e-14)  # 4e-16
+            patched.setattr(reader, "GRAVITY_TOLERANCE", 1e-14)  # 4e-16
             reader.check_reading(own, problem, moved, problem.v0)
         own.particles[0].m = 1.1
         with pytest.raises(ValueError, match="misreads"):

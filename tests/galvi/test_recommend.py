@@ -341,7 +341,7 @@ def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     """From the apocentre of a long orbit, whose clock is fast only later."""
     far = apocentre(0.97)
     assert recommend(far, 1e-5, 12.0, clock=galvi.Sundman()).measured == pytest.approx(12.0)
-    monkeypatch.setattr(scan, "PACED", 4)
+    monkeypatch.setattr(scan, "PACED_STEPS", 4)
     guessed = recommend(far, 1e-5, 12.0, clock=galvi.Sundman())
     assert guessed.measured < 11.0 and "whole duration" not in guessed.status
 

@@ -28,7 +28,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("backwards", [False, True])
 def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, backwards, tmp_path, monkeypatch):
-    monkeypatch.setattr(loop, "APART", 64)
+    monkeypatch.setattr(loop, "STEPS_BETWEEN_STATES", 64)
     problem, method, h = CASES[name]
     h = -h if backwards else h
     whole = galvi.integrate(problem, method, h, 200)
@@ -53,7 +53,7 @@ def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, backwards, tmp_p
 
 
 def test_past_a_failure_there_is_nothing(monkeypatch):
-    monkeypatch.setattr(loop, "APART", 4)
+    monkeypatch.setattr(loop, "STEPS_BETWEEN_STATES", 4)
     falling = galvi.Problem(
         galvi.Canonical(1.0, lambda q: -1.0 / q[0], lambda q: 1.0 / q**2), [1.0], [0.0]
     )

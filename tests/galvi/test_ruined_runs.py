@@ -11,7 +11,7 @@ from numba import njit
 
 import galvi
 from galvi.kernels.energy_errors import MEASURE, ROWS, errors_since_start
-from galvi.kernels.forces.passages import NEAR, UNRESOLVED, passage_error
+from galvi.kernels.forces.passages import PASSAGE_REACH, UNRESOLVED, passage_error
 from galvi.run.energy_assessment import report_on
 from references.rebound.ias15 import IAS15
 
@@ -391,7 +391,7 @@ def test_the_pole_of_a_passage_is_that_of_its_conic():
     assert near == pytest.approx(parabola, rel=1e-4)
     at_edge = passage_error(d**2, v**2, 0.0, 0.5 * d * v**2, 1.0, h, n)
     assert at_edge < 0.1 * parabola
-    assert np.hypot(np.log(1.0 / UNRESOLVED) / 4.0, np.pi / 4.0) < NEAR
+    assert np.hypot(np.log(1.0 / UNRESOLVED) / 4.0, np.pi / 4.0) < PASSAGE_REACH
 
 
 @pytest.mark.parametrize("eccentricity", [0.2, 0.7, 1.0, 1.5, 6.0])

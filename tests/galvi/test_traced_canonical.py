@@ -12,7 +12,7 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.tracing.lane_law import WIDEST, fits
+from galvi.tracing.lane_law import WIDEST_FORCE, fits
 from galvi.tracing.laws_of_systems import slopes_of
 from tests.galvi.agreement.on_vector_spaces import morse
 from tests.galvi.lagrangians import opaque
@@ -120,7 +120,7 @@ def test_a_start_where_the_slopes_are_not_finite_is_left_to_differences() -> Non
 
 
 def test_more_coordinates_than_are_written_out_are_not_traced() -> None:
-    wide = WIDEST + 1
+    wide = WIDEST_FORCE + 1
     system = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, lambda q: q)
     problem = galvi.Problem(system, np.ones(wide), np.zeros(wide))
     assert slopes_of(system) is None and not system.untraced

@@ -23,7 +23,7 @@ from benchmarks.timings.case import TRAJECTORY, Case, Thresholds
 from benchmarks.timings.catalogue import CASES
 from benchmarks.timings.worker import check_end, described
 from galvi.command import put_suite_first
-from galvi.kernels.compile.cache import FOLDER
+from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
@@ -94,7 +94,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
     """Else both sides compile all that they measure."""
-    kernel = Path("galvi", "__pycache__", FOLDER, "step.nbc")
+    kernel = Path("galvi", "__pycache__", KERNELS_FOLDER, "step.nbc")
     (checkout / kernel).parent.mkdir(parents=True)
     (checkout / kernel).write_bytes(b"code")
     with checkouts("HEAD", checkout) as both:

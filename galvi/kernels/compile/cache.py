@@ -28,21 +28,21 @@ import numba
 from galvi.kernels.compile.internals import FunctionCache, dumps
 
 DIGEST = 32  # bytes of SHA-256
-FOLDER = "galvi-kernels"
+KERNELS_FOLDER = "galvi-kernels"
 IMPORTS = re.compile(
     r"^from galvi\.((?:kernels|lanes)(?:\.[\w.]+)?) import (\([^)]*\)|.*)", re.MULTILINE
 )
 FOLDERS = ("kernels", "lanes")  # of galvi, that have kernels
 VERSIONS = (numba.__version__, llvmlite.__version__)
 
-PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy machine
+LOCK_SECONDS = 180.0  # seconds: more than the longest compilation takes on a busy machine
 
 
 def file_lock(path: Path) -> Any:
-    """A lock that is released when its process ends; ``acquire`` raises OSError after PATIENCE."""
+    """A lock, released when its process ends; ``acquire`` raises OSError after LOCK_SECONDS."""
     import filelock  # takes 0.1 s, and only compilation needs it
 
-    return filelock.FileLock(path, timeout=PATIENCE)
+    return filelock.FileLock(path, timeout=LOCK_SECONDS)
 
 
 @cache
@@ -123,7 +123,7 @@ class KernelFiles:
     """
 
     def __init__(self, folder, name, source):
-        self.place, self.name, self.source = Path(folder) / FOLDER, name, source
+        self.place, self.name, self.source = Path(folder) / KERNELS_FOLDER, name, source
 
     def path(self, key):
         """The file for a key of numba: signature, processor, bytecode."""

@@ -24,7 +24,7 @@ SECONDS = {
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }
-LEAST = 3.0  # seconds for a law that are worth a word
+LEAST_SECONDS = 3.0  # seconds for a law that are worth a word
 ONCE = "once; later runs load it"
 IN_EACH_PROCESS = (
     "in each process, since no folder for it can be written; set NUMBA_CACHE_DIR to one that can"
@@ -48,7 +48,7 @@ class CompilationNotice(event.Listener):
         """Called before a function is compiled; those that it calls are compiled inside. A law
         that was generated in it is optimised next, which is what takes long."""
         if "seconds" in event.data:
-            if event.data["seconds"] >= LEAST:
+            if event.data["seconds"] >= LEAST_SECONDS:
                 self._say("the law of this system", event.data["seconds"])
             return
         dispatcher = event.data["dispatcher"]

@@ -12,7 +12,7 @@ from galvi.kernels.compile.jit import jit
 
 ONE_SOURCE, EIH, RADIATION, DRAG, TIDES = range(5)
 ALL = -1  # instead of a body
-SMALLEST = 1e-300  # added to a square, of which a power may be infinite at 0
+LEAST_SQUARE = 1e-300  # added to a square, of which a power may be infinite at 0
 
 
 @jit
@@ -101,7 +101,7 @@ def drag(q, v, mu, numbers, a):
     """a = -k |v|^(n - 1) v; numbers: n, and k of each body."""
     for i in range(mu.size):
         if numbers[1 + i] != 0.0:
-            square = inner(v[i], v[i]) + SMALLEST
+            square = inner(v[i], v[i]) + LEAST_SQUARE
             a[i] -= numbers[1 + i] * square ** (0.5 * (numbers[0] - 1.0)) * v[i]
 
 

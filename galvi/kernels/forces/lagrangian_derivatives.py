@@ -8,7 +8,7 @@ A system has two functions: one for the Lagrangian, of one of these kinds, and i
 LAW        built in, (g, v, t, constants, out)
 EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
 LEFT       the same with the left-trivialised derivative, (d + d,)
-GRADIENT   for a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
+BODY_GRADIENT   for a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
 CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.forces.force_kinds
            for dV/dq, whose constants follow M
 CANONICAL_GRADIENT  the same with a user's dV/dq of (q) or (q, t)
@@ -32,7 +32,7 @@ from galvi.kernels.forces import force_kinds as fields
 from galvi.kernels.forces.accelerations import accelerations
 from galvi.kernels.lie import product
 
-LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
+LAW, EUCLIDEAN, LEFT, BODY_GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
 NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
 
 
@@ -67,7 +67,7 @@ def signature(kind, time_dependent, matrix_rows):
     """Signature of the Lagrangian's function; matrix_rows as in `Law`."""
     if kind == LAW:
         return LAW_TYPE
-    if kind == GRADIENT:
+    if kind == BODY_GRADIENT:
         return MATRIX(MATRIX, REAL) if time_dependent else MATRIX(MATRIX)
     if kind >= CANONICAL:
         return fields.SIGNATURES[gradient_kind(kind, time_dependent)][0]
@@ -208,7 +208,7 @@ def own_slopes(law, layout, g, v, t, out):
     functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
         canonical(gradient_kind(kind, time_dependent), functions, constants, g, v, t, out)
-    elif kind == GRADIENT:
+    elif kind == BODY_GRADIENT:
         R = g.copy().reshape((3, 3))
         if time_dependent:
             rotation_slopes(call_matrix(functions[0], R, t), v, constants, layout, g, out)

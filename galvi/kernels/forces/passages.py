@@ -33,9 +33,10 @@ from numba import types
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
 
 FOUND = 5
-NEAR = 3.0  # passages whose error exceeds ``UNRESOLVED`` are within NEAR h v / n at some stage
-FLAT = 1e-6  # |e - 1| below which a conic section is taken as a parabola
-SMALL = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are those of a parabola
+# Passages whose error exceeds ``UNRESOLVED`` are within PASSAGE_REACH h v / n at some stage.
+PASSAGE_REACH = 3.0
+PARABOLA_ECCENTRICITY = 1e-6  # |e - 1| below which a conic section is taken as a parabola
+PARABOLA_ENERGY = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are those of a parabola
 UNRESOLVED = 1e-5  # error above which a passage is reported; e^(-4 n tau / h) for tau = 2.9 h / n
 # Also in a clock: of 240 runs through 40 passages of planets it left none unsaid that was wrong by
 # more than 1e-3, and named 4 that were right to 1e-6; in problems that clocks solve the error stays
@@ -44,7 +45,7 @@ UNRESOLVED = 1e-5  # error above which a passage is reported; e^(-4 n tau / h) f
 # where they pass slowly or are bound for a while: of 208 runs of comets past Jupiter 154 were wrong
 # by more than 1e-4 au, all but one of 4e-4 were named, and none that was right to 1e-7
 # (tests/galvi/test_passages_in_frames.py has some of them).
-SLOW = 60.0  # weight, in a frame, of a passage with d v^2 = G m
+SLOW_PASSAGE_WEIGHT = 60.0  # weight, in a frame, of a passage with d v^2 = G m
 UNRESOLVED_IN_A_FRAME = 6e-7
 
 
@@ -66,13 +67,13 @@ def passage_error(square, speed, along, mu, where, h, n):
     if energy != 0.0:
         axis = mu / abs(energy)
         pace = math.sqrt(axis / mu) * axis
-    if abs(e - 1.0) < FLAT:
+    if abs(e - 1.0) < PARABOLA_ECCENTRICITY:
         tau = 2.0 / 3.0 * nearest * math.sqrt(2.0 * nearest / mu)
     elif e < 1.0:
         tau = pace * (math.acosh(1.0 / e) - math.sqrt(1.0 - e * e))
     else:
         tau = pace * (math.sqrt(e * e - 1.0) - math.acos(1.0 / e))
-    if abs(energy) * distance < SMALL * mu:
+    if abs(energy) * distance < PARABOLA_ENERGY * mu:
         since = along * (nearest + along * along / (6.0 * mu)) / mu
     elif energy < 0.0:
         anomaly = math.atan2(along / math.sqrt(mu * axis), 1.0 - distance / axis)
@@ -89,7 +90,8 @@ def passage_error(square, speed, along, mu, where, h, n):
 @jit_inline
 def near_limit(passage, v, h, n):
     """What tells the squared distance at the stages beyond which a passage is resolved,
-    (NEAR h v / n)^2: itself for v from velocities (d,), and its power 3/2 for that of a parabola.
+    (PASSAGE_REACH h v / n)^2: itself for v from velocities (d,), and its power 3/2 for that of a
+    parabola.
 
     v is at most the sum of the two largest speeds relative to the heaviest body, and at most that
     of a parabola, v^2 = 2 G m / d, whichever is larger.
@@ -110,7 +112,7 @@ def near_limit(passage, v, h, n):
             second = square
         if body != star:
             heavy = max(heavy, masses[body])
-    reach = NEAR * h / n
+    reach = PASSAGE_REACH * h / n
     fast = reach * reach * (first + second + 2.0 * math.sqrt(first * second))
     slow = 2.0 * reach * reach * (masses[star] + heavy)
     return fast, slow
@@ -121,7 +123,8 @@ def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, done):
     """Update ``passage`` by two bodies in a step from q0 to q1 by way of Q (bodies * dimension, s)
     at shares c of it. The path from one to the next is taken as straight where they are closest.
 
-    slow  weight of a passage at the distance d with d v^2 = G m, see ``SLOW``; 0: all weigh 1
+    slow  weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``;
+          0: all weigh 1
     """
     dimension, stages = int(passage[FOUND]), c.size
     row, other = i * dimension, j * dimension
@@ -185,12 +188,12 @@ def note_states(passage, q, v, t, n):
 
     A step that ends close to another body errs most, and the closest approach may lie beyond it:
     the conic section of the nearer end is evaluated. Where the path along the chord does not come
-    within ``NEAR`` of that length nothing can be wrong.
+    within ``PASSAGE_REACH`` of that length nothing can be wrong.
     """
     dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
     for step in range(t.size - 1):
         h = t[step + 1] - t[step]
-        reach = NEAR / n
+        reach = PASSAGE_REACH / n
         for i in range(masses.size):
             for j in range(i + 1, masses.size):
                 mu = masses[i] + masses[j]
@@ -240,7 +243,7 @@ def may_pass(passage, q, v, h, n):
     """
     dimension, bodies = int(passage[FOUND]), bodies_of(passage)
     masses, held = passage[FOUND + 1 : FOUND + 1 + bodies], passage[FOUND + 1 + bodies :]
-    reach, star = 2.0 * NEAR * abs(h) / n, 0
+    reach, star = 2.0 * PASSAGE_REACH * abs(h) / n, 0
     for body in range(bodies):
         if masses[body] > masses[star]:
             star = body
@@ -283,7 +286,20 @@ def note_paths(passage, Q, h, n, done):
     for i in range(bodies):
         for j in range(i + 1, bodies):
             if masses[i] + masses[j] > 0.0 and held[i * bodies + j] == 0.0:
-                note_pair(passage, i, j, masses, Q, Q[-1], Q[:, 0], Q[:, 0], h, n, SLOW, done)
+                note_pair(
+                    passage,
+                    i,
+                    j,
+                    masses,
+                    Q,
+                    Q[-1],
+                    Q[:, 0],
+                    Q[:, 0],
+                    h,
+                    n,
+                    SLOW_PASSAGE_WEIGHT,
+                    done,
+                )
 
 
 @cache

@@ -32,7 +32,7 @@ R, CORE = 7.0, 2.5
 DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
 HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
 SHARES = (1.0, 0.75, 0.5, 0.25)
-INERTIA, INERTIA_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI 77 (1933) 318
+INERTIAL_DRAG, INERTIAL_DRAG_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI 77 (1933) 318
 
 
 def _strength():
@@ -96,7 +96,7 @@ def quadratic_drag(g, v, t, constants, out):
 def schiller_naumann_drag(g, v, t, constants, out):
     """out[1] <- out[1] - k (1 + 0.15 Re^0.687) w, Re = s |w|.   constants [k, s]"""
     a, b, c, speed = relative_velocity(g, v, t)
-    rate = constants[0] * (1.0 + INERTIA * (constants[1] * speed) ** INERTIA_POWER)
+    rate = constants[0] * (1.0 + INERTIAL_DRAG * (constants[1] * speed) ** INERTIAL_DRAG_POWER)
     out[1, 0] -= rate * a
     out[1, 1] -= rate * b
     out[1, 2] -= rate * c

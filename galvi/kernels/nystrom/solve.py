@@ -37,10 +37,10 @@ AUTO, FIXED_POINT, NEWTON = 0, 1, 2
 SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
 ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
-FLOOR = 1e-11  # relative change below which changes that no longer shrink are round-off
+ROUND_OFF_CHANGE = 1e-11  # relative change below which changes that no longer shrink are round-off
 TRUSTED = 0.3  # largest relative size of a first Newton correction near its start
 LINEAR = 1e-8  # relative size of a second correction below which the force is linear
-CLOSE = 2.0**-16  # largest relative change of a pass whose slopes give low parts
+LOW_PART_CHANGE = 2.0**-16  # largest relative change of a pass whose slopes give low parts
 IDLE = 3.0  # passes without a smaller change that mean round-off; twice as many, divergence
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
@@ -63,7 +63,7 @@ def decide(change, tolerance, history):
     least, idle = where(less, change, history[2]), where(less, 0.0, history[3] + 1.0)
     history[0], history[1], history[2], history[3] = change, rate, least, idle
     enough = (change <= tolerance) | (change * slower <= tolerance * (1.0 - slower))
-    at_rest = (idle >= IDLE) & (least <= FLOOR)
+    at_rest = (idle >= IDLE) & (least <= ROUND_OFF_CHANGE)
     code = where(enough | at_rest, SOLVED, where(idle >= 2.0 * IDLE, DIVERGED, GOING))
     return where(change < np.inf, code, NOT_FINITE)
 
@@ -79,7 +79,7 @@ def gives_low_parts(change, tolerance):
     any factor. So may the sizes to which changes are relative, where a guess gave them. They are
     not worth a pass where the tolerance exceeds them.
     """
-    return (change < CLOSE) & (tolerance <= steps.EPSILON)
+    return (change < LOW_PART_CHANGE) & (tolerance <= steps.EPSILON)
 
 
 close_enough = jit_inline(gives_low_parts)
@@ -151,7 +151,8 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
         if passes == 1 and previous > TRUSTED and change > LINEAR:
             return DIVERGED
         if change <= tolerance or (passes > 0 and (
-            (halved and change * change <= tolerance * previous) or (not halved and change <= FLOOR)
+            (halved and change * change <= tolerance * previous)
+            or (not halved and change <= ROUND_OFF_CHANGE)
         )):  # fmt: skip
             force_at_stages(force, Q, t, a)
             counts[FORCES] += s

@@ -52,7 +52,8 @@ def substitute(matrix, pivots, rhs):
         rhs[k] /= matrix[k, k]
 
 
-NUDGE = 2.0**-22  # relative difference step: slopes may themselves be differenced, to 1e-11
+# Relative difference step: slopes may themselves be differenced, to 1e-11.
+SLOPE_DIFFERENCE = 2.0**-22
 
 
 @jit_noalloc
@@ -64,7 +65,7 @@ def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, her
         for kind in range(2):
             moved = xi if kind == 0 else eta
             kept = moved[a]
-            moved[a] = kept + NUDGE * (scale[a] if kind == 0 else rate_scale)
+            moved[a] = kept + SLOPE_DIFFERENCE * (scale[a] if kind == 0 else rate_scale)
             nudge = moved[a] - kept
             local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, ahead)
             moved[a] = kept
@@ -93,7 +94,7 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
             moved = xi if kind == 0 else momentum
             out = by_place if kind == 0 else by_momentum
             kept = moved[a]
-            nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
+            nudge = SLOPE_DIFFERENCE * (scale[a] if kind == 0 else max(size, 1e-100))
             moved[a] = kept + nudge
             end_momentum(layout, chart, xi, momentum, mu1, ahead)
             moved[a] = kept - nudge

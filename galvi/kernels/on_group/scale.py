@@ -2,8 +2,8 @@
 
 scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
              at least the smallest normal number, below which no change is small beside a motion,
-             and LEAST of the largest motion that a mass couples to it: what moves less may be
-             round-off of that
+             and LEAST_COUPLED_MOTION of the largest motion that a mass couples to it: what moves
+             less may be round-off of that
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
-FAR = 16.0  # ratio of scales above which the larger one was a bad guess
-LEAST = 2.0**-12  # of it, round-off is well below FLOOR of galvi.kernels.nystrom.solve
+BAD_SCALE_RATIO = 16.0  # ratio of scales above which the larger one was a bad guess
+# Of the largest motion: round-off of it is below ROUND_OFF_CHANGE of galvi.kernels.nystrom.solve.
+LEAST_COUPLED_MOTION = 2.0**-12
 SMALLEST = 2.0**-1022
-ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not resolved
+UNRESOLVED_SHARE = 0.1  # share of its last Legendre terms from which on a motion is not resolved
 
 
 @jit_noalloc
@@ -46,7 +47,7 @@ def grow_scale(layout, place, rate, h, scale):
             known = layout[factor, COUPLED]
             first_rate = largest_coupled(layout, known, rate[:, 0])
             last_rate = largest_coupled(layout, known, rate[:, rate.shape[1] - 1])
-            least = LEAST * abs(h) * max(first_rate, last_rate)
+            least = LEAST_COUPLED_MOTION * abs(h) * max(first_rate, last_rate)
         size = least
         for i in range(first, end):
             for j in range(place.shape[1]):
@@ -95,7 +96,7 @@ def is_resolved(analysis, velocities):
             size = max(size, abs(term))
             if l >= s - 2:
                 rest = max(rest, abs(term))
-    return rest < ROUGH * size
+    return rest < UNRESOLVED_SHARE * size
 
 
 @jit_noalloc
@@ -132,6 +133,6 @@ def shrink_scale(now, scale):
     """Whether scale (d,) was much larger than now in some component; if so, scale <- now."""
     found = False
     for a in range(scale.size):
-        if scale[a] > FAR * now[a] > 0.0:
+        if scale[a] > BAD_SCALE_RATIO * now[a] > 0.0:
             scale[a], found = now[a], True
     return found

@@ -15,12 +15,12 @@ from galvi.kernels.on_group import scale as scales
 from galvi.kernels.on_group.derivative import derivative, factor, substitute
 from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
-PASSES = 60
-RENEW = 0.2  # contraction factor above which the derivative is recomputed
-NEAR = 1e-10  # relative change below which neither that nor damping is done
+STEP_PASSES = 60  # most of a step's iteration
+DERIVATIVE_CONTRACTION = 0.2  # contraction factor above which the derivative is recomputed
+NEARLY_SOLVED = 1e-10  # relative change below which neither that nor damping is done
 MEASURED = 4  # most derivatives at the start of a step, each with scales from the one before
 SHORTEST = 2.0**-24  # smallest share of a correction that is tried
-PULLS = 4  # corrections of an initial guess by the chart's tangent map
+GUESS_CORRECTIONS = 4  # corrections of an initial guess by the chart's tangent map
 
 
 @jit_noalloc
@@ -49,7 +49,7 @@ def guess_curve(layout, chart, basis, h, velocities, x):
     place, rate = np.zeros((d, s)), np.empty((d, s))
     xi, velocity, solved = np.empty(d), np.empty(d), np.empty(d)
     rates = velocities.copy()
-    for _pull in range(PULLS):
+    for _pull in range(GUESS_CORRECTIONS):
         coefficients(basis, h, rates, x)
         place_curve(basis, h, x, place, rate)
         for j in range(s):
@@ -141,8 +141,8 @@ def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
             return False
         correct(method.basis, h, newton)
         found = scales.largest(newton.to_rate)
-        if not found > scales.FAR * rate_scale and not (
-            at_rest and 0.0 < scales.FAR * found < rate_scale
+        if not found > scales.BAD_SCALE_RATIO * rate_scale and not (
+            at_rest and 0.0 < scales.BAD_SCALE_RATIO * found < rate_scale
         ):
             break
         scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
@@ -161,7 +161,7 @@ def verdict(method, h, curve, change, tolerance, history):
     code = solve.verdict(change, tolerance, history)
     if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
         amplified = scales.amplification(method.layout, curve.place, curve.rate, h)
-        if history[2] <= solve.FLOOR * amplified and scales.is_resolved(
+        if history[2] <= solve.ROUND_OFF_CHANGE * amplified and scales.is_resolved(
             method.basis.analysis, curve.velocities
         ):
             code = solve.SOLVED
@@ -190,7 +190,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     place_curve(basis, h, x, place, rate)
     position_scale(layout, g, scale)
     scales.grow_scale(layout, place, rate, h, scale)
-    for passes in range(PASSES):
+    for passes in range(STEP_PASSES):
         stage_slopes(law, layout, chart, scratch, start, curve)
         residual(method, scratch, start, curve, newton.R)
         counts[solve.ITERATIONS] += 1
@@ -201,7 +201,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
             change = scales.relative(
                 newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
             )
-            near = NEAR * scales.amplification(layout, place, rate, h)
+            near = NEARLY_SOLVED * scales.amplification(layout, place, rate, h)
             if allow_damping and not change <= last and last > near:
                 add(x, -share, newton.step)
                 formed, share = here, 0.5 * share
@@ -211,7 +211,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
                     return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
                 place_curve(basis, h, x, place, rate)
                 continue
-            formed = change <= RENEW * last or change < near
+            formed = change <= DERIVATIVE_CONTRACTION * last or change < near
         here = not formed
         if not formed:
             rounds = MEASURED if passes == 0 else 1

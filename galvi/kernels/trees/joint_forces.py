@@ -9,8 +9,8 @@ pull of its own (an actuator's) may have limits: beyond them it is NaN, so that 
 Other forces are wrenches on the links in their joints' frames, carried inwards as in
 galvi.kernels.trees.tree, whose ``work`` they are gathered in.
 
-c       constants of galvi.kernels.trees.tree; then at ``first`` HEAD numbers, the d coefficients
-        of damping, and rows, at the places below, of each kind, one after the other
+c       constants of galvi.kernels.trees.tree; then at ``first`` FORCES_HEAD numbers, the d
+        coefficients of damping, and rows, at the places below, of each kind, one after the other
 world   12 numbers for each frame, its rotation by rows and its place in the world, from zeros
 motors  (d,) from zeros, what actuators exert through joints
 """
@@ -38,10 +38,10 @@ from galvi.kernels.trees.sparse import (
     turned,
     turned_back,
 )
-from galvi.kernels.trees.tree import FIELD, STRIDE, TINY, F, L, R, V, W
+from galvi.kernels.trees.tree import FIELD, LEAST_SINE_SQUARE, STRIDE, F, L, R, V, W
 
 # whether there are wrenches; numbers of rows; wind in the world
-WRENCHES, PULLS, BOUNDS, WEIGHTS, PUSHES, WET, WIND, HEAD = 0, 1, 2, 3, 4, 5, 6, 9
+WRENCHES, PULLS, BOUNDS, WEIGHTS, PUSHES, WET, WIND, FORCES_HEAD = 0, 1, 2, 3, 4, 5, 6, 9
 # of a pull: its arms and points, whether it is an actuator's, has slack and limits; its numbers
 ARMS, POINTS, OWN, SLACK, LIMITED, CONSTANT, LOW, HIGH, LEAST, MOST = range(10)
 OFFSET, SPRING, DAMPER, PULL = 10, 11, 14, 17
@@ -97,7 +97,7 @@ def point(c, k, work, world):
 def distance(along):
     """The length of a triple; 1e-100 where it is 0, so that what is drawn along it has no direction
     there, and no force."""
-    return sqrt(plus(dot(along, along), TINY))
+    return sqrt(plus(dot(along, along), LEAST_SINE_SQUARE))
 
 
 @generic
@@ -212,11 +212,11 @@ def joint_forces(c, d, q, v, work, world, tau, motors):
     """Adds the forces to tau (d,)."""
     s = tree.HEAD + tree.JOINT * int(c[0])
     for i in range(d):
-        tau[i] = minus(tau[i], times(c[s + HEAD + i], v[i]))
+        tau[i] = minus(tau[i], times(c[s + FORCES_HEAD + i], v[i]))
     if int(c[s + WRENCHES]) > 0:
         tree.outward(c, q, v, work)
         in_world(c, work, world)
-    k = s + HEAD + d
+    k = s + FORCES_HEAD + d
     for _ in range(int(c[s + PULLS])):
         k = pull(c, k, q, v, work, world, tau, motors)
     for _ in range(int(c[s + BOUNDS])):
@@ -278,7 +278,7 @@ def tree_force_potentials(places, d, constants, energies):
         work, world, q = np.zeros(STRIDE * frames), np.zeros(12 * frames), places[n]
         tree.outward(constants, q, still, work)
         in_world(constants, work, world)
-        k, energies[n] = s + HEAD + d, 0.0
+        k, energies[n] = s + FORCES_HEAD + d, 0.0
         for _ in range(int(constants[s + PULLS])):
             arms, points = int(constants[k + ARMS]), int(constants[k + POINTS])
             l, first = constants[k + OFFSET], k + PULL

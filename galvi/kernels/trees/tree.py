@@ -58,7 +58,8 @@ REST_PLACE = REST + 9
 # of a frame in work
 W, V, UW, UV, FIELD, C, R, L, F, M, H, J = 0, 3, 6, 9, 12, 15, 24, 27, 30, 33, 34, 37
 STRIDE = 43
-TINY = 1e-200  # added to a square, so that x / |x| is 0 at 0, and an angle over its sine 1
+# Added to a square, so that x / |x| is 0 at 0, and an angle over its sine 1.
+LEAST_SINE_SQUARE = 1e-200
 
 
 @generic
@@ -163,7 +164,7 @@ def rotation_vector(q, entry, c, k):
     twice = (
         minus(turn[1][2], turn[2][1]), minus(turn[2][0], turn[0][2]), minus(turn[0][1], turn[1][0])
     )  # fmt: skip
-    sine = sqrt(plus(0.25 * dot(twice, twice), TINY))
+    sine = sqrt(plus(0.25 * dot(twice, twice), LEAST_SINE_SQUARE))
     cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0)
     return scaled(0.5 * (atan2(sine, cosine) / sine), twice)
 

@@ -61,7 +61,8 @@ from galvi.lanes.clocks import rows as lanes
 from galvi.lanes.law import curve_of
 from galvi.lanes.nbody import FIXED_NUMBERS, copy_rows
 
-FAR = 0.5  # relative change by the first pass from which on an extrapolated guess is no use
+# Relative change by the first pass from which on an extrapolated guess is no use.
+BAD_GUESS_CHANGE = 0.5
 MASSES = types.Tuple((
     FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX, FIXED_MATRIX, types.int64,
     FIXED_VECTOR,
@@ -139,7 +140,7 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
             one = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
             change = one if not one <= change else change  # NaN too
         code = solve.verdict(change, tolerance, history)
-        if guessed and passes == 1 and not change < FAR:
+        if guessed and passes == 1 and not change < BAD_GUESS_CHANGE:
             return solve.DIVERGED, passes
         if share < 1.0 and change < np.inf:
             return solve.SOLVED, passes

@@ -69,7 +69,7 @@ MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 FURTHER = 2  # passes more than usual, after which a step is given up
 INFINITE = 1e300
-NOISE = 2.0**-48  # relative change of W that rounding can make
+ROUNDING_CHANGE = 2.0**-48  # relative change of W that rounding can make
 CONTRACTS = 0.5  # largest ratio of two changes for which further passes are worth their time
 
 
@@ -103,7 +103,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
         if passes == wanted and change <= checks[ALARM]:
             return SOLVED
         if passes > wanted:
-            if change <= NOISE or change * change * change <= checks[LEFT] * last * last:
+            if change <= ROUNDING_CHANGE or change * change * change <= checks[LEFT] * last * last:
                 return SOLVED
             if not change < INFINITE:
                 return NOT_FINITE

@@ -23,7 +23,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
     HEAD,
-    KEPT,
+    KEPT_BLOCKS,
     SHARE,
     dot,
     encke,
@@ -37,7 +37,7 @@ OTHER, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
 
 def rows_of_hierarchy(dimension):
     """Rows of work for one pair, enough for one body more than there are pairs."""
-    return 6 * dimension + KEPT
+    return 6 * dimension + KEPT_BLOCKS
 
 
 class Bodies:
@@ -50,7 +50,7 @@ class Bodies:
     def at(self, block, body):
         """The row of a body in a block: 0 places, D accelerations."""
         builder, orbits = self.orbits.builder, self.orbits
-        first = builder.mul(orbits.n, self.row(2 * orbits.D + KEPT))
+        first = builder.mul(orbits.n, self.row(2 * orbits.D + KEPT_BLOCKS))
         return builder.add(first, builder.add(builder.mul(self.count, self.row(block)), body))
 
     def load(self, half, body):

@@ -23,7 +23,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
     FIRST_MASS,
-    KEPT,
+    KEPT_BLOCKS,
     MASS,
     OWN,
     SHARE,
@@ -39,12 +39,12 @@ STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
 
 def rows_of_planets(dimension):
     """Rows of work for one planet."""
-    return 5 * dimension + KEPT
+    return 5 * dimension + KEPT_BLOCKS
 
 
 def own_block(orbits, k):
     """The first block of d, x or p in the work."""
-    return 2 * orbits.D + KEPT + k * orbits.D
+    return 2 * orbits.D + KEPT_BLOCKS + k * orbits.D
 
 
 def place(orbits, lanes):

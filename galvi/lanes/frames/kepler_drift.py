@@ -16,14 +16,14 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.lanes.frames import universal
-from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST, NAN, STEP, dot
+from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST_CORRECTIONS, NAN, STEP, dot
 from galvi.lanes.functions import square_root, two_product, two_sum
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import LANES, NOTHING, Lanes, spread
 
-TERMS = 10  # of a series
-SMALL = 2e-6  # share of X up to which a correction of it is the last one
-FARTHEST = 8.0  # largest change of the mean anomaly in a step, in radians
+SERIES_TERMS = 10  # of a series
+LAST_CORRECTION = 2e-6  # share of X up to which a correction of it is the last one
+LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in radians
 
 
 @jit_inline
@@ -105,7 +105,7 @@ def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
     zeta = mu - beta * r0
     pace, t = h * beta / mu, h * part
     X, G, solved = _solved(builder, lanes, mask, pace * part, beta, r0, eta, zeta, t)
-    solved = solved & (pace * pace * abs(beta) <= FARTHEST * FARTHEST)
+    solved = solved & (pace * pace * abs(beta) <= LARGEST_ANOMALY_CHANGE * LARGEST_ANOMALY_CHANGE)
     r = r0 + (eta * G[0] + zeta * G[1])
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
@@ -150,19 +150,19 @@ def _added(start, start_low, changes):
 
 def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
     """X and G1 to G5 after the time t, from X of the mean motion, and where it was solved."""
-    reach = universal.AHEAD / beta.call("sqrt")
+    reach = universal.LARGEST_ANOMALY_LEAD / beta.call("sqrt")
     ends = (lanes.variable(x.value) for x in (mean, mean - reach, mean + reach))
     place, low, high = ends
     changed = lanes.variable(NOTHING)
     found = [lanes.variable(NOTHING) for _ in range(5)]
-    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
+    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
         X = Lane(builder, builder.load(place))
-        G = universal.universal(beta, X, TERMS, exact=True)
+        G = universal.universal(beta, X, SERIES_TERMS, exact=True)
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)
         builder.store(step.value, changed)
-        small = (abs(step) <= SMALL * abs(X)) | ~mask
+        small = (abs(step) <= LAST_CORRECTION * abs(X)) | ~mask
         with builder.if_then(small.every):
             loop.do_break()
         far = universal.far_correction(
@@ -173,7 +173,7 @@ def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
         for variable, value in zip((place, low, high), bracket, strict=True):
             builder.store(value.value, variable)
     X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
-    solved = abs(step) <= SMALL * abs(X)
+    solved = abs(step) <= LAST_CORRECTION * abs(X)
     G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
     return X + step, G, solved
 

@@ -31,15 +31,15 @@ from galvi.lanes.values import Lane, Several
 from galvi.lanes.vectors import LANES, Lanes
 
 STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are before those of orbits
-HALVINGS = 2  # of the argument of a series, for near planets
+ARGUMENT_HALVINGS = 2  # of the argument of a series, for near planets
 OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
 BLOCKS = INVERSE + 1
-NEAREST = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
-KEPT = 6  # blocks of one row, after those of Q and Q'
-TERMS = 6  # of a series
+LEAST_DISTANCE = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
+KEPT_BLOCKS = 6  # blocks of one row, after those of Q and Q'
+PASS_TERMS = 6  # of a series
 # Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
-FIRST, SECOND, LATER = 2e-2, 5e-4, 3e-5
-MOST = 12  # corrections
+FIRST_PASS_SHARE, SECOND_PASS_SHARE, LATER_PASS_SHARE = 2e-2, 5e-4, 3e-5
+MOST_CORRECTIONS = 12  # corrections
 NAN = math.nan
 
 
@@ -69,8 +69,8 @@ class Orbits:
         real = values[6].type
         self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
         second_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 1.0))
-        self.tolerance = ir.Constant(real, LATER)
-        for one, share in ((second_pass, SECOND), (self.first_pass, FIRST)):
+        self.tolerance = ir.Constant(real, LATER_PASS_SHARE)
+        for one, share in ((second_pass, SECOND_PASS_SHARE), (self.first_pass, FIRST_PASS_SHARE)):
             self.tolerance = builder.select(one, ir.Constant(real, share), self.tolerance)
         inverse = Reciprocals(context, builder)
         self.reciprocal = lambda x: x.each(inverse.reciprocal)
@@ -144,13 +144,13 @@ class Orbits:
                 first = builder.shl(builder.add(begin, loop.index), row(1))
                 part((first, builder.add(first, row(1))), halvings)
 
-        some(row(0), near, HALVINGS)
+        some(row(0), near, ARGUMENT_HALVINGS)
         some(near, pairs, 0)
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
             last = (builder.sub(self.n, row(1)),)
             with builder.if_else(all_near) as (halved, whole):
                 with halved:
-                    part(last, HALVINGS)
+                    part(last, ARGUMENT_HALVINGS)
                 with whole:
                     part(last, 0)
 
@@ -209,7 +209,7 @@ class Orbits:
         begin = mean.each(
             lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
         )
-        reach = universal.AHEAD * self.root(beta)
+        reach = universal.LARGEST_ANOMALY_LEAD * self.root(beta)
         place, low, high, changed, *found = self.variables(
             lanes, [begin, mean - reach, mean + reach] + [begin * 0.0] * 6
         )
@@ -219,9 +219,9 @@ class Orbits:
         def small(step, x, time):
             return abs(step) * time <= limit * abs(x)
 
-        with cgutils.for_range(builder, self.row(MOST)) as loop:
+        with cgutils.for_range(builder, self.row(MOST_CORRECTIONS)) as loop:
             X = self.kept(place)
-            G = universal.universal(beta, X, TERMS, halvings)
+            G = universal.universal(beta, X, PASS_TERMS, halvings)
             step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
             for variable, value in zip(found, G, strict=True):
                 self.keep(value, variable)
@@ -246,7 +246,7 @@ class Orbits:
         G = universal.moved(beta, [self.kept(one) for one in found], step)
 
         def checked(x, step, known, time, b):
-            inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
+            inside = abs(b) * x * x <= 4.0**halvings * universal.LARGEST_SERIES_ARGUMENT
             return x.where(small(step, known, time) & inside, NAN)
 
         return X.each(checked, step, before, since, beta), G
@@ -256,7 +256,7 @@ class Orbits:
         D = self.D
         Q, V = (self.load_vector(self.here, self.work, block, planets) for block in (0, D))
         _, pace, inverse_0, G2, lag, back = (
-            self.load(self.here, self.work, 2 * D + k, planets) for k in range(KEPT)
+            self.load(self.here, self.work, 2 * D + k, planets) for k in range(KEPT_BLOCKS)
         )
         mu = self.number(lanes, MASS, planets)
         start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
@@ -271,7 +271,7 @@ class Orbits:
 
 def _not_too_near(X, mu, beta, r0, r):
     """X, or NaN where an orbit starts or ends too near the star for its size."""
-    return X.where(abs(beta) * r0.call("minnum", r) >= NEAREST * mu, NAN)
+    return X.where(abs(beta) * r0.call("minnum", r) >= LEAST_DISTANCE * mu, NAN)
 
 
 def encke(orbits, e, ratio):

@@ -15,8 +15,9 @@ from fractions import Fraction
 
 from galvi.kernels.lie.arithmetic import polynomial
 
-AHEAD = 2.0  # most by which an eccentric anomaly can change more, or less, than the mean one
-FARTHEST = 1.0  # largest |beta X^2| 4^-halvings, for which six terms err by 1e-12
+# Most by which an eccentric anomaly can change more, or less, than the mean one.
+LARGEST_ANOMALY_LEAD = 2.0
+LARGEST_SERIES_ARGUMENT = 1.0  # largest |beta X^2| 4^-halvings, for which six terms err by 1e-12
 
 
 def _series(first, terms):

@@ -14,19 +14,13 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.dispatch import REACHES
 from galvi.lanes import group_rows as blocks
 from galvi.lanes.group_law import HISTORY, begin_countdown, count_down
-from galvi.lanes.group_pass import PULLS, SETTLED, GroupPass
+from galvi.lanes.group_pass import GUESS_CORRECTIONS_IN_LANES, LAST_CORRECTION_ANGLE, GroupPass
 from galvi.lanes.members.steps import Fields, MemberSteps
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import NOTHING, of_words
 
-ITERATED = (
-    blocks.XI,
-    blocks.ETA,
-    blocks.F,
-    blocks.DEFECT,
-    blocks.N,
-    blocks.VELOCITY,
-)  # blocks of work
+# Blocks of work.
+ITERATED = blocks.XI, blocks.ETA, blocks.F, blocks.DEFECT, blocks.N, blocks.VELOCITY
 RULE = begin_countdown, count_down, HISTORY
 PARTS = ("q", "memory", "low", "p", "nu", "nu_low")
 
@@ -77,10 +71,12 @@ class MemberGroup(MemberSteps, GroupPass):
         builder, judgement = self.builder, self.judgement
         alive = self.field("alive") > 0.0
         self.begin_at_rest()
-        with cgutils.for_range(builder, self.row(PULLS), intp=self.row) as loop:
+        with cgutils.for_range(
+            builder, self.row(GUESS_CORRECTIONS_IN_LANES), intp=self.row
+        ) as loop:
             self.pull()
             noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
-            rest = judgement.active.value & ~(noted < SETTLED)
+            rest = judgement.active.value & ~(noted < LAST_CORRECTION_ANGLE)
             judgement.active.set(rest)
             with builder.if_then((~rest).every):
                 loop.do_break()

@@ -18,7 +18,7 @@ from galvi.kernels.nystrom.step import EPSILON
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, LANES, NOTHING, VECTOR, Lanes, spread
 
-WIDEST = 6  # rows that are summed together: sums stay in registers
+ROWS_TOGETHER = 6  # rows that are summed together: sums stay in registers
 ALL = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [1] * LANES)
 
 
@@ -56,8 +56,8 @@ class MemberLanes(Lanes):
     def sums(self, first, factors, start, values, row, stages):
         """As `Lanes.sums`, for a few rows at a time."""
         found = []
-        for k in range(0, len(first), WIDEST):
-            part = first[k : k + WIDEST]
+        for k in range(0, len(first), ROWS_TOGETHER):
+            part = first[k : k + ROWS_TOGETHER]
             found += super().sums(part, factors, start, values, self.plus(row, k), stages)
         return found
 

@@ -34,12 +34,12 @@ MOST_STAGES = 32
 REASON = "point masses in galvi.DynamicalTime() have lanes"
 # The iteration stops where a further pass would change slopes by less than this, relative to their
 # sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
-TOLERANCE = 2.0**-56
+CLOCK_TOLERANCE = 2.0**-56
 # Below it changes that do not shrink are rounding: for a quarter of all steps passes end in a cycle
 # of two. Which comes last depends on the sign of the guess's error, and K drifts by 2e-17 of g |E0|
 # a step, or as much the other way with one pass more. With the mean of both it does not, to 3e-18
 # (docs/why.md, "In a clock").
-NOISE = 1e-14
+CLOCK_ROUNDING = 1e-14
 FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",
     NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
@@ -48,7 +48,7 @@ FAILURES = {
 # function of tau, since its mass would divide the rounding of H - E0 (at 1e-4 up to 3,000 times the
 # error, at 1e-9 no step is solved). See galvi.lanes.clocks.advance.
 LIGHT = 0.02
-SLOW = 2.0**-20  # velocity of the centre of mass over the largest one
+CENTRE_AT_REST = 2.0**-20  # velocity of the centre of mass over the largest one
 
 
 def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | Declined:
@@ -89,8 +89,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
         kept: list[Any] = [np.empty(shape) for shape in shapes]
         code = int(kernel(
             form, (*masses, mean), clock_tables(method.table, h, lanes), n,
-            np.nan if time is None else time, TOLERANCE, NOISE, q, stages, solver_state, clock,
-            tuple(aligned(*scratch)), done, tuple(kept),
+            np.nan if time is None else time, CLOCK_TOLERANCE, CLOCK_ROUNDING, q, stages,
+            solver_state, clock, tuple(aligned(*scratch)), done, tuple(kept),
         ))  # fmt: skip
         places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
         p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
@@ -108,8 +108,9 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
             begun = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
             kept = found[0, k : k + 1], found[1, k : k + 1], t[k : k + 1], none, rates
             codes.append(kernel(
-                form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan, TOLERANCE,
-                NOISE, *begun, begin.clock.copy(), used, np.zeros(2, dtype=np.int64), kept,
+                form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan,
+                CLOCK_TOLERANCE, CLOCK_ROUNDING, *begun, begin.clock.copy(), used,
+                np.zeros(2, dtype=np.int64), kept,
             ))  # fmt: skip
         return found[0], found[1], t.sum(axis=1), np.array(codes)
 
@@ -130,10 +131,11 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:
-    """The velocity of the centre of mass, (dimension,), or 0 where it is below SLOW of the largest
-    velocity: subtracting a number near the last bit of v rounds the same way in every step."""
+    """The velocity of the centre of mass, (dimension,), or 0 where it is below CENTRE_AT_REST of
+    the largest velocity: subtracting a number near the last bit of v rounds the same way in every
+    step."""
     mean = system.masses @ v / system.masses.sum()
-    return read_only(np.where(np.abs(mean) > SLOW * np.max(np.abs(v)), mean, 0.0))
+    return read_only(np.where(np.abs(mean) > CENTRE_AT_REST * np.max(np.abs(v)), mean, 0.0))
 
 
 @lru_cache(maxsize=32)

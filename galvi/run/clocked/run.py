@@ -22,7 +22,7 @@ from galvi.run.clocked.transformed import motion_in_transformed_time
 from galvi.run.energies import States, start_energies
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.point_masses.encounters import (
-    EACH_IN_A_CLOCK,
+    STEPS_PER_STATE_IN_A_CLOCK,
     MasslessError,
     looked_at,
     massless_error,
@@ -151,7 +151,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
 
     last, shape = stepper.checkpoint, stepper.problem.q0.shape
     stages, solver_state = np.zeros_like(last.stages), np.zeros_like(last.solver_state)
-    rows = looked_at(len(run.t), stepper.done, EACH_IN_A_CLOCK, start=True)
+    rows = looked_at(len(run.t), stepper.done, STEPS_PER_STATE_IN_A_CLOCK, start=True)
 
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
         state, clock = np.zeros_like(last.state), last.clock.copy()

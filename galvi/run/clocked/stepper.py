@@ -23,12 +23,12 @@ from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
 SEEN = 1024  # most states by whose energies a run is assessed
-LARGEST = 2**22  # numbers of curves in a chunk of steps
+CHUNK_NUMBERS = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
-NEWTON = 20  # iterations for the length of the last step
+LAST_STEP_PASSES = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
 
@@ -94,7 +94,9 @@ class ClockStepper:
         """Does n more steps, or as many as there are."""
         keep = self.first_state.keeps_curves
         if keep:
-            n = min(n, max(1, LARGEST // (self.problem.v0.size * self.method.space.dimension)))
+            n = min(
+                n, max(1, CHUNK_NUMBERS // (self.problem.v0.size * self.method.space.dimension))
+            )
         found = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
         t = found.taken.t[:, 0]
         dt = np.diff(t, prepend=self.checkpoint.clock[0])
@@ -201,7 +203,7 @@ class ClockStepper:
         q = self.checkpoint.state[0, : self.problem.q0.size]
         x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
-        for _ in range(NEWTON):
+        for _ in range(LAST_STEP_PASSES):
             found = self.motion.advance(
                 self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
             )

@@ -53,8 +53,8 @@ from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
-PASSES = 60  # over the stages of a step
-NUDGE = 2.0**-4  # of the step in time, to differ L by t
+STAGE_PASSES = 60  # over the stages of a step
+TIME_DIFFERENCE = 2.0**-4  # of the step in time, to differ L by t
 UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
 
 
@@ -118,7 +118,7 @@ class LagrangianInTau:
         """dL/dt at one state, by differences over a part of dt."""
         if not self.base.explicit_time:
             return 0.0
-        L, nudge = self.base.function, NUDGE * dt
+        L, nudge = self.base.function, TIME_DIFFERENCE * dt
         ends = [L(q, v, t + k * nudge) - L(q, v, t - k * nudge) for k in (1, 2, 3, 4)]
         return float(np.dot(WEIGHTS, ends)) / nudge
 
@@ -334,7 +334,7 @@ class TransformedTime:
         """
         (start, low), last = y, guess
         history, d = np.array([np.inf, 1.0, np.inf, 0.0]), start.size // 2 - 1
-        for passes in range(1, PASSES + 1):
+        for passes in range(1, STAGE_PASSES + 1):
             stages = start + (low + h * (self.integral @ last))
             if not np.all(np.isfinite(stages)):
                 return None

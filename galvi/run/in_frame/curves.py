@@ -22,7 +22,7 @@ from galvi.run.in_frame.kernel import frame_of, motion_of, scratch_of, stretched
 from galvi.run.in_frame.passes import CONVERGED
 from galvi.run.in_lanes.nystrom import aligned
 
-SETTLED = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
+SETTLED_ANOMALY = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
 
 
 @lru_cache(maxsize=32)
@@ -60,7 +60,7 @@ class Path:
         for _ in range(50):  # each place by itself, whatever others are asked for
             new = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
             new = np.where(moves, np.clip(new, low, high), u)
-            moves, u = moves & (np.abs(new - u) > SETTLED * np.abs(new)), new
+            moves, u = moves & (np.abs(new - u) > SETTLED_ANOMALY * np.abs(new)), new
             if not moves.any():
                 break
         place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)

@@ -17,9 +17,9 @@ from galvi.run.request import ROUND_OFF, RunRequest, from_start
 from galvi.run.run_arrays import RunArrays
 
 PROBED = 16  # first steps, from which the passes of all are chosen
-FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
-SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
-CONVERGED = (2.0, -1.0, SMALLEST, 0.0)  # checks of a step whose passes converge
+FRAME_TOLERANCE = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
+CONVERGED_CHANGE = 2.0**-80  # what they leave of a step that is said to have converged
+CONVERGED = (2.0, -1.0, CONVERGED_CHANGE, 0.0)  # checks of a step whose passes converge
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
 
 
@@ -33,7 +33,7 @@ def checks_of(
     the same state, within the tolerance of one that has converged, in their mean. They depend on
     the problem's start alone, so that they are the same in each part of a continued run.
     """
-    left = FINEST if tolerance == ROUND_OFF else tolerance
+    left = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
     converged = _probed(problem, method, step, CONVERGED)
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
@@ -50,7 +50,7 @@ def checks_of(
         if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
     change = max(one.change for one in seen)
-    return float(passes), max(USUAL * change, collocation.NOISE), left, 0.0
+    return float(passes), max(USUAL * change, collocation.ROUNDING_CHANGE), left, 0.0
 
 
 class Probe(NamedTuple):

@@ -31,7 +31,7 @@ from galvi.tracing.laws_of_systems import slopes_of
 # What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
 # 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
 # 3 % more time (tests/galvi/test_canonical_lanes.py).
-FINER = 2.0**-68
+LANE_TOLERANCE = 2.0**-68
 
 
 def vector_kernel(request: RunRequest) -> MakeKernel | str:
@@ -127,7 +127,7 @@ class CanonicalKernel:
             s, 0,
         )  # fmt: skip
         self._kernel = compiled_advance_law()
-        finer = FINER if tolerance == ROUND_OFF else tolerance
+        finer = LANE_TOLERANCE if tolerance == ROUND_OFF else tolerance
         self._plan, self._progress, self._saved = run_plan(request, work, finer)
 
     def advance(self, n: int) -> int:

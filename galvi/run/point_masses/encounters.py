@@ -21,8 +21,8 @@ from galvi.systems.nbody import NBody
 
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
-MANY = 1e5  # parts of a step that nobody would wait for
-SEVERAL = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
+MOST_PARTS = 1e5  # parts of a step that nobody would wait for
+CLOCK_PARTS = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
 ADAPT = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
@@ -70,7 +70,7 @@ def encounter(
             "without mass), or it varies too fast. Check its function, or use a smaller step."
         )
     remedy = "Use a smaller step or a higher degree"
-    if not solvable > abs(step) / MANY:
+    if not solvable > abs(step) / MOST_PARTS:
         remedy = ADAPT
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
@@ -93,7 +93,7 @@ def asks_for_a_clock(problem: Problem, step: float, passage: Array) -> bool:
     _error, one, other, distance, _number = passage[:FOUND]
     system: Any = problem.system
     mu = system.G * (system.masses[int(one)] + system.masses[int(other)])
-    return bool(np.sqrt(distance**3 / mu) < abs(step) / SEVERAL)
+    return bool(np.sqrt(distance**3 / mu) < abs(step) / CLOCK_PARTS)
 
 
 def unresolved_passage(
@@ -123,11 +123,11 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
     return names
 
 
-STATES = 6  # that are looked at in a long run, the last one and others before it
+LONG_RUN_STATES = 6  # that are looked at in a long run, the last one and others before it
 # Steps of a run for each further state: there three steps are done again, without a guess. In a
 # clock these are as long as a body's motion allows, and err most near a pericentre.
-EACH, EACH_IN_A_CLOCK = 32768, 256
-COARSE = 1e-3  # a step that resolves a body's motion changes less of its energy
+STEPS_PER_STATE, STEPS_PER_STATE_IN_A_CLOCK = 32768, 256
+RESOLVED_ENERGY_CHANGE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
 
 class MasslessError(NamedTuple):
@@ -146,7 +146,7 @@ class MasslessError(NamedTuple):
 def looked_at(known: int, steps: int, each: int, *, start: bool = False) -> list[int]:
     """Which of the ``known`` states of a run, its start the first, are looked at: the last one, a
     further one for ``each`` of its steps, and the ``start``, if so."""
-    parts = min(STATES - start, 1 + steps // each)
+    parts = min(LONG_RUN_STATES - start, 1 + steps // each)
     return list(dict.fromkeys(round((known - 1) * k / parts) for k in range(parts, -start, -1)))
 
 

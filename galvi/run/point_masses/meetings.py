@@ -8,15 +8,15 @@ from functools import lru_cache
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.kernels.forces.passages import NEAR
+from galvi.kernels.forces.passages import PASSAGE_REACH
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
-MANY = 16  # pairs whose orbits are looked at; of more, some may meet
+ORBIT_MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
+MOST_PAIRS = 16  # pairs whose orbits are looked at; of more, some may meet
 AROUND = (128, 512)  # places on an orbit; more where these do not tell
-BENT = 0.7  # Hill radii by which two orbits bend each other before they pass
+BEND_HILL_RADII = 0.7  # Hill radii by which two orbits bend each other before they pass
 
 
 @lru_cache(maxsize=32)
@@ -25,7 +25,7 @@ def can_meet(
     step: float,
 ) -> bool:  # fmt: skip
     """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
-    orbits about the heaviest one of a state, wherever they are on these, up to ``MARGIN``."""
+    orbits about the heaviest one of a state, wherever they are on these, up to ``ORBIT_MARGIN``."""
     system = problem.system
     if not isinstance(system, NBody):
         return False
@@ -37,12 +37,12 @@ def can_meet(
     with np.errstate(all="ignore"):
         energy, spin = speed - 2.0 * mu / r, np.maximum(r**2 * speed - along**2, 0.0)
         e = np.sqrt(np.maximum(1.0 + energy * spin / mu**2, 0.0))
-        near = spin / (mu * (1.0 + e)) / (1.0 + MARGIN)
-        far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + MARGIN)
+        near = spin / (mu * (1.0 + e)) / (1.0 + ORBIT_MARGIN)
+        far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + ORBIT_MARGIN)
     apart = (near[:, None] > far) | (near > far[:, None])
     apart |= np.add.outer(masses[others], masses[others]) == 0.0
-    time = 2.0 * NEAR * abs(step) / (method.space.dimension - 1)
-    if np.count_nonzero(np.triu(~apart, 1)) > MANY:
+    time = 2.0 * PASSAGE_REACH * abs(step) / (method.space.dimension - 1)
+    if np.count_nonzero(np.triu(~apart, 1)) > MOST_PAIRS:
         return True
     return any(
         not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, time, pull)
@@ -60,7 +60,11 @@ def _orbits_near(
     Where they are nearest, their distance is perpendicular to both: places beside those add the
     square of their own distance.
     """
-    bent = BENT * max(float(np.linalg.norm(q[k])) for k in (i, j)) * np.cbrt(pull / (3.0 * mu[i]))
+    bent = (
+        BEND_HILL_RADII
+        * max(float(np.linalg.norm(q[k])) for k in (i, j))
+        * np.cbrt(pull / (3.0 * mu[i]))
+    )
     bent += np.cbrt(2.0 * pull * time**2)
     for places in AROUND:
         one, other = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
@@ -70,7 +74,7 @@ def _orbits_near(
         )
         beside = 0.25 * (one[2] + other[2]) ** 2
         reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
-        if not np.any((1.0 - MARGIN) ** 2 * square - beside < reach**2):
+        if not np.any((1.0 - ORBIT_MARGIN) ** 2 * square - beside < reach**2):
             return False
     return True
 

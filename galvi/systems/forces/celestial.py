@@ -20,7 +20,7 @@ from galvi.kernels.compile.jit import MATRIX, REAL
 from galvi.kernels.forces import celestial_velocity as of_velocity
 from galvi.systems.user_functions import compiles, returned_array
 
-UNIT = 2.0**-50  # how far a length may be from 1 to be left as it is
+POLE_ROUNDING = 2.0**-50  # how far a length may be from 1 to be left as it is
 NEAR_LOGARITHM = 1e-6  # how near -1 a power loses digits of the energy
 FORMS = ("one source", "potential", "EIH")
 
@@ -151,7 +151,7 @@ class Oblateness(_Builtin):
             length = float(np.linalg.norm(pole))
         if not 0.0 < length < np.inf:
             raise ValueError(f"pole must have a length; received {shown(self.pole)}.")
-        unit = pole if abs(length - 1.0) < UNIT else pole / length
+        unit = pole if abs(length - 1.0) < POLE_ROUNDING else pole / length
         _set(self, pole=tuple(unit.tolist()))
 
     def poles(self, masses: Array, G: float) -> list[list[float]]:

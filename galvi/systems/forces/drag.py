@@ -71,7 +71,7 @@ class SchillerNaumann:
     def __call__(self, speed: float) -> float:
         """phi at |w| in m/s."""
         re = self.scale * speed
-        return 1.0 + rotor_wind.INERTIA * float(re**rotor_wind.INERTIA_POWER)
+        return 1.0 + rotor_wind.INERTIAL_DRAG * float(re**rotor_wind.INERTIAL_DRAG_POWER)
 
 
 @dataclass(frozen=True)

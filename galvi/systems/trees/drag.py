@@ -8,9 +8,9 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.systems.trees.joint import Link
-from galvi.systems.trees.rigid_tree import NOTHING
+from galvi.systems.trees.rigid_tree import GEOMETRY_ROUNDING
 
-LEAST = 1e-15  # mass or moment below which MuJoCo takes it for this
+MUJOCO_MINVAL = 1e-15  # mass or moment below which MuJoCo takes it for this
 
 
 def drag_coefficients(link: Link, axes: Array, medium: Any) -> Array:
@@ -23,12 +23,12 @@ def drag_coefficients(link: Link, axes: Array, medium: Any) -> Array:
     The sides of the box are sqrt(6 (I_j + I_k - I_i) / m).
     """
     density, viscosity = medium
-    if link.mass <= LEAST:
+    if link.mass <= MUJOCO_MINVAL:
         return np.zeros(8)
     moments = np.diag(axes.T @ link.inertia @ axes)
     squares = np.sum(moments) - 2.0 * moments
-    squares[squares <= NOTHING * np.sum(moments)] = 0.0  # rounding
-    x, y, z = np.sqrt(6.0 * np.maximum(squares, LEAST) / link.mass)
+    squares[squares <= GEOMETRY_ROUNDING * np.sum(moments)] = 0.0  # rounding
+    x, y, z = np.sqrt(6.0 * np.maximum(squares, MUJOCO_MINVAL) / link.mass)
     mean = (x + y + z) / 3.0
     viscous = np.pi * viscosity * np.array([mean**3, 3.0 * mean])
     turned = density / 64.0 * np.array([x * (y**4 + z**4), y * (x**4 + z**4), z * (x**4 + y**4)])

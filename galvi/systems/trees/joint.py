@@ -17,7 +17,7 @@ from galvi.kernels.compile.jit import jit
 from galvi.kernels.trees import tree
 from galvi.systems.rigid_body import check_moments
 
-UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
+AXIS_ROUNDING = 4.0 * 2.0**-53  # the rounding of a length of 1
 KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees.tree
 
 
@@ -65,7 +65,7 @@ class Joint:
             raise ValueError(
                 f"axis must have a length above 0 that does not overflow; received {axis.tolist()}."
             )
-        if abs(length - 1.0) > UNIT:  # a stored axis stays the same
+        if abs(length - 1.0) > AXIS_ROUNDING:  # a stored axis stays the same
             axis = axis / length
         object.__setattr__(self, "axis", read_only(np.array(axis)))
         object.__setattr__(self, "anchor", input_checks.array("anchor", self.anchor, (3,)))

@@ -266,7 +266,7 @@ class JointForces:
                 known[k] = 0.0
         if self.varied:
             for k in range(len(self.damping)):
-                known.pop(first + kernel.HEAD + k, None)
+                known.pop(first + kernel.FORCES_HEAD + k, None)
         return known
 
     @property
@@ -288,7 +288,7 @@ class JointForces:
                 len(bounds), len(self.weights), len(self.pushes), wet, *self.wind]  # fmt: skip
         known = {self.first + k: float(head[k]) for k in range(kernel.WIND)}
         of_masses, of_controls, begins = set[int](), set[int](), list[int]()
-        place = self.first + kernel.HEAD + len(self.damping)
+        place = self.first + kernel.FORCES_HEAD + len(self.damping)
         for row in rows:
             if row.begins:
                 begins.append(place)

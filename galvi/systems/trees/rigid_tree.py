@@ -18,7 +18,8 @@ from galvi.groups.product import Product
 from galvi.kernels.trees import tree
 from galvi.systems.trees.joint import Joint, Link
 
-NOTHING = 2.0**-50  # relative size of a number of the geometry that rounding left of 0 or 1
+# Relative size of a number of the geometry that rounding left of 0 or 1.
+GEOMETRY_ROUNDING = 2.0**-50
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,15 +200,17 @@ class RigidTree:
 def _cleaned(values: Array, *sizes: Any) -> Array:
     """The numbers, with 0, 1 and -1 in place of those that differ from them by rounding."""
     size = sum(float(np.max(np.abs(x))) for x in sizes)
-    return np.where(np.abs(values - np.round(values)) <= NOTHING * size, np.round(values), values)
+    return np.where(
+        np.abs(values - np.round(values)) <= GEOMETRY_ROUNDING * size, np.round(values), values
+    )
 
 
 def _inertia(link: Link, r: Array, C: Array) -> Array:
     """(10,) mass, mass times centre and inertia about the origin, in the frame it is carried by."""
     m, c = link.mass, r + C @ link.centre
     J = C @ link.inertia @ C.T + m * (c @ c * np.eye(3) - np.outer(c, c))
-    J = np.where(np.abs(J) <= NOTHING * np.max(np.abs(J)), 0.0, J)
-    h = np.where(np.abs(c) <= NOTHING * np.max(np.abs(c)), 0.0, m * c)
+    J = np.where(np.abs(J) <= GEOMETRY_ROUNDING * np.max(np.abs(J)), 0.0, J)
+    h = np.where(np.abs(c) <= GEOMETRY_ROUNDING * np.max(np.abs(c)), 0.0, m * c)
     return np.concatenate([[m], h, J[np.triu_indices(3)]])
 
 

@@ -18,9 +18,9 @@ from galvi.kernels.lie.arithmetic import generic, in_kernels, polynomial
 LIMIT = 2.0 * math.pi
 FARTHEST = 0.995 * LIMIT
 REACH_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
-TERMS = 12  # terms of the series of c6 and c7, for u up to SMALL
-SMALL = 9.0
-ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
+STUMPFF_TERMS = 12  # terms of the series of c6 and c7, for u up to SERIES_REACH
+SERIES_REACH = 9.0  # largest u at which the series are summed
+ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * STUMPFF_TERMS)])
 # What rounding lost of 1 / k!, always of the same sign: without it, energies drift.
 LOST = np.array([float(1 / Fraction(math.factorial(k)) - Fraction(x))
                  for k, x in enumerate(ONE_OVER[:6].tolist())])  # fmt: skip
@@ -30,12 +30,12 @@ LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for 
 def stumpff_of_number(u):
     """c1 to c7 at one u >= 0, as a tuple.
 
-    For u below SMALL from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; above from c1 and c2
-    by the same relation upwards, which loses no digits there.
+    For u below SERIES_REACH from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; above from c1
+    and c2 by the same relation upwards, which loses no digits there.
     """
-    if u < SMALL:
+    if u < SERIES_REACH:
         c6, c7, power = 0.0, 0.0, 1.0
-        for j in range(TERMS):
+        for j in range(STUMPFF_TERMS):
             c6 += power * ONE_OVER[6 + 2 * j]
             c7 += power * ONE_OVER[7 + 2 * j]
             power *= -u
