@@ -12,6 +12,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.group import Group
 from galvi.kernels.compile.jit import jit
+from galvi.kernels.constants import TWO_PI
 from galvi.kernels.lie import product
 from galvi.kernels.lie.charts import cayley, exponential, modified_rodrigues
 from galvi.kernels.lie.dispatch import CHARTS, angle_of, coordinate_of
@@ -161,9 +162,6 @@ def _coordinates_all(layout, chart, g, k, out):  # type: ignore[no-untyped-def]
         product.coordinates(layout, chart, g[row], k[row], out[row])
 
 
-TURN = 2.0 * np.pi
-
-
 def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
     """Coordinates (k, d) of a path from 0, with their rotations made continuous.
 
@@ -195,7 +193,7 @@ def _first_change(chart: Chart, w: Array) -> int:
     last, here = size[:-1], size[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = np.where(here > 0.0, np.sum(w[:-1] * w[1:], axis=1) / (last * here), 1.0)
-        changed = (np.round((angle[:-1] * cosine - angle[1:]) / TURN) != 0.0) & (last > 0.0)
+        changed = (np.round((angle[:-1] * cosine - angle[1:]) / TWO_PI) != 0.0) & (last > 0.0)
     return 1 + int(np.argmax(changed)) if np.any(changed) else len(w)
 
 
@@ -206,5 +204,5 @@ def _followed(chart: Chart, last: Array, here: Array) -> Array | None:
         return None
     axis = here / size if size > 0.0 else last / last_size
     angle, before = (angle_of(chart.number, x) for x in (size, last_size))
-    turns = round((before / last_size * float(last @ axis) - angle) / TURN)
-    return coordinate_of(chart.number, angle + turns * TURN) * axis if turns else None
+    turns = round((before / last_size * float(last @ axis) - angle) / TWO_PI)
+    return coordinate_of(chart.number, angle + turns * TWO_PI) * axis if turns else None

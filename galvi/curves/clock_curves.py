@@ -13,12 +13,12 @@ from numpy.polynomial import legendre
 
 from galvi.arrays import Array, read_only
 from galvi.curves.curves import (
-    EPSILON,
     Curves,
     LocalChart,
     refuse_outside,
     times_asked,
 )
+from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 

@@ -12,6 +12,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import Chart, place, tangent
 from galvi.groups.group import Group
+from galvi.kernels.constants import COMPLEX_STEP, EPSILON
 from galvi.problem import Problem
 from galvi.spaces.space import Space
 
@@ -58,9 +59,6 @@ class GroupChart:
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
         """The body velocity T(xi) xi', (..., d)."""
         return np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
-
-
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 class OverTime:
@@ -158,9 +156,6 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     return index, place - index, single
 
 
-TINY = 1e-100  # imaginary increments of complex steps
-
-
 class MovingPath(Protocol):
     """The frame of a run."""
 
@@ -234,8 +229,8 @@ class FrameCurves(OverTime):
 
     def _own_velocities(self, index: Any, tau: Array) -> Array:
         w, rate, since = self._moving(index, tau)
-        moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
-        return np.imag(moved) / TINY
+        moved = self.path.flow(w + 1j * COMPLEX_STEP * rate, since + 1j * COMPLEX_STEP)
+        return np.imag(moved) / COMPLEX_STEP
 
     def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
         """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""

@@ -10,10 +10,10 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
+from galvi.kernels.constants import TWO_PI
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-TURN = 2.0 * np.pi
 KEPLER_PASSES = 100
 LEAST_DIVISOR = 1e-300  # in place of an e - 1 of 0
 
@@ -156,7 +156,7 @@ def _states(
 ) -> tuple[Array, Array]:
     """As `OrbitalElements.states`; (cosine, sine) and (x, y) are in the plane of the orbit."""
     bound = e < 1.0
-    anomaly = _anomaly(e, np.where(bound, np.remainder(mean + np.pi, TURN) - np.pi, mean), bound)
+    anomaly = _anomaly(e, np.where(bound, np.remainder(mean + np.pi, TWO_PI) - np.pi, mean), bound)
     cosine = np.where(bound, np.cos(anomaly), np.cosh(anomaly))
     sine = np.where(bound, np.sin(anomaly), np.sinh(anomaly))
     root = np.sqrt(np.abs(1.0 - e) * (1.0 + e))
@@ -193,8 +193,8 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
 
 def _angle(x: Array) -> Array:
     """x reduced to [0, 2 pi)."""
-    turned = np.mod(x, TURN)
-    return np.where(turned == TURN, 0.0, turned)
+    turned = np.mod(x, TWO_PI)
+    return np.where(turned == TWO_PI, 0.0, turned)
 
 
 def _nbody(run: Trajectory) -> NBody:

@@ -18,7 +18,6 @@ from galvi.lanes.frames import universal
 from galvi.problem import Problem
 
 CORRECTIONS = 60
-SERIES_TERMS = 10
 
 
 class Orbits(NamedTuple):
@@ -39,14 +38,14 @@ def orbits(mu: Array, q: Array, v: Array, t: Array) -> Orbits:
     reach = universal.LARGEST_ANOMALY_LEAD / np.sqrt(np.real(beta))
     low, high = np.real(X) - reach, np.real(X) + reach
     for _ in range(CORRECTIONS):
-        G = universal.universal(beta, X, SERIES_TERMS)
+        G = universal.universal(beta, X, universal.SERIES_TERMS)
         step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
         moved, low, high = universal.bracketed(np.real(X), np.real(step), low, high, np.where)
         X = moved + 1j * np.imag(X + step) if np.iscomplexobj(X) else moved
         if solved:
             break
         solved = bool(np.all(np.abs(step) <= 1e-15 * np.abs(X)))  # imaginary parts need one more
-    G1, G2, G3, _, _ = G = universal.universal(beta, X, SERIES_TERMS)
+    G1, G2, G3, _, _ = G = universal.universal(beta, X, universal.SERIES_TERMS)
     r = r0 + eta * G1 + zeta * G2
     Q = q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]
     V = v * (1.0 - mu * G2 / r)[:, None] - q * (mu * G1 / (r * r0))[:, None]

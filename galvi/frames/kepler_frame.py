@@ -27,6 +27,7 @@ from galvi.frames.hierarchy import (
 )
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.constants import COMPLEX_STEP
 from galvi.kernels.forces.celestial import OTHER, SOURCE, WEIGHT, pulls
 from galvi.lanes.frames import kepler_functions
 from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
@@ -45,7 +46,6 @@ LARGEST_STRETCH = 0.45  # half of what planets need, whose orbits may change
 # tests/galvi/test_eccentric_orbits_in_frames.py).
 MOST_ECCENTRIC = 0.9 + 1e-9
 CLOCK = "clock=galvi.DynamicalTime()"
-TINY = 1e-100  # imaginary increments
 # |beta X^2| in half a step, for which the series of a pass are accurate.
 LARGEST_ARGUMENT = 4.0**ARGUMENT_HALVINGS
 
@@ -234,7 +234,7 @@ class KeplerFrame:
         """See `Frame`; by complex steps."""
         found, D = self._found(problem), problem.q0.shape[1]
         d, n, system = problem.q0.size, len(found.pairs), cast(NBody, problem.system)
-        nudged = w[None, :, :d] + 1j * TINY * np.eye(2 * d).reshape(2 * d, 2, d)
+        nudged = w[None, :, :d] + 1j * COMPLEX_STEP * np.eye(2 * d).reshape(2 * d, 2, d)
         q, v, centre = _parts(nudged, found, D)
         after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
         bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
@@ -254,7 +254,7 @@ class KeplerFrame:
             np.concatenate([x.reshape(2 * d, D * n), 0.0 * y], axis=1)
             for x, y in zip(slopes, free, strict=True)
         ]
-        motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
+        motion, slope = (np.imag(np.concatenate(x, axis=1)).T / COMPLEX_STEP for x in (ends, rates))
         return motion, slope
 
 

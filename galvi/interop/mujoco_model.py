@@ -14,6 +14,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.interop.mujoco_limits import motors, tendon_forces
+from galvi.kernels.constants import LEAST_NORMAL
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint_forces import JointForces
@@ -24,7 +25,6 @@ LEAST_FORCE_SHARE = 1e-4  # share of the largest force that counts as one
 # Of random states; velocities from which one of them is compared, not two.
 SPREAD, MANY_VELOCITIES = 0.5, 200
 States = Sequence[tuple[Array, Array]]
-TINY = float(np.finfo(float).tiny)
 TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
 
 
@@ -203,10 +203,10 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
         sizes += np.abs(data.qfrc_spring) + np.abs(data.qfrc_damper)
         sizes += np.abs(data.qfrc_actuator) + np.abs(data.qfrc_gravcomp) + np.abs(acting)
         # Where all this cancels: what weights, centrifugal forces and springs may be at most.
-        roots = np.sqrt(np.maximum(np.diag(mass), TINY))
+        roots = np.sqrt(np.maximum(np.diag(mass), LEAST_NORMAL))
         most = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
         sizes += LEAST_FORCE_SHARE * (roots * most + springs)
-        yield np.abs(mass @ theirs - forces) / np.maximum(sizes, TINY), theirs
+        yield np.abs(mass @ theirs - forces) / np.maximum(sizes, LEAST_NORMAL), theirs
 
 
 def check_reading(own: Own, problem: Problem, states: States) -> None:

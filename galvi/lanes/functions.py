@@ -12,6 +12,7 @@ import math
 from llvmlite import ir
 
 from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie import arithmetic
 from galvi.kernels.lie.arithmetic import polynomial
 from galvi.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
@@ -49,7 +50,7 @@ TWO_THIRDS = (0.6666666666666666, 3.700743415417188e-17)
 NAN = float("nan")
 LARGEST_ANGLE = 1e9  # its multiple of pi / 2 has 30 bits
 INTEGER_SHIFT = 1.5 * 2.0**52  # added to a number, leaves its nearest integer in the last bits
-LEAST_NORMAL, LARGEST_FINITE = 2.0**-1022, 1.7976931348623157e308
+LARGEST_FINITE = 1.7976931348623157e308
 HALF_ROOT = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 FOURTH_ROOT = 0x4FEB03126E978C00  # less a quarter of a number's bits, those of its root, nearly
 INTEGER_SHIFT_BITS = 0x4338000000000000  # bits of INTEGER_SHIFT

@@ -6,6 +6,7 @@ those of galvi.kernels.forces.
 
 from __future__ import annotations
 
+from galvi.kernels.forces.celestial_velocity import LEAST_SQUARE
 from galvi.kernels.forces.rotor_wind import (
     CORE,
     DESCENT,
@@ -19,8 +20,6 @@ from galvi.kernels.forces.rotor_wind import (
 )
 from galvi.kernels.lie.arithmetic import cross, dot
 from galvi.lanes import elementary
-
-LEAST_SQUARE = 1e-300  # added to a square whose logarithm is taken
 
 
 def central_force(q, t, c):

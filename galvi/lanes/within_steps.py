@@ -15,7 +15,7 @@ from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.collocation import STAGES, TABLES, leave, solve_step
-from galvi.lanes.frames.kepler_motion import NAN, dot
+from galvi.lanes.frames.kepler_motion import MOST_CORRECTIONS, NAN, dot
 from galvi.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -34,7 +34,6 @@ from galvi.lanes.vectors import LANES, Lanes
 DRIFT = 1  # of the addresses
 LENGTH = 0  # of the numbers: that of the step
 WIDE = 2 * LANES  # places that are sought at once: two vectors, for which divisions overlap
-SERIES_TERMS, MOST_CORRECTIONS = 10, 12  # of a series, and corrections of X
 # Share of X up to which a correction, which converges as a cube, is the last one.
 LAST_CUBIC_CORRECTION = 1e-4
 LEAST_STRETCH = 1e-8  # stretch up to which nodes stay where they are
@@ -73,7 +72,7 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
         found = [lanes.variable(lanes.nothing) for _ in range(5)]
         with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
             x = Lane(builder, builder.load(X))
-            G = universal.universal(beta, x, SERIES_TERMS)
+            G = universal.universal(beta, x, universal.SERIES_TERMS)
             step = universal.far_correction(
                 beta, r0, eta, zeta, x, G, t, lambda a, b: a / b, square_root
             )

@@ -16,6 +16,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.redone_curves import RedoneCurves
 from galvi.input_checks import LARGEST_WHOLE
 from galvi.kernels.forces.passages import FOUND
+from galvi.kernels.nystrom.advance import NEVER
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -32,7 +33,7 @@ from galvi.run.point_masses.encounters import (
     massless_error,
 )
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import NEVER, has_massless
+from galvi.run.run_arrays import has_massless
 from galvi.run.run_samples import assess_run
 from galvi.run.same_functions import SameFunctions
 from galvi.run.status import outcome_of

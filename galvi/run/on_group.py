@@ -14,6 +14,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves, GroupChart, IdentityChart, LocalChart
 from galvi.groups.group import Group, Rn
 from galvi.kernels.compile.function_pointers import interpreted
+from galvi.kernels.constants import LARGEST_SQUARED
 from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS
@@ -99,7 +100,6 @@ def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
 NEAR_LIMIT = 0.8  # share of a chart's limit beyond which it is named beside a failed step
-FAR = 1e100  # largest velocity times step whose square is safe from overflow
 
 
 def _system(problem: Problem, method: Galerkin) -> GroupSystem:
@@ -233,7 +233,7 @@ class OnGroup:
             if is_locked_ahead(problem, q, v, step):
                 return f"{LOCKED}. {BALL_JOINT}."
         turn, limit = float(work.step_angle[0]), method.group_chart.limit
-        if not turn < FAR:
+        if not turn < LARGEST_SQUARED:
             return "velocities above 1e100 overflow. Use other units, or a smaller step."
         tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
         if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:

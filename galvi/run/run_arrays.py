@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import DONE
+from galvi.kernels.nystrom.advance import DONE, NEVER
 from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
@@ -23,7 +23,6 @@ LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
 FEWEST_WATCHED, MANY_WATCHED, MOST_WATCHED = 16, 64, 1024
 STEPS_PER_WATCH, STEPS_PER_LATER_WATCH = 64, 512
 STEPS_ALL_WATCHED = 127  # steps of a run up to which each is watched
-NEVER = 62  # watches every 2^62-th step, which is none
 
 
 State = tuple[Array, Array, npt.NDArray[Any]]  # state, stages and solver_state, see `Checkpoint`

@@ -13,13 +13,14 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.kernels.nystrom.advance import NEVER
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import States, conserves_energy, velocities_at_the_end
 from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.run_arrays import RunArrays
 from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian
 

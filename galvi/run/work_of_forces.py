@@ -25,12 +25,13 @@ from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.energy_errors import ENERGY_ROUND_OFF, REST_SHARE, TOLERATED
+from galvi.kernels.nystrom.advance import NEVER
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
 from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
 from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked
 from galvi.run.request import RunRequest, from_start
-from galvi.run.run_arrays import NEVER, RunArrays
+from galvi.run.run_arrays import RunArrays
 from galvi.run.run_samples import (
     near_velocities,
     saved_states,

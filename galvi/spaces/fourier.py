@@ -19,10 +19,8 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, rounded
+from galvi.kernels.constants import TWO_PI
 from galvi.spaces.polynomials import HIGHEST, Polynomials, integrals, legendre
-
-TURN = 6.283185307179586
-
 
 SERIES_DIGITS = 100  # digits of the series; tables use 60
 SMALL = Decimal("1e-90")  # relative size of the last coefficient kept
@@ -138,7 +136,7 @@ class Fourier:
     """
 
     harmonics: int
-    frequency: float = TURN
+    frequency: float = TWO_PI
     degree: ClassVar[int] = 0  # constants are the only polynomials
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
@@ -189,7 +187,7 @@ class PolynomialFourier:
 
     degree: int
     harmonics: int
-    frequency: float = TURN
+    frequency: float = TWO_PI
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:

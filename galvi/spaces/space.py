@@ -11,6 +11,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision
+from galvi.kernels.constants import GOLDEN_RATIO
 from galvi.spaces.polynomials import legendre
 
 
@@ -41,7 +42,6 @@ class Space(Hashable, Protocol):
 
 
 PARTS = ("dimension", "degree", "exact", "basis", "derivative")
-GOLDEN = 0.6180339887498949  # golden ratio; its multiples modulo 1 avoid joints
 BASIS_DIFFERENCE = 1e-6  # of a step, over which a basis is differenced
 SLOPE = 1e-4  # tolerance relative to the largest slope; 2.5e-6 for galvi's own spaces
 AGREE = 1e-10  # tolerance of decimals against floats; 5e-15 for galvi's own spaces
@@ -77,7 +77,9 @@ def _check(space: Any) -> None:
     dimension = input_checks.whole(f"dimension of {name}", space.dimension, 2)
     degree = input_checks.whole(f"degree of {name}", space.degree, 0, dimension - 1)
     input_checks.flag(f"exact of {name}", space.exact)
-    t = np.append((np.arange(1, 4 * dimension + 1) * GOLDEN) % (1 - BASIS_DIFFERENCE), [0.0, 1.0])
+    t = np.append(
+        (np.arange(1, 4 * dimension + 1) * GOLDEN_RATIO) % (1 - BASIS_DIFFERENCE), [0.0, 1.0]
+    )
     basis = _values(space, "basis", t, dimension)
     slopes = _values(space, "derivative", t, dimension)
     if np.max(np.abs(basis[:, 0] - 1)) > 1e-14:

@@ -18,6 +18,7 @@ from weakref import WeakSet
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.constants import GOLDEN_RATIO
 
 DERIVATIVE_TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
 # Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
@@ -30,7 +31,7 @@ VISIBLE = 0.1  # change of a function over its value, above which coarse roundin
 DIFFERENCE_ROUNDING = 4.0 * 2.0**-52  # of a difference of two values, relative to them
 SIGNAL = 1e-3  # derivative over the sum of the sizes of its terms, below which it shows no fault
 NEARBY = (2.0**-3, 2.0**-10, 2.0**-20)  # distances of a second state, the first decisive one counts
-GOLDEN, SILVER = (5.0**0.5 - 1.0) / 2.0, 2.0**0.5
+SILVER = 2.0**0.5
 
 AGREES, DIFFERS, UNDECIDED = "agrees", "differs", "undecided"
 _CHECKED: WeakSet[Any] = WeakSet()  # systems whose derivatives have agreed with their functions
@@ -202,7 +203,7 @@ def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
 def direction(count: int, number: int = 0) -> Array:
     """A fixed generic direction, (count,): sizes from 0.5 to 1.5 and both signs; one per number."""
     k = np.arange(1.0, count + 1.0) + 17.0 * number
-    return (0.5 + (k * GOLDEN) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
+    return (0.5 + (k * GOLDEN_RATIO) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
 
 
 def words(numbers: Array | Sequence[float]) -> str:

@@ -18,6 +18,7 @@ from numba.extending import is_jitted
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.kernels.constants import EPSILON
 from galvi.kernels.lie import product
 
 ZERO_LENGTH = 1e-24  # coordinates and velocities below it are taken as zero
@@ -52,7 +53,6 @@ STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
 CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component, at least
 STEP_RATIO = STEPS[0] / STEPS[1]
 COARSER_STEPS, FINER_STEPS = 24, 7  # further steps, tried where those above do not suffice
-ROUNDING = 2.0**-52
 # Largest difference of neighbouring steps, in roundings, that is only round-off.
 NOISY_ROUNDINGS = 512.0
 GOOD, USABLE = 2.0**-36, 1e-6  # relative errors: no further step is tried; neighbours agree
@@ -71,7 +71,7 @@ class Differencing(NamedTuple):
 
     weights: tuple[float, ...] = WEIGHTS
     steps: tuple[float, ...] = STEPS
-    noise: float = ROUNDING
+    noise: float = EPSILON
     good: float = GOOD
     usable: float = USABLE
 

@@ -14,12 +14,11 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.kernels.constants import EPSILON
 from galvi.lanes.group_rows import Chart
 from galvi.systems.traces import Untraceable
 from galvi.tracing.graph import UNARY, Node
 from galvi.tracing.graph_code import reachable
-
-UNIT = 2.0**-52  # error of one operation, relative to its result
 
 
 def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
@@ -46,7 +45,7 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
                     [x[k] if isinstance(k, int) else k for k in of],
                     [error[k] if isinstance(k, int) else 0.0 for k in of],
                 )
-            x[node.index], error[node.index] = found, bound + UNIT * np.abs(found)
+            x[node.index], error[node.index] = found, bound + EPSILON * np.abs(found)
     shape = np.broadcast_shapes(*(np.shape(each) for each in values.values()))
     rows = [x[node.index] for node in nodes], [error[node.index] for node in nodes]
     first, second = (np.array([np.broadcast_to(each, shape) for each in row]) for row in rows)

@@ -13,12 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit
+from galvi.kernels.constants import COMPLEX_STEP
 from galvi.kernels.forces.nbody import accelerations as attractions
 from galvi.kernels.lie.arithmetic import dot, generic, in_kernels, square_root
 
 SOURCE, OTHER, BACK, WEIGHT, NUMBERS = range(5)
 COLUMNS = NUMBERS + 6
-TINY = 1e-100  # imaginary increments
 
 
 @generic
@@ -131,5 +131,5 @@ def pulls(terms, poles, q):
 
 def pulls_slope(terms, poles, q):
     """The derivative (d, d) of the accelerations at q (bodies, D), by complex steps."""
-    moved = q + 1j * TINY * np.eye(q.size).reshape(-1, *q.shape)
-    return np.imag(pulls(terms, poles, moved)[0]).reshape(q.size, q.size).T / TINY
+    moved = q + 1j * COMPLEX_STEP * np.eye(q.size).reshape(-1, *q.shape)
+    return np.imag(pulls(terms, poles, moved)[0]).reshape(q.size, q.size).T / COMPLEX_STEP

@@ -12,7 +12,7 @@ from galvi.kernels.compile.jit import jit
 
 ONE_SOURCE, EIH, RADIATION, DRAG, TIDES = range(5)
 ALL = -1  # instead of a body
-LEAST_SQUARE = 1e-300  # added to a square, of which a power may be infinite at 0
+LEAST_SQUARE = 1e-300  # added to a square, whose power or logarithm may be infinite at 0
 
 
 @jit

@@ -12,6 +12,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import MATRIX, VECTOR, jit, jit_inline
+from galvi.kernels.constants import EPSILON
 from galvi.kernels.forces.accelerations import accelerations, jacobians
 from galvi.kernels.lie.arithmetic import generic, larger, where
 from galvi.kernels.nystrom import step as steps
@@ -79,7 +80,7 @@ def gives_low_parts(change, tolerance):
     any factor. So may the sizes to which changes are relative, where a guess gave them. They are
     not worth a pass where the tolerance exceeds them.
     """
-    return (change < LOW_PART_CHANGE) & (tolerance <= steps.EPSILON)
+    return (change < LOW_PART_CHANGE) & (tolerance <= EPSILON)
 
 
 close_enough = jit_inline(gives_low_parts)

@@ -15,6 +15,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.constants import EPSILON
 from galvi.kernels.lie.arithmetic import two_sum
 
 NUMBERS, INDICES = types.CPointer(types.float64), types.CPointer(types.int64)
@@ -39,7 +40,6 @@ def solve_equations(columns, pivots, right):
     return DGESV(DOUBLE, n, 1, columns.ctypes, n, pivots.ctypes, right.ctypes, n) == 0
 
 
-EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 
 

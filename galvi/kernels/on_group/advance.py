@@ -38,7 +38,6 @@ from galvi.kernels.on_group.stages import (
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
-STREAK = 1
 LEFT_CHART = 4
 RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the next step
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_noalloc
+from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
 BAD_SCALE_RATIO = 16.0  # ratio of scales above which the larger one was a bad guess
 # Of the largest motion: round-off of it is below ROUND_OFF_CHANGE of galvi.kernels.nystrom.solve.
 LEAST_COUPLED_MOTION = 2.0**-12
-SMALLEST = 2.0**-1022
 UNRESOLVED_SHARE = 0.1  # share of its last Legendre terms from which on a motion is not resolved
 
 
@@ -54,8 +54,8 @@ def grow_scale(layout, place, rate, h, scale):
                 size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
         for i in range(first, end):
             scale[i] = max(scale[i], size)
-            if 0.0 < scale[i] < SMALLEST:
-                scale[i] = SMALLEST
+            if 0.0 < scale[i] < LEAST_NORMAL:
+                scale[i] = LEAST_NORMAL
 
 
 @jit_noalloc

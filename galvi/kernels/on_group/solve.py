@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_noalloc
+from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie import product
 from galvi.kernels.lie.product import is_flat, position_scale
 from galvi.kernels.nystrom import solve
@@ -133,7 +134,7 @@ def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
             sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
             size = max(size, sizes[a])
         rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
-        rate_scale = max(rate_scale, scales.SMALLEST)
+        rate_scale = max(rate_scale, LEAST_NORMAL)
         derivative(law, method, scratch, start, curve, sizes, rate_scale, newton.matrix)
         counts[solve.FORCES] += 2 * d * s
         counts[solve.SOLVES] += 1

@@ -21,7 +21,6 @@ from galvi.lanes.functions import square_root, two_product, two_sum
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import LANES, NOTHING, Lanes, spread
 
-SERIES_TERMS = 10  # of a series
 LAST_CORRECTION = 2e-6  # share of X up to which a correction of it is the last one
 LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in radians
 
@@ -157,7 +156,7 @@ def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
     found = [lanes.variable(NOTHING) for _ in range(5)]
     with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
         X = Lane(builder, builder.load(place))
-        G = universal.universal(beta, X, SERIES_TERMS, exact=True)
+        G = universal.universal(beta, X, universal.SERIES_TERMS, exact=True)
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)

@@ -39,7 +39,7 @@ KEPT_BLOCKS = 6  # blocks of one row, after those of Q and Q'
 PASS_TERMS = 6  # of a series
 # Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
 FIRST_PASS_SHARE, SECOND_PASS_SHARE, LATER_PASS_SHARE = 2e-2, 5e-4, 3e-5
-MOST_CORRECTIONS = 12  # corrections
+MOST_CORRECTIONS = 12  # of X
 NAN = math.nan
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.constants import TWO_PI
 from galvi.lanes.functions import sine_cosine, two_sum
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
@@ -17,7 +16,6 @@ UNROLLED = 8  # terms of a sum that are written out
 BLOCKS = 12, 4, 1  # rows that are done together: chains of sums that run in parallel
 TIME, OFFSET, WEIGHT, PLACE, PACE = range(5)  # rows of nodes
 TURNS, ECCENTRICITY, PHASE = range(3)  # of a clock
-TWO_PI = 2.0 * math.pi
 
 
 def _arrays(context, builder, signature, values, which):

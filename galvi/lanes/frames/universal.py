@@ -17,6 +17,7 @@ from galvi.kernels.lie.arithmetic import polynomial
 
 # Most by which an eccentric anomaly can change more, or less, than the mean one.
 LARGEST_ANOMALY_LEAD = 2.0
+SERIES_TERMS = 10  # of each series, for full accuracy
 LARGEST_SERIES_ARGUMENT = 1.0  # largest |beta X^2| 4^-halvings, for which six terms err by 1e-12
 
 

@@ -12,9 +12,9 @@ import math
 from llvmlite import ir
 
 from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.constants import EPSILON
 from galvi.kernels.lie.arithmetic import larger, where
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, gives_low_parts
-from galvi.kernels.nystrom.step import EPSILON
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, LANES, NOTHING, VECTOR, Lanes, spread
 

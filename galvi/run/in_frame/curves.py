@@ -12,8 +12,9 @@ from galvi.arrays import Array
 from galvi.curves.curves import Curves, FrameCurves
 from galvi.frames.frame import revolution
 from galvi.frames.kepler_frame import KeplerFrame
+from galvi.kernels.constants import TWO_PI
 from galvi.lanes.frames.kepler_motion import HEAD, MASS
-from galvi.lanes.frames.rows import ECCENTRICITY, PHASE, TURNS, TWO_PI
+from galvi.lanes.frames.rows import ECCENTRICITY, PHASE, TURNS
 from galvi.lanes.within_steps import WIDE, compiled_places_in_steps, compiled_states_in_steps
 from galvi.method import Galerkin
 from galvi.problem import Problem

@@ -12,7 +12,7 @@ from galvi.arrays import Array
 from galvi.frames.frame import Frame, Motion
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.advance import NEVER, NOTHING
 from galvi.kernels.nystrom.solve import FORCES, SOLVED
 from galvi.lanes.frames import collocation
 from galvi.lanes.frames.rows import PACE, PLACE
@@ -23,7 +23,7 @@ from galvi.rules.rule import gauss
 from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes
 from galvi.run.point_masses.meetings import can_meet
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import FORCES_IN_LANES, NEVER, RunArrays, State, fixed, run_plan
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, State, fixed, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 

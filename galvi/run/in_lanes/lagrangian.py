@@ -11,8 +11,8 @@ from galvi.arrays import Array, read_only
 from galvi.groups.group import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom.advance import STREAK
 from galvi.kernels.nystrom.solve import FORCES, NEWTON_STREAK
-from galvi.kernels.on_group.advance import STREAK
 from galvi.lanes.group_law import HISTORY, compiled_advance_group_law
 from galvi.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.lanes.law import PASS_TYPE, compiled_advance_law

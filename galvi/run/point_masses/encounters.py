@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.constants import LARGEST_SQUARED
 from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRAME
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MOST_PARTS = 1e5  # parts of a step that nobody would wait for
 CLOCK_PARTS = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
@@ -42,9 +42,9 @@ def encounter(
     names = body_names(problem, len(masses))
     distance = np.max(np.abs(q), axis=1)
     lost = int(np.argmax(distance))
-    if abs(step) > FAR or np.max(np.abs(v)) > FAR:
+    if abs(step) > LARGEST_SQUARED or np.max(np.abs(v)) > LARGEST_SQUARED:
         return "steps and velocities above 1e100 overflow. Use other units, or a smaller step."
-    if not distance[lost] < FAR:
+    if not distance[lost] < LARGEST_SQUARED:
         return f"body {names[lost]} is {distance[lost]:.1e} away. Remove it, or stop before then."
     i, j = np.triu_indices(len(masses), 1)
     i, j = (x[masses[i] + masses[j] > 0.0] for x in (i, j))
