@@ -23,7 +23,7 @@ from benchmarks.statistics.timing import (
 )
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.dependable import dependable
-from benchmarks.work_precision.fronts import TRUTH, fastest, front, ratios
+from benchmarks.work_precision.fronts import fastest, front, ratios
 from benchmarks.work_precision.grid import refined
 from benchmarks.work_precision.participants import (
     ExternalContender,
@@ -52,6 +52,7 @@ COLUMNS = (
     "energy",
     "evaluations",
     "steps",
+    "is_truth",
     "status",
     "reference",
     "truth_error",
@@ -113,7 +114,8 @@ def work_precision(
                   subtracted, of what is subtracted
     energy        relative error of the energy at the end, of point masses
     evaluations   force evaluations; NaN when the engine does not count
-    status        empty; 'truth'; a warning about the error; or why the run failed
+    is_truth      whether the run is the truth itself
+    status        empty; a warning about the error; or why the run failed
     reference     the truth and its accuracy
     truth_error   the truth's own error, measured like `error`
     """
@@ -285,7 +287,7 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
         {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
-         "quantity": case.quantity, "status": why, "reference": why}
+         "quantity": case.quantity, "is_truth": False, "status": why, "reference": why}
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
@@ -305,13 +307,12 @@ def _row(
 ) -> dict[str, Any]:
     nan = float("nan")
     counts: Mapping[str, int] = one.run.counts if one.run is not None else {}
-    error, status = nan, one.why
+    error, status, is_truth = nan, one.why, False
     if one.run is not None and not one.run.success:
         status = one.run.status
-    elif one.run is not None and truth.source == (one.contender, one.settings):
-        status = TRUTH
     elif one.run is not None:
-        error = case.distance(one.run.q[-1], truth.end)
+        is_truth = truth.source == (one.contender, one.settings)
+        error = nan if is_truth else case.distance(one.run.q[-1], truth.end)
         if error < 10.0 * truth.error and not status:
             status = "The error is below ten times that of the truth: take it as a bound."
         if timing and math.isnan(timing.seconds):
@@ -332,6 +333,7 @@ def _row(
         "energy": _energy(case, one),
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
+        "is_truth": is_truth,
         "status": status,
         "reference": truth.description,
         "truth_error": truth.error,

@@ -16,7 +16,6 @@ from benchmarks.work_precision.dependable import bounds, dependable
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
-    TRUTH,
     at_smallest,
     fastest,
     ratios,
@@ -296,7 +295,7 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
 
 
 def _error(row: pd.Series) -> str:
-    text = readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else "")
+    text = readable(row["error"], 2) or ("truth" if known(row["seconds"]) else "")
     return f"{text} (bound)" if row["bound"] else text
 
 

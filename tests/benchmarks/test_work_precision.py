@@ -74,13 +74,13 @@ def test_the_truth_is_not_judged_by_itself(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(
         work_precision,
         "work_precision_problems",
-        lambda quick: (replace(case, truth=lambda: truth),),
+        lambda quick: (replace(case, truth=lambda: truth, notes={"REBOUND IAS15": "A note."}),),
     )
     rows = work_precision.work_precision(quick=True)
     own = rows[rows["contender"] == "REBOUND IAS15"]
     *others, last = own.to_dict("records")
-    assert last["status"] == "truth" and math.isnan(last["error"])
-    assert others and all(one["error"] > 0.0 and one["status"] != "truth" for one in others)
+    assert last["is_truth"] and math.isnan(last["error"]) and last["status"] == "A note."
+    assert others and all(one["error"] > 0.0 and not one["is_truth"] for one in others)
     assert own["seconds"].notna().all()
 
 
