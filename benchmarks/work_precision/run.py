@@ -24,6 +24,7 @@ from benchmarks.statistics.timing import (
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import fastest, front, ratios
+from benchmarks.work_precision.galvi_methods import Variational
 from benchmarks.work_precision.grid import refined
 from benchmarks.work_precision.participants import (
     ExternalContender,
@@ -41,6 +42,7 @@ COLUMNS = (
     "problem",
     "contender",
     "settings",
+    "stops_early",
     "quantity",
     "error",
     "seconds",
@@ -74,6 +76,7 @@ class _Measurement:
     settings: str
     call: Callable[[], Trajectory]
     setting: Setting
+    stops_early: bool = False
     run: Trajectory | None = None
     why: str = ""
     warm: float = field(default=0.0)
@@ -96,6 +99,7 @@ def work_precision(
     With the name of a problem, for that one only; with ``cases`` for these in place of the suite's.
     Raises ValueError when there is no such problem.
 
+    stops_early   whether galvi's iteration may end before it has converged
     quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
                   place
     error         largest distance of a body from the truth at the end, in the problem's unit of
@@ -268,6 +272,7 @@ def _first_run(
     """The first run of a setting, with the call to be timed, lengthened where the case says so."""
     call = call_of(contender, case.problem, case.duration, setting)
     one = _Measurement(label, readable_setting(setting), call, setting)
+    one.stops_early = isinstance(contender, Variational) and contender.stops_early(setting)
     if contender.missing:
         one.why = contender.missing
         return one
@@ -287,7 +292,8 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
         {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
-         "quantity": case.quantity, "is_truth": False, "status": why, "reference": why}
+         "stops_early": False, "quantity": case.quantity, "is_truth": False, "status": why,
+         "reference": why}
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
@@ -322,6 +328,7 @@ def _row(
         "problem": case.problem.name,
         "contender": one.contender,
         "settings": one.settings,
+        "stops_early": one.stops_early,
         "quantity": case.quantity,
         "error": error,
         "seconds": timing.seconds / one.times if timing else nan,

@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import galvi
 from benchmarks.statistics import timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import COLUMNS, cost_table
-from benchmarks.work_precision.galvi_methods import InClock
+from benchmarks.work_precision.galvi_methods import InClock, gauss_collocation
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
@@ -110,6 +111,12 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
                     assert (case.duration / setting["step"]) == pytest.approx(
                         setting["save_every"], rel=1e-12
                     )
+
+
+def test_a_tolerance_and_a_number_of_passes_stop_an_iteration_early() -> None:
+    whole, cut = (gauss_collocation(4, galvi.KeplerFrame(passes=n)) for n in (None, 2))
+    assert cut.stops_early({}) and gauss_collocation(4).stops_early({"tolerance": 1e-9})
+    assert not whole.stops_early({}) and not gauss_collocation(4).stops_early({"step": 1.0})
 
 
 @pytest.mark.parametrize("make", [outer_solar_system, solar_system, applegate])

@@ -72,6 +72,7 @@ def work_precision(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
                 "evaluations": np.nan,
                 "steps": 10.0,
                 "is_truth": contender == "Taylor",
+                "stops_early": False,
                 "status": status,
                 "reference": "Taylor",
             }
