@@ -44,7 +44,7 @@ def finished(command: Sequence[str], text: str = "") -> str:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
-        errors = [line for line in lines if "error" in line.lower()]
+        errors = [line for line in lines if "error" in line.lower()]  # pip gives text alone
         raise NotHere(_readable((errors or lines or [f"exit status {done.returncode}"])[-1]))
     return done.stdout
 

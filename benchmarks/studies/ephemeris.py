@@ -17,6 +17,7 @@ from benchmarks.work_precision.participants import FEWEST, finest
 from benchmarks.work_precision.problem import frame_label
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
+from references.contender import EngineMissing, missing_engine
 from references.jpl.ephemeris import JPL_EPHEMERIS
 from references.stored.planets import STORED_TRUTH
 
@@ -102,7 +103,7 @@ def ephemeris_table(
     Raises ModuleNotFoundError without jplephem and de421.
     """
     if JPL_EPHEMERIS.missing:
-        raise ModuleNotFoundError(JPL_EPHEMERIS.missing)
+        raise EngineMissing(JPL_EPHEMERIS.missing, name=missing_engine(JPL_EPHEMERIS))
     report("10,000 days of the planets")
     problem, duration = galvi.problems.solar_system(), float(DAYS[-1])
     samples = DAYS[-1] // DAYS[0]

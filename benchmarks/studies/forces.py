@@ -13,6 +13,7 @@ import pandas as pd
 
 import galvi
 from galvi.arrays import Array
+from references.contender import EngineMissing, missing_engine
 from references.heyoka.engine import QUADRUPLE
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound import extras
@@ -266,7 +267,7 @@ def forces_table(quick: bool = False, report: Report = lambda sentence: None) ->
     Raises ModuleNotFoundError without heyoka in quadruple precision.
     """
     if HEYOKA_QUADRUPLE.missing:
-        raise ModuleNotFoundError(HEYOKA_QUADRUPLE.missing)
+        raise EngineMissing(HEYOKA_QUADRUPLE.missing, name=missing_engine(HEYOKA_QUADRUPLE))
     rows = []
     for name, case in CASES.items():
         for e in case.eccentricities[: 1 if quick else None] if name in QUICK or not quick else ():

@@ -104,7 +104,6 @@ HEAVY = 10  # bodies with a mass where the others are massless
 FEW_HEAVY = f", {HEAVY} heavy"  # of a contender's label there
 TARGET = 1e-8  # au, largest error of a body at the end
 ROUNDS = 3
-TRUE = "truth"
 
 
 @dataclass(frozen=True)
@@ -251,8 +250,8 @@ def _rows(
     }
     for label in {one.label for one in able}:
         reached = [
-            row for row in found.values() if row["contender"] == label
-            and (row["error"] <= TARGET or row["status"] == TRUE) and row["seconds_per_orbit"] > 0.0
+            row for one, row in found.items() if one.label == label
+            and (row["error"] <= TARGET or one == truth) and row["seconds_per_orbit"] > 0.0
         ]  # fmt: skip
         if reached:
             min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
@@ -308,7 +307,7 @@ def _row(
         "pairs_per_second": pairs / timing.seconds if good else nan,
         "limit_pairs_per_second": nan,
         "share": nan,
-        "status": TRUE if good and run is truth else status or _untimed(timing),
+        "status": "truth" if good and run is truth else status or _untimed(timing),
     }
 
 

@@ -18,7 +18,6 @@ from benchmarks.statistics.paired import UNKNOWN, Interval, interval, outcome, r
 
 NOT_REACHED = "not reached"
 OURS = "galvi, best"
-TRUTH = "truth"  # status of the row that the others are compared with
 COLUMNS = (
     *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
     *("noise_low", "noise_high", "outcome"),
@@ -49,7 +48,7 @@ def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
     seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
     good = (seconds > 0.0) & (error > 0.0) & (error <= target)
     if not good.any():
-        good = (seconds > 0.0) & (rows["status"] == TRUTH).to_numpy()
+        good = (seconds > 0.0) & rows["is_truth"].to_numpy(bool)
     return rows.iloc[int(np.argmin(np.where(good, seconds, np.inf)))] if good.any() else None
 
 
@@ -127,7 +126,7 @@ def unfounded(cells: pd.DataFrame, table: pd.DataFrame) -> list[str]:
 
 def _took_part(rows: pd.DataFrame) -> bool:
     timed = rows[rows["seconds"] > 0.0]
-    return bool(((timed["error"] > 0.0) | (timed["status"] == TRUTH)).any())
+    return bool(((timed["error"] > 0.0) | timed["is_truth"]).any())
 
 
 def _rounds(row: pd.Series, name: str = "rounds") -> list[float]:

@@ -44,6 +44,10 @@ class Variational:
         """True for any `galvi.Problem`."""
         return isinstance(problem.system, SYSTEMS)
 
+    def stops_early(self, setting: Mapping[str, Any]) -> bool:
+        """Whether the iteration of a step may end before it has converged."""
+        return "tolerance" in setting or getattr(self.method.chart, "passes", None) is not None
+
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps from t0 to t0 + duration, negative for backwards."""
         steps = steps_of_run(self, problem, duration, setting, "solver", "tolerance")

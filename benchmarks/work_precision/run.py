@@ -23,7 +23,8 @@ from benchmarks.statistics.timing import (
 )
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.dependable import dependable
-from benchmarks.work_precision.fronts import TRUTH, fastest, front, ratios
+from benchmarks.work_precision.fronts import fastest, front, ratios
+from benchmarks.work_precision.galvi_methods import Variational
 from benchmarks.work_precision.grid import refined
 from benchmarks.work_precision.participants import (
     ExternalContender,
@@ -41,6 +42,7 @@ COLUMNS = (
     "problem",
     "contender",
     "settings",
+    "stops_early",
     "quantity",
     "error",
     "seconds",
@@ -52,6 +54,7 @@ COLUMNS = (
     "energy",
     "evaluations",
     "steps",
+    "is_truth",
     "status",
     "reference",
     "truth_error",
@@ -73,6 +76,7 @@ class _Measurement:
     settings: str
     call: Callable[[], Trajectory]
     setting: Setting
+    stops_early: bool = False
     run: Trajectory | None = None
     why: str = ""
     warm: float = field(default=0.0)
@@ -95,6 +99,7 @@ def work_precision(
     With the name of a problem, for that one only; with ``cases`` for these in place of the suite's.
     Raises ValueError when there is no such problem.
 
+    stops_early   whether galvi's iteration may end before it has converged
     quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
                   place
     error         largest distance of a body from the truth at the end, in the problem's unit of
@@ -113,7 +118,8 @@ def work_precision(
                   subtracted, of what is subtracted
     energy        relative error of the energy at the end, of point masses
     evaluations   force evaluations; NaN when the engine does not count
-    status        empty; 'truth'; a warning about the error; or why the run failed
+    is_truth      whether the run is the truth itself
+    status        empty; a warning about the error; or why the run failed
     reference     the truth and its accuracy
     truth_error   the truth's own error, measured like `error`
     """
@@ -266,6 +272,7 @@ def _first_run(
     """The first run of a setting, with the call to be timed, lengthened where the case says so."""
     call = call_of(contender, case.problem, case.duration, setting)
     one = _Measurement(label, readable_setting(setting), call, setting)
+    one.stops_early = isinstance(contender, Variational) and contender.stops_early(setting)
     if contender.missing:
         one.why = contender.missing
         return one
@@ -285,7 +292,8 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
         {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
-         "quantity": case.quantity, "status": why, "reference": why}
+         "stops_early": False, "quantity": case.quantity, "is_truth": False, "status": why,
+         "reference": why}
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
@@ -305,13 +313,12 @@ def _row(
 ) -> dict[str, Any]:
     nan = float("nan")
     counts: Mapping[str, int] = one.run.counts if one.run is not None else {}
-    error, status = nan, one.why
+    error, status, is_truth = nan, one.why, False
     if one.run is not None and not one.run.success:
         status = one.run.status
-    elif one.run is not None and truth.source == (one.contender, one.settings):
-        status = TRUTH
     elif one.run is not None:
-        error = case.distance(one.run.q[-1], truth.end)
+        is_truth = truth.source == (one.contender, one.settings)
+        error = nan if is_truth else case.distance(one.run.q[-1], truth.end)
         if error < 10.0 * truth.error and not status:
             status = "The error is below ten times that of the truth: take it as a bound."
         if timing and math.isnan(timing.seconds):
@@ -321,6 +328,7 @@ def _row(
         "problem": case.problem.name,
         "contender": one.contender,
         "settings": one.settings,
+        "stops_early": one.stops_early,
         "quantity": case.quantity,
         "error": error,
         "seconds": timing.seconds / one.times if timing else nan,
@@ -332,6 +340,7 @@ def _row(
         "energy": _energy(case, one),
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
+        "is_truth": is_truth,
         "status": status,
         "reference": truth.description,
         "truth_error": truth.error,

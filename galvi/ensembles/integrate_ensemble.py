@@ -25,7 +25,7 @@ from galvi.outcome import Outcome
 from galvi.problem import Problem
 from galvi.run.engines import stepper_for
 from galvi.run.ensemble import processors
-from galvi.run.request import RunRequest, check_types, number_of_steps
+from galvi.run.request import RunRequest, check_time_changes, check_types, number_of_steps
 
 BY_ITSELF = "It was run by itself, since {why}."
 OF_PYTHON = "what is kept is a Python function of a run"
@@ -126,7 +126,9 @@ class _Work:
         limits: dict[str, Any] = {"steps": steps, "duration": duration, "tolerance": tolerance}
         problem = parameters.problem
         first = problem.with_initial_state(q[0], v[0])
-        longest = float(step[np.argmax(np.abs(step))])
+        shortest, longest = (float(step[k(np.abs(step))]) for k in (np.argmin, np.argmax))
+        if not self.in_clock:
+            check_time_changes(problem.t0, shortest, shortest)
         stepper_for(RunRequest.checked(first, method, longest, curves=False, **limits))
         self.plan = TimeGrid(steps or 0, step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = kept_of(keep)

@@ -9,9 +9,11 @@ from importlib.resources import files
 from galvi.input_checks import shown
 from galvi.interop.release import galvi_version
 from galvi.method import Galerkin
+from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# The words in the name of a method or the source of a problem, and what they call for.
+# Words in the name of another code's method, which is all that its run says of it, and what they
+# call for.
 CODES = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),
@@ -63,7 +65,7 @@ def cite(run: Trajectory) -> Citation:
     text += f" [{', '.join(dict.fromkeys(keys))}]" if keys else ""
     text += f", using galvi {galvi_version()} [galvi]"
     keys = [*keys, "galvi"]
-    if "DE421" in str(problem.parameters.get("source", "")) + problem.units:
+    if problem.parameters.get("source") == DE421:
         keys.append("Folkner2009")
         text += ", from the states of JPL's ephemeris DE421 [Folkner2009]"
     bibtex = "\n\n".join(entries()[key] for key in dict.fromkeys(keys))

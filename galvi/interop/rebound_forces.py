@@ -64,6 +64,7 @@ class Forced:
                     f"{self.extras} must be a file of REBOUNDx's, as rebx.save writes; it says: "
                     f"{error}"
                 ) from None
+        # The text of the warnings is all that REBOUNDx gives.
         lost = [str(one.message) for one in caught if OTHER_VERSION not in str(one.message)]
         if lost:
             raise ValueError(f"REBOUNDx does not load all of {self.extras}: {lost[0]}")

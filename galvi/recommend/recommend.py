@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from galvi import input_checks
@@ -90,13 +90,13 @@ def recommend(
             f"One run over a time of {scan.measured / unit:.3g} takes more than the budget, "
             f"{room:g}.",
         )  # fmt: skip
-        return _answer(scan, nothing, asked, scans.BUDGET_ENDED)
+        return _answer(scan, nothing, asked, {scans.Ended.BUDGET: []})
     good = [candidate for candidate in scan.tried if candidate.error <= ERROR_SHARE * asked]
     if not good:
-        return _not_reached(scan, asked, whys)
+        return _answer(scan, _most_accurate(scan), asked, whys)
     answer = _confirmed(scan, _cheapest(scan, good), asked, measured is None)
-    if scans.BUDGET_ENDED in whys and answer.reached:
-        left = _named(whys[scans.BUDGET_ENDED])
+    if scans.Ended.BUDGET in whys and answer.reached:
+        left = _named(whys[scans.Ended.BUDGET])
         text = f"{answer.status} The budget ended before the search for {left}."
         answer = replace(answer, status=text)
     return answer
@@ -114,19 +114,19 @@ def _checked_degrees(degrees: Sequence[int]) -> list[int]:
 
 def _searched(
     scan: scans.Scan, degrees: list[int], steps: int, asked: float
-) -> dict[str, list[int]]:
+) -> dict[scans.Ended, list[int]]:
     """Search the largest step of each degree; reason -> the degrees that ended without one.
 
     steps  where the search begins with the first degree
     """
     room, scan.budget = scan.budget, FOR_SEARCH * scan.budget
-    whys: dict[str, list[int]] = {}
+    whys: dict[scans.Ended, list[int]] = {}
     for k, s in enumerate(degrees):
         start = steps if k == 0 else max(scan.fewest, math.ceil(steps * degrees[k - 1] / s))
         steps, why = scans.fewest_steps(scan, s, start, ERROR_SHARE * asked)
-        if why:
+        if why is not None:
             whys.setdefault(why, []).append(s)
-        if why == scans.PART:  # of any degree
+        if why is scans.Ended.PARTED:  # of any degree
             break
     scan.budget = room
     return whys
@@ -194,12 +194,7 @@ def _confirmed(scan: scans.Scan, choice: Candidate, asked: float, extend: bool) 
             _most_accurate(scan, {(one.degree, one.steps) for one in found}),
             key=lambda one: one.error,
         )
-    why = (
-        ""
-        if best.error <= asked
-        else "the candidate that seemed to reach it did not when compared again"
-    )
-    return _answer(scan, best, asked, why)
+    return _answer(scan, best, asked, {scans.Ended.UNCONFIRMED: []})
 
 
 def _most_accurate(scan: scans.Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
@@ -219,11 +214,6 @@ def _most_accurate(scan: scans.Scan, known: Collection[tuple[int, int]] = ()) ->
     return min(judged, key=lambda one: one.error, default=replace(best, error=math.inf))
 
 
-def _not_reached(scan: scans.Scan, asked: float, whys: dict[str, list[int]]) -> Recommendation:
-    why = [f"{why} for {_named(some)}" for why, some in whys.items()]
-    return _answer(scan, _most_accurate(scan), asked, "; ".join(why))
-
-
 def _named(degrees: list[int]) -> str:
     return f"degree{'s' * (len(degrees) > 1)} {', '.join(map(str, degrees))}"
 
@@ -238,12 +228,22 @@ def _parting(scan: scans.Scan) -> str:
     )
 
 
-def _answer(scan: scans.Scan, best: Candidate, asked: float, why: str) -> Recommendation:
+def _answer(
+    scan: scans.Scan, best: Candidate, asked: float, whys: Mapping[scans.Ended, list[int]]
+) -> Recommendation:
+    """The recommendation of a candidate.
+
+    whys  why the error was not reached -> the degrees it is said of; empty where of no single one
+    """
+    why = "; ".join(
+        f"{one.value}{f' for {_named(degrees)}' if degrees else ''}"
+        for one, degrees in whys.items()
+    )
     reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
     measured, duration = best.measured / scan.unit, scan.duration / scan.unit
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
-    if scans.PART in why and not reached:
+    if scans.Ended.PARTED in whys and not reached:
         status = f"An error of {asked:g} was not reached. {_parting(scan)}"
     elif not math.isfinite(error):
         said = best.status or "With half the step its result is entirely different."

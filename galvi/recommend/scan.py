@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
@@ -32,24 +33,31 @@ from galvi.systems.system import WithLimits
 from galvi.trajectory import Trajectory
 
 TRIES = 14  # numbers of steps tried
-BUDGET_ENDED = "the budget ended"
 BRACKET_RATIO = 1.06  # ratio of upper to lower number of steps at which the search ends
 COARSER_RATIO = 0.9  # ratio to the next number when all so far were within the error
 DEARER = 4.0  # it also ends where fewer steps cost this much more, being hard to solve
 HARD = 0.1  # share of steps by Newton's method from which on smaller steps may cost less
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 LONGER = 1.05  # ratio of times of use below which smaller steps did not help
-PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
-ROUNDING_DECIDES = "rounding decides"
-STOPS = "a force reaches its limit at the same time whatever the step"
 # Consecutive refinements without gain after which the error counts as round-off.
 FLAT_REFINEMENTS = 2
 
 
-def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
+class Ended(Enum):
+    """Why no number of steps reached the error, as the status says it."""
+
+    BUDGET = "the budget ended"
+    PARTED = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
+    ROUNDING = "rounding decides"
+    STOPPED = "a force reaches its limit at the same time whatever the step"
+    TRIED = "no number of steps that was tried is enough"
+    UNCONFIRMED = "the candidate that seemed to reach it did not when compared again"
+
+
+def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
     """The fewest steps within the error, searched from ``steps``, or the last number tried.
 
-    Also why the search ended without reaching the error, else an empty string. Each next number is
+    Also why the search ended without reaching the error, else None. Each next number is
     the one for which an error of order 2 s would be as required, kept between those known to be too
     few and enough. Where only Newton's method solves the steps, twice as many are tried until they
     need it no more, or cost far more.
@@ -68,12 +76,12 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
     return enough, why
 
 
-def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
+def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
     low, high, flat, least = 0, 0, 0, math.inf
     before: Candidate | None = None
     for _ in range(TRIES):
         if not scan.affords(degree, steps):
-            return high or steps, "" if high else BUDGET_ENDED
+            return high or steps, None if high else Ended.BUDGET
         found = scan.measure(degree, steps)
         if found.error <= error:
             high, cost = steps, found.cost(scan.by)
@@ -87,21 +95,21 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
             why = _in_vain(scan, found, flat)
             if why and not high:
                 return steps, why
-            if why == ROUNDING_DECIDES:
+            if why is Ended.ROUNDING:
                 break
         if _bracketed(scan, low, high):
             break
         steps = max(scan.fewest, min(_next(found, low, high, error), scan.most))
-    return high or steps, "" if high else "no number of steps that was tried is enough"
+    return high or steps, None if high else Ended.TRIED
 
 
-def _in_vain(scan: Scan, found: Candidate, flat: int) -> str:
-    """Why more steps are of no use after so many refinements without gain; "" where they may be."""
+def _in_vain(scan: Scan, found: Candidate, flat: int) -> Ended | None:
+    """Why more steps are of no use after so many refinements without gain; None if they may be."""
     if flat == FLAT_REFINEMENTS and found.error < PERHAPS_ROUNDING * scan.size:
-        return ROUNDING_DECIDES
+        return Ended.ROUNDING
     if flat and math.isfinite(found.parted):
-        return PART
-    return STOPS if flat and math.isfinite(found.stopped) else ""
+        return Ended.PARTED
+    return Ended.STOPPED if flat and math.isfinite(found.stopped) else None
 
 
 def _bracketed(scan: Scan, low: int, high: int) -> bool:

@@ -63,7 +63,8 @@ def run_steps(
     request = stepper.request
     problem, steps, apart = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
-        apart = max(STEPS_BETWEEN_STATES, -(-(steps or 0) // MOST_KNOWN))
+        ahead = 0 if request.until is not None else steps or 0  # of which there may be fewer
+        apart = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_KNOWN))
     known = [stepper.checkpoint]
     with defer_interrupts() as pressed:
         stopped = interrupted or pressed

@@ -19,6 +19,7 @@ from galvi.problem import Problem
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import formulation_of, motion_in_clock
 from galvi.run.in_frame.inertial import in_parts
+from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps, unwatched
 from galvi.run.request import RunRequest, from_start
 from galvi.run.vector_space import VECTOR_SPACE, reaching
@@ -191,7 +192,7 @@ def _reach_in_clock(run: Trajectory) -> Reach:
         state = replace(motion.at(q, v, t), curves=False)
         for parts in PARTS:
             request = RunRequest(run.problem, run.method, step / parts, None, state, time)
-            there = run_steps(ClockStepper(request, motion), watched=False)
+            there = uninterrupted(run_steps(ClockStepper(request, motion), watched=False))
             if there.t[-1] == time:
                 break
         else:

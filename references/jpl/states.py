@@ -13,6 +13,7 @@ from importlib import resources
 import numpy as np
 
 from galvi.arrays import Array
+from references.contender import EngineMissing
 
 EPOCH = 2451544.5  # Julian day, TDB: 2000-01-01 00:00
 FILE = "galvi/problems/data/solar_system.csv"
@@ -55,7 +56,7 @@ def ephemeris() -> dict[str, Array]:
     Raises ModuleNotFoundError without jplephem and de421.
     """
     if missing():
-        raise ModuleNotFoundError(missing())
+        raise EngineMissing(missing(), name="jplephem")
     import de421
     from jplephem.ephem import Ephemeris
 
@@ -73,7 +74,7 @@ def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
     days  (saved,) since EPOCH; ValueError outside the years that DE421 covers
     """
     if missing():
-        raise ModuleNotFoundError(missing())
+        raise EngineMissing(missing(), name="jplephem")
     import de421
     from jplephem.ephem import Ephemeris
 

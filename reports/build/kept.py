@@ -92,7 +92,8 @@ def _without_study(id: str) -> Claim:
 
 def kept_comparison(out: Path) -> Comparison:
     """The times and costs of the last comparison."""
-    return Comparison(read(out / "work_precision.csv"), read(out / "cost.csv"))
+    runs = read(out / "work_precision.csv", needed="is_truth")
+    return Comparison(runs, read(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
@@ -111,16 +112,19 @@ def durations(out: Path) -> dict[str, float]:
     return {} if table is None else dict(zip(table["claim"], table["seconds"], strict=True))
 
 
-def read(path: Path, kinds: dict[str, str] | None = None) -> pd.DataFrame | None:
+def read(path: Path, kinds: dict[str, str] | None = None, needed: str = "") -> pd.DataFrame | None:
     """A table with empty texts instead of missing ones; None where there is no readable file.
 
-    kinds  column -> dtype, where "object" is text; otherwise what pandas finds
+    kinds   column -> dtype, where "object" is text; otherwise what pandas finds
+    needed  a column without which it is left out
     """
     if not path.is_file():
         return None
     text = {name: str for name, kind in (kinds or {}).items() if kind == "object"}
     try:
         table = read_csv(path, dtype=text)
+        if needed and needed not in table:
+            raise ValueError(f"it has no column {needed!r}")
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
         why = " ".join(str(error).split())
         print(f"{path} is left out, since it cannot be read: {why}.", file=sys.stderr)

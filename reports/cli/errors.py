@@ -74,7 +74,7 @@ def sentence(error: Any, commands: Iterable[str]) -> str:
         options = [name for name in (*options, "--help") if name.startswith("--")]
         word = error.option_name
         return f"There is no option {word!r}; did you mean {nearest(word, options)!r}?"
-    if message.startswith("No such command"):
+    if message.startswith("No such command"):  # the text is all that click gives
         word = message.split("'")[1]
         known = tuple(commands)
         return (

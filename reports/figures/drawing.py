@@ -81,7 +81,7 @@ def _of_drawn(runs: pd.DataFrame) -> str:
         ),
         "heyoka without its compact mode.": any(name in NOT_COMPACT for name in names),
         "The dotted vertical line marks the time of the run that is the reference.": bool(
-            ((runs["status"] == "truth") & (runs["seconds"] > 0)).any()
+            (runs["is_truth"] & (runs["seconds"] > 0)).any()
         ),
     }
     return " ".join(sentence for sentence, so in said.items() if so)

@@ -38,7 +38,7 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
         axes.plot(best["seconds"], best["error"], **{**look.style, "markersize": 4.0, "lw": 1.2})
         intervals(axes, best, look.color)
     truths = {}
-    for _, truth in frame[(frame["status"] == "truth") & (frame["seconds"] > 0)].iterrows():
+    for _, truth in frame[frame["is_truth"] & (frame["seconds"] > 0)].iterrows():
         color = identity(truth["contender"]).color
         line = axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9,
                             zorder=1)  # fmt: skip

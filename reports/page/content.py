@@ -310,7 +310,7 @@ def _comparisons(
     for problem, runs in comparison.work_precision.groupby("problem", sort=False):
         name = str(problem)
         ratios = readable_ratios(tables.ratios, tables.smallest, name)
-        noted = runs[(runs["status"] != "") & (runs["status"] != "truth")]
+        noted = runs[runs["status"] != ""]
         sections.append(
             ComparisonSection(
                 anchor=slug(name),
@@ -325,7 +325,7 @@ def _comparisons(
                 ),
                 advice=of_mujoco(tables.fastest, name),
                 notes=tuple(filter(None, (mujoco_overhead(runs), *chances(runs)))),
-                is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
+                is_truth=tuple(runs[runs["is_truth"]]["contender"].drop_duplicates()),
                 elsewhere=tuple(
                     (one.title, grid(elsewhere(one.runs, name)))
                     for one in others

@@ -30,7 +30,7 @@ def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
 def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
     """The rows of the file, marked; None when it is missing or (with a warning) unreadable.
 
-    key     required column with the ids of the claims
+    key     required column
     origin  marks for rows without their own
     """
     if not path.is_file():

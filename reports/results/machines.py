@@ -20,7 +20,7 @@ from reports.results.comparison import written
 from reports.results.origins import NAME, read_origins, short
 
 MACHINES, ROWS, BENCHES = "machines", "work_precision.csv", "benchmarks"
-NEEDED = ("problem", "contender", "settings", "error", "seconds")
+NEEDED = ("problem", "contender", "settings", "error", "seconds", "is_truth")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def _check(folder: Path) -> None:
 
 def _read(folder: Path) -> Machine | None:
     origin = read_origins(folder).get(ROWS, {})
-    runs = written(folder / ROWS, NEEDED[0], origin) if origin.get("cpu") else None
+    runs = written(folder / ROWS, "is_truth", origin) if origin.get("cpu") else None
     return None if runs is None else Machine(runs, origin)
 
 

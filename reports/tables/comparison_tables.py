@@ -16,7 +16,6 @@ from benchmarks.work_precision.dependable import bounds, dependable
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
-    TRUTH,
     at_smallest,
     fastest,
     ratios,
@@ -205,8 +204,7 @@ def _compared(better: float) -> str:
 
 NOBODY = "not reached"
 ALL, GALVI, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
-CHOICE = ("contender", "settings", "error", "seconds", "at_asked")
-PASSES = " passes"  # ends the label of a frame with fewer passes than converge
+CHOICE = ("contender", "settings", "stops_early", "error", "seconds", "at_asked")
 AMONG = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
 
 
@@ -217,9 +215,9 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
     A run that is the reference of the others counts as reaching every error; its own is unknown.
     Without `errors`, those at which the problem's contenders are compared.
 
-    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds,
-    at_asked, bound: its fastest run that reaches the error, that run's time in the rounds after it
-    was chosen, and whether the run's error is a bound alone.
+    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, stops_early,
+    error, seconds, at_asked, bound: its fastest run that reaches the error, that run's time in the
+    rounds after it was chosen, and whether the run's error is a bound alone.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
@@ -269,7 +267,8 @@ def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str,
     """The CHOICE among these runs of one problem, with their times at this error."""
     times = times[(times["contender"] != BEST) & times["seconds"].notna()]
     if times.empty:
-        return dict.fromkeys(CHOICE, float("nan")) | {"contender": NOBODY, "settings": ""}
+        nobody = {"contender": NOBODY, "settings": "", "stops_early": False}
+        return dict.fromkeys(CHOICE, float("nan")) | nobody
     first = times.loc[times["seconds"].idxmin()]
     run = fastest(runs[runs["contender"] == first["contender"]], asked)
     assert run is not None  # it has a time
@@ -296,7 +295,7 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
 
 
 def _error(row: pd.Series) -> str:
-    text = readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else "")
+    text = readable(row["error"], 2) or ("truth" if known(row["seconds"]) else "")
     return f"{text} (bound)" if row["bound"] else text
 
 
@@ -304,5 +303,4 @@ def _setting(row: pd.Series) -> str:
     """With the unit of a step, and whether galvi's iteration ends before it has converged."""
     text, unit = str(row["settings"]), label_of(row["problem"]).time
     text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
-    early = is_ours(row["contender"]) and ("tolerance=" in text or PASSES in row["contender"])
-    return f"{text} (stopped early)" if early else text
+    return f"{text} (stopped early)" if row["stops_early"] else text

@@ -218,6 +218,13 @@ def test_problems_that_it_is_not_asked_about_any_more_are_one_sentence() -> None
     assert not any(external.faults_on(check.problem) for check in CHECK_PROBLEMS[2:])
 
 
+def test_a_failure_that_it_words_like_a_request_that_was_not_made_is_a_fault_of_its_own() -> None:
+    external = ExternalIntegrator("m:Late", name="late")
+    for check in CHECK_PROBLEMS[:2]:
+        external.add_fault(check.problem, "T = 5", "It was not asked for a step.")
+    assert len(external.faults) == 2 and external.only_unasked == ""
+
+
 class Text(str):
     def __str__(self) -> str:
         return self

@@ -15,7 +15,6 @@ from benchmarks.work_precision.dependable import bounds, dependable, resolution
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
-    TRUTH,
     at_smallest,
     front,
     ratios,
@@ -28,7 +27,7 @@ from benchmarks.work_precision.fronts import (
 def table(points: dict[str, list[tuple[float, float]]]) -> pd.DataFrame:
     rows: list[dict[str, Any]] = [
         {"problem": "p", "contender": name, "settings": f"step={k}", "error": error,
-         "seconds": seconds, "status": ""}
+         "seconds": seconds, "is_truth": False, "status": ""}
         for name, some in points.items()
         for k, (error, seconds) in enumerate(some)
     ]  # fmt: skip
@@ -126,11 +125,16 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
 
 def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:
     rows = table({"galvi": [(1e-2, 1.0), (math.nan, 0.1)], "truth": [(math.nan, 7.0)]})
-    rows.loc[rows["contender"] == "truth", "status"] = TRUTH
+    rows["is_truth"] = rows["contender"] == "truth"
     assert len(front(rows)) == 1
     found = ratios(rows, [1e-1]).set_index("contender")
     assert found.loc["truth", "ratio"] == pytest.approx(7.0)
-    rows.loc[len(rows)] = dict(rows.loc[0]) | {"contender": "truth", "error": 1e-3, "seconds": 2.0}
+    rows.loc[len(rows)] = dict(rows.loc[0]) | {
+        "is_truth": False,
+        "contender": "truth",
+        "error": 1e-3,
+        "seconds": 2.0,
+    }
     own = ratios(rows, [1e-1, 1e-4]).set_index(["contender", "error"])["seconds"]
     assert own["truth", 1e-1] == 2.0 and own["truth", 1e-4] == 7.0
 

@@ -22,7 +22,9 @@ def runs(*rows: tuple[str, str, float, float], **more: Any) -> pd.DataFrame:
     """Rows (problem, contender, error, seconds)."""
     table = pd.DataFrame(rows, columns=["problem", "contender", "error", "seconds"])
     settings = [f"step={k}" for k in range(len(table))]
-    return table.assign(settings=settings, status="", steps=1.0, evaluations=math.nan, **more)
+    return table.assign(
+        settings=settings, is_truth=False, status="", steps=1.0, evaluations=math.nan, **more
+    )
 
 
 def found(table: pd.DataFrame) -> pd.DataFrame:

@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks.applications.external import served_checks
 from benchmarks.applications.external.checks import CHECKS, FAILURES
-from benchmarks.applications.external.integrator import PATIENCE, UNASKED, ExternalIntegrator
-from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.integrator import PATIENCE, ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError, NotAsked
 from benchmarks.applications.external.own_check_problems import own_check_problem
 from benchmarks.applications.external.served_checks import ServedChecks, outcome
 from tests.benchmarks.contenders_at_hand import (
@@ -210,7 +210,7 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
 
     def impatient(self: Inside, question: str, *arguments: Any, tried: bool = False) -> Any:
         if self._late[tried] >= PATIENCE:
-            raise ContenderError(f"{UNASKED}: answers before took longer.")
+            raise NotAsked("Answers before took longer.")
         try:
             return ask(self, question, *arguments, tried=tried)
         except ContenderError as error:
@@ -225,7 +225,7 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
     }  # fmt: skip
     assert outcomes["runs and answers", swing][0] == "passed"
     for key in (("accuracy", orbit), ("accuracy", swing), ("order", ""), ("longest run", orbit)):
-        assert outcomes[key] == ("skipped", f"{UNASKED}: answers before took longer.")
+        assert outcomes[key] == ("skipped", "Answers before took longer.")
 
 
 def test_a_long_run_that_fails_has_the_same_outcome_alone_and_after_other_items(serve):

@@ -27,6 +27,7 @@ def rows(points: dict[str, list[tuple[float, float]]], problem: str = "p") -> pd
             "error": error,
             "seconds": seconds,
             "settings": "",
+            "is_truth": False,
             "status": "",
         }
         for name, some in points.items()

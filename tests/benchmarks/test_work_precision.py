@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import galvi
 from benchmarks.statistics import timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import COLUMNS, cost_table
-from benchmarks.work_precision.galvi_methods import InClock
+from benchmarks.work_precision.galvi_methods import InClock, gauss_collocation
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
@@ -74,13 +75,13 @@ def test_the_truth_is_not_judged_by_itself(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(
         work_precision,
         "work_precision_problems",
-        lambda quick: (replace(case, truth=lambda: truth),),
+        lambda quick: (replace(case, truth=lambda: truth, notes={"REBOUND IAS15": "A note."}),),
     )
     rows = work_precision.work_precision(quick=True)
     own = rows[rows["contender"] == "REBOUND IAS15"]
     *others, last = own.to_dict("records")
-    assert last["status"] == "truth" and math.isnan(last["error"])
-    assert others and all(one["error"] > 0.0 and one["status"] != "truth" for one in others)
+    assert last["is_truth"] and math.isnan(last["error"]) and last["status"] == "A note."
+    assert others and all(one["error"] > 0.0 and not one["is_truth"] for one in others)
     assert own["seconds"].notna().all()
 
 
@@ -110,6 +111,12 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
                     assert (case.duration / setting["step"]) == pytest.approx(
                         setting["save_every"], rel=1e-12
                     )
+
+
+def test_a_tolerance_and_a_number_of_passes_stop_an_iteration_early() -> None:
+    whole, cut = (gauss_collocation(4, galvi.KeplerFrame(passes=n)) for n in (None, 2))
+    assert cut.stops_early({}) and gauss_collocation(4).stops_early({"tolerance": 1e-9})
+    assert not whole.stops_early({}) and not gauss_collocation(4).stops_early({"step": 1.0})
 
 
 @pytest.mark.parametrize("make", [outer_solar_system, solar_system, applegate])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import matplotlib
 import numpy as np
@@ -276,6 +277,8 @@ def test_a_citation_names_what_was_used_and_nothing_else():
         other.sentence.replace("]", "[").replace(", ", "[").split("[")
     )
     assert cited.bibtex.count("{") == cited.bibtex.count("}")
+    beside = replace(run.problem, parameters={"source": "not DE421"}, units="of DE421")
+    assert "Folkner2009" not in str(galvi.cite(galvi.integrate(beside, EIGHT, 4.0, 2)))
     with pytest.raises(TypeError, match="run must be"):
         galvi.cite(3)
 

@@ -50,7 +50,18 @@ def failing_round_trip(problem):
         galvi.round_trip_error(problem, FOUR, 30.0, 20)
 
 
+CLOCK = galvi.Galerkin(
+    galvi.Polynomials(2), galvi.gauss(2), clock=galvi.Clock(lambda q: 1.0 / (1.0 + q @ q))
+)
+
+
+def between_steps_in_a_clock(problem):
+    run = galvi.integrate(problem, CLOCK, 0.3, duration=0.6, save_every=10**6)
+    return run if run.interrupted else galvi.states_at(run, 0.35)
+
+
 JOBS = {
+    "states in a clock": between_steps_in_a_clock,
     "recommend": lambda problem: galvi.recommend(problem, 1e-4, 20.0, **BUDGET),
     "round trip": lambda problem: galvi.round_trip_error(problem, FOUR, 0.3, 20),
     "round trip that fails": failing_round_trip,

@@ -173,3 +173,11 @@ def test_a_change_that_the_start_does_not_show_is_seen(monkeypatch):
             run(1.23)
         monkeypatch.setitem(globals(), "STIFFNESS", 1.0)
         run(1.23)
+
+
+def test_a_bound_of_steps_that_is_never_reached_does_not_thin_out_the_known_states():
+    sundman = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
+    options = {"duration": 60.0, "curves": False, "save_every": 10**6}
+    bounded = galvi.integrate(galvi.problems.kepler(0.5), sundman, 0.02, 10**8, **options)
+    free = galvi.integrate(galvi.problems.kepler(0.5), sundman, 0.02, **options)
+    assert len(bounded.again.known) == len(free.again.known) > 1

@@ -65,7 +65,7 @@ def test_comparisons_draw_without_warnings(make_suite):
     runs = suite.work_precision(True, print)
     lay_out(comparison_figure("kepler e=0.6", runs), runs)
     with pytest.raises(NoData):
-        lay_out(comparison_figure("kepler", runs), runs[runs["status"] == "truth"])
+        lay_out(comparison_figure("kepler", runs), runs[runs["is_truth"]])
 
 
 def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_own():
@@ -91,8 +91,9 @@ def test_contenders_whose_errors_are_alike_share_a_line_and_others_do_not():
 def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
     errors = {"galvi degree 8": 1e-9, "peer": 1e-5, "useless": 1e-2}
     rows = pd.DataFrame(
-        [{"problem": f"p{k}", "contender": who, "settings": "step=1", "error": error, "status": "",
-          "seconds": 20.0 - len(who)} for k in range(6) for who, error in errors.items()]
+        [{"problem": f"p{k}", "contender": who, "settings": "step=1", "error": error,
+          "is_truth": False, "seconds": 20.0 - len(who)}
+         for k in range(6) for who, error in errors.items()]
     )  # fmt: skip
     for figure in PROFILES:
         lay_out(figure, rows)

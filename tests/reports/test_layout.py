@@ -113,7 +113,7 @@ def compared(headline: Figure) -> pd.DataFrame:
     """Three runs of each of its contenders on its problems."""
     rows = [
         {"problem": problem, "contender": one.begins, "quantity": POSITION, "settings": "step=1",
-         "error": 10.0 ** -(3 + 4 * k), "seconds": 10.0 ** (k - 3 + 0.1 * place), "status": ""}
+         "error": 10.0 ** -(3 + 4 * k), "seconds": 10.0 ** (k - 3 + 0.1 * place), "is_truth": False}
         for problem in headline.options["panels"]
         for place, one in enumerate(headline.options["shown"])
         for k in range(3)

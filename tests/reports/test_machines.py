@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.store.cells import as_csv
 from reports.build.build import build_kept
+from reports.build.kept import kept_comparison
 from reports.cli.commands import run
 from reports.results.machines import Machine, machines, merge
 from reports.results.options import Options
@@ -60,12 +61,22 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(
     narrow = report(tmp_path / "narrow")
     (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
     for folder, why in (("empty", "which has neither"), ("nowhere", "received none"),
-                        ("narrow", "without contender, settings, seconds")):  # fmt: skip
+                        ("narrow", "without contender, settings, seconds, is_truth")):  # fmt: skip
         with pytest.raises(ValueError, match=why):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()
     assert run(make_suite, ["merge", str(tmp_path / "empty"), "--out", str(out)]) == 2
     assert "merge: expected folders of reports" in capsys.readouterr().err
+
+
+def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = report(tmp_path) / "work_precision.csv"
+    assert len(machines(tmp_path)) == 1 and kept_comparison(tmp_path).work_precision is not None
+    file.write_text(as_csv(work_precision(True, print).drop(columns="is_truth")))
+    assert machines(tmp_path) == [] and kept_comparison(tmp_path).work_precision is None
+    assert capsys.readouterr().err.count("it has no column 'is_truth'") == 2
 
 
 @pytest.mark.usefixtures("undrawn")

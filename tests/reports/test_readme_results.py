@@ -121,6 +121,8 @@ def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
             "smallest": [1e-5, 1e-9, 2e-5, 1e-7],
             "largest": [1e-5, 1e-9, 2e-5, 1e-7],
             "seconds": [2.0, 4.0, 1.0, 8.0],
+            "is_truth": False,
+            "stops_early": False,
             "status": "",
         }
     )

@@ -219,7 +219,8 @@ def runs(
     ]
     frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
     return frame.assign(
-        problem="body", quantity=quantity, status="", reference="closed form",
+        problem="body", quantity=quantity, is_truth=False, stops_early=False, status="",
+        reference="closed form",
         seconds_low=frame["seconds"], seconds_high=frame["seconds"],
     )  # fmt: skip
 

@@ -143,6 +143,14 @@ def test_an_error_that_the_truth_cannot_tell_is_a_bound(make_suite):
     assert list(readable_fastest(table, "kepler e=0.6")["error"]) == ["1.0·10⁻⁹ (bound)"]
 
 
+def test_a_setting_is_called_stopped_early_by_its_row_and_not_by_its_words(make_suite):
+    runs = make_suite().work_precision(True, print)
+    runs.loc[1, "settings"] = "tolerance=1e-9"
+    for early, said in ((False, ""), (True, " (stopped early)")):
+        table = fastest_per_error(runs.assign(stops_early=early), (1e-8,))
+        assert list(readable_fastest(table, "kepler e=0.6")["setting"]) == [f"tolerance=1e-9{said}"]
+
+
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
     runs = make_suite().work_precision(True, print)
     table = fastest_per_error(runs, (1e-4, 1e-8, 1e-12))

@@ -12,11 +12,11 @@ import signal
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from benchmarks.applications.external.loading import ContenderError
+from benchmarks.applications.external.loading import ContenderError, NotAsked
 from benchmarks.applications.external.printed import Printed
 from benchmarks.applications.external.timed_run import TimedRun
 from benchmarks.applications.external.worker import answer, prepare
@@ -26,7 +26,7 @@ from galvi import Problem, Trajectory
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
 PATIENCE = 2  # answers that took longer, after which it is not asked again
-NAMELESS, UNASKED = "problem", "It was not asked"
+NAMELESS = "problem"
 CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 
 
@@ -40,6 +40,14 @@ class CheckedRun:
     run: Trajectory
     seconds: float
     asked: bool = True
+
+
+class Fault(NamedTuple):
+    """A problem's name and the reason; asked is False where no answer was asked for."""
+
+    problem: str
+    why: str
+    asked: bool
 
 
 @dataclass(eq=False)
@@ -83,7 +91,7 @@ class ExternalIntegrator:
     missing: str = ""
     printed: Printed = field(default_factory=Printed)
     _late: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
-    _failed: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    _failed: dict[Fault, list[str]] = field(default_factory=dict)  # with its requests
     _pool: ProcessPool | None = None
     _process: int = 0
     _twin: ExternalIntegrator | None = None
@@ -176,9 +184,9 @@ class ExternalIntegrator:
             run = problem, duration, dict(setting), repeats
             return self._ask("timed run", *run, tried=tried)
 
-        def report(why: str) -> None:
+        def report(error: ContenderError) -> None:
             if not tried:
-                self.add_fault(problem, f"T = {duration:g}, {words}", why)
+                self.add_fault(problem, f"T = {duration:g}, {words}", error)
 
         return TimedRun(self.name, problem, duration, dict(setting), ask, report)
 
@@ -199,32 +207,34 @@ class ExternalIntegrator:
         """A sentence for each problem and kind of fault; one for all that it was not asked."""
         unasked = self._unasked()
         sentences = [
-            f"{self.name}, {problem}, {_first(doings)}: {why}"
-            for (problem, why), doings in self._failed.items()
-            if (problem, why) not in unasked
+            f"{self.name}, {fault.problem}, {_first(doings)}: {fault.why}"
+            for fault, doings in self._failed.items()
+            if fault.asked
         ]
         if unasked:
-            requests = [doing for key in unasked for doing in self._failed[key]]
-            problems = _first(list(dict.fromkeys(problem for problem, _ in unasked)))
-            sentences.append(f"{self.name}, {problems}, {_first(requests)}: {unasked[0][1]}")
+            requests = [doing for fault in unasked for doing in self._failed[fault]]
+            problems = _first(list(dict.fromkeys(fault.problem for fault in unasked)))
+            sentences.append(f"{self.name}, {problems}, {_first(requests)}: {unasked[0].why}")
         return sentences
 
     def faults_on(self, problem: Problem) -> list[str]:
         """The faults on one problem, without its name."""
         return [
-            f"{_first(doings)}: {why}"
-            for (name, why), doings in self._failed.items()
-            if name == (problem.name or NAMELESS)
+            f"{_first(doings)}: {fault.why}"
+            for fault, doings in self._failed.items()
+            if fault.problem == (problem.name or NAMELESS)
         ]
 
     def failures_on(self, problem: Problem) -> int:
         """The number of failed runs and answers on one problem."""
         name = problem.name or NAMELESS
-        return sum(len(doings) for (on, _), doings in self._failed.items() if on == name)
+        return sum(len(doings) for fault, doings in self._failed.items() if fault.problem == name)
 
-    def add_fault(self, problem: Problem, doing: str, why: str) -> None:
+    def add_fault(self, problem: Problem, doing: str, why: str | ContenderError) -> None:
         """Record a fault: the request (`doing`) and the reason (`why`)."""
-        self._failed.setdefault((problem.name or NAMELESS, visible(why)), []).append(visible(doing))
+        asked = not isinstance(why, NotAsked)
+        fault = Fault(problem.name or NAMELESS, visible(str(why)), asked)
+        self._failed.setdefault(fault, []).append(visible(doing))
 
     def forget_faults(self) -> None:
         """Begin a further measurement, whose faults and printed lines are its own."""
@@ -235,11 +245,11 @@ class ExternalIntegrator:
     def only_unasked(self) -> str:
         """Why nothing that failed was asked, as answers before were late; "" where there are other
         faults, or none."""
-        return self._unasked()[0][1] if len(self._unasked()) == len(self._failed) > 0 else ""
+        return self._unasked()[0].why if len(self._unasked()) == len(self._failed) > 0 else ""
 
-    def _unasked(self) -> list[tuple[str, str]]:
-        """Problem and reason of the requests that were not made as earlier answers were late."""
-        return [key for key in self._failed if key[1].startswith(UNASKED)]
+    def _unasked(self) -> list[Fault]:
+        """Those of the requests that were not made as earlier answers were late."""
+        return [fault for fault in self._failed if not fault.asked]
 
     def close(self) -> None:
         """End its processes and their child processes; the next request starts another."""
@@ -261,7 +271,7 @@ class ExternalIntegrator:
         try:
             return self._ask(question, *arguments)
         except ContenderError as error:
-            self.add_fault(problem, doing, str(error))
+            self.add_fault(problem, doing, error)
             return None
 
     def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
@@ -270,8 +280,8 @@ class ExternalIntegrator:
         tried  whether late answers are counted apart: to requests that it did not offer to answer
         """
         if self._late[tried] >= PATIENCE:
-            raise ContenderError(
-                f"{UNASKED}: {PATIENCE} answers before took longer than {self.limit:g} s. "
+            raise NotAsked(
+                f"It was not asked: {PATIENCE} answers before took longer than {self.limit:g} s. "
                 f"Give a longer {self.limit_option}, in seconds, if it is only slow."
             )
         try:

@@ -26,6 +26,10 @@ class ContenderError(Exception):
     """An error of an external integrator; the message is one sentence."""
 
 
+class NotAsked(ContenderError):
+    """A request that was not made, as answers before were late."""
+
+
 def load_class(path: str) -> Any:
     """An instance of the class at "package.module:Class".
 

@@ -19,7 +19,7 @@ class TimedRun:
     """A callable that runs an external integrator once and records the time.
 
     ask      number of runs -> data of the last one and mean seconds; raises ContenderError
-    report   called with a sentence for each failure
+    report   called with the error of each failure
     took     seconds of the last call, inside its process
     failure  why a call failed, or ""
     """
@@ -29,7 +29,7 @@ class TimedRun:
     duration: float
     setting: dict[str, Any]
     ask: Callable[[int], tuple[dict[str, Any], float]]
-    report: Callable[[str], None]
+    report: Callable[[ContenderError], None]
     took: float = float("nan")
     failure: str = ""
 
@@ -38,7 +38,7 @@ class TimedRun:
         try:
             parts, self.took = self.ask(1)
         except ContenderError as error:
-            self._fail(str(error))
+            self._fail(error)
             return self._failed_run()
         arrays = {name: read_only(parts.pop(name)) for name in ("t", "q", "p")}
         return Trajectory(self.problem, **arrays, **parts, method=self.name)
@@ -50,12 +50,12 @@ class TimedRun:
         try:
             return self.ask(repeats)[1]
         except ContenderError as error:
-            self._fail(str(error))
+            self._fail(error)
             return float("nan")
 
-    def _fail(self, why: str) -> None:
-        self.failure = why
-        self.report(why)
+    def _fail(self, error: ContenderError) -> None:
+        self.failure = str(error)
+        self.report(error)
 
     def _failed_run(self) -> Trajectory:
         """A failed trajectory: NaN at the requested times, or at the ends if they are invalid."""

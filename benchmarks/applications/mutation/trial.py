@@ -57,6 +57,7 @@ def tried(mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
     seconds = time.perf_counter() - start
     if code == 0:
         return Outcome(SURVIVED, "", seconds)
+    # The text of pytest is all there is.
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
     if failed:
         return Outcome(KILLED, failed[1], seconds)
