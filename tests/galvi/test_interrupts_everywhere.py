@@ -58,11 +58,13 @@ CLOCK = galvi.Galerkin(
 
 @cache
 def run_in_a_clock(problem):
-    return galvi.integrate(problem, CLOCK, 0.3, duration=0.6, save_every=10**6)
+    untraced = galvi.Canonical(1.0, lambda q: float(flat(q)), problem.system.gradient)
+    there = galvi.Problem(untraced, [1.0, 0.0], [0.0, 0.5])
+    return galvi.integrate(there, CLOCK, 0.3, duration=1.5, save_every=10**6)
 
 
 JOBS = {
-    "states in a clock": lambda problem: galvi.states_at(run_in_a_clock(problem), 0.35),
+    "states in a clock": lambda problem: galvi.states_at(run_in_a_clock(problem), 0.7),
     "recommend": lambda problem: galvi.recommend(problem, 1e-4, 20.0, **BUDGET),
     "round trip": lambda problem: galvi.round_trip_error(problem, FOUR, 0.3, 20),
     "round trip that fails": failing_round_trip,
