@@ -53,6 +53,9 @@ def run_steps(
     An equal step that cannot be solved is retried once with a guess from smaller steps, whose
     energy is not assessed; if that fails too, the run ends.
 
+    stepper      `Stepper`, or in a clock `ClockStepper`. What else does steps must have what is
+                 used of both here: begin, advance, retry and finish; done, over and reached;
+                 states, counted, curves and checkpoint; request, engine, engine_reason and traced
     watched      whether its energy can be assessed
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
@@ -170,7 +173,7 @@ def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError 
         )
         back = request._replace(step=-request.step / n, steps=n, checkpoint=there)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
-        return arrays.saved_q[-1], arrays.saved_v[-1]
+        return arrays.saved_q[-1], arrays.saved_moving[-1]
 
     def ends(n: int) -> Array:
         rows = np.stack([end(state, n) for state in chosen], axis=1)

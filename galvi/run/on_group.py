@@ -163,9 +163,9 @@ class OnGroup:
         """See `Formulation`."""
         return _system(problem, method).lagrangian_kernel().compiled
 
-    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+    def momenta(self, problem: Problem, saved_moving: Array) -> Array:
         """See `Formulation`."""
-        return saved_v.reshape(-1, *problem.v0.shape)
+        return saved_moving.reshape(-1, *problem.v0.shape)
 
     def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
         """See `Formulation`."""

@@ -46,12 +46,12 @@ class RunArrays(NamedTuple):
                                  moving frame to the inertial one, and force evaluations in lanes
     saved_steps                  (saved,) numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
-    saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
+    saved_moving                 (saved, d) velocities, on groups momenta; NaN until computed
     bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
     watch                        every 2^watch-th step since the problem's start is watched
-    seen                         (watched + 1, r + d), as saved_q and saved_v, of the watched steps
-                                 and room for the last; for a Lagrangian (watched + 1, r + d + d s),
-                                 with the stages
+    seen                         (watched + 1, r + d), as saved_q and saved_moving, of the watched
+                                 steps, and room for the last; for a Lagrangian
+                                 (watched + 1, r + d + d s), with the stages
     passage                      see galvi.kernels.forces.passages; (0,) without point masses
     """
 
@@ -62,7 +62,7 @@ class RunArrays(NamedTuple):
     counts: npt.NDArray[np.int64]
     saved_steps: Any
     saved_q: Array
-    saved_v: Array
+    saved_moving: Array
     bases: Array
     coefficients: Array
     watch: int
@@ -74,7 +74,8 @@ class RunArrays(NamedTuple):
         cls, request: RunRequest, state: State, row: int, curve_size: tuple[int, int],
         watched: bool = True,
     ) -> RunArrays:  # fmt: skip
-        """Arrays for the equal steps of a run from a state, whose ``row`` is the first saved_v.
+        """Arrays for the equal steps of a run from a state, whose ``row`` is saved first of
+        saved_moving.
 
         state       from which it begins
         curve_size  numbers of a curve's base, and rows of its coefficients
@@ -88,8 +89,8 @@ class RunArrays(NamedTuple):
         )
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
-        saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
-        saved_q[0], saved_v[0] = state[0][0, :r], state[0][row, :d]
+        saved_q, saved_moving = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
+        saved_q[0], saved_moving[0] = state[0][0, :r], state[0][row, :d]
         solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
@@ -99,7 +100,7 @@ class RunArrays(NamedTuple):
         passage = passage_record(problem, start.passage)
         return cls(
             state[0].copy(), state[1].copy(), solver_state, np.zeros(1),
-            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_moving,
             np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
             watch, np.full((seen, r + d + stages), np.nan), passage,
         )  # fmt: skip
@@ -122,7 +123,7 @@ class RunArrays(NamedTuple):
         if self.done == request.steps:
             row, rest = len(self.saved_q) - 1, 0
         if rest == 0:
-            self.saved_q[row], self.saved_v[row] = q, v
+            self.saved_q[row], self.saved_moving[row] = q, v
         number = start.first + self.done
         row = (number >> self.watch) - (start.first >> self.watch) - 1
         if number % (1 << self.watch) == 0 and row < len(self.seen):
@@ -154,7 +155,7 @@ def run_plan(
         start.save_every, work.watch,
     )  # fmt: skip
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
-    kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
+    kept = Kept(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
     return tuple(plan), tuple(progress), tuple(kept)
 
 

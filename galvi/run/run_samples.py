@@ -61,7 +61,7 @@ def saved_states(
 ) -> tuple[Array, Array]:
     """The saved configurations (n, ...) and momenta."""
     shape = (-1, *request.problem.q0.shape)
-    return work.saved_q.reshape(shape), formulation.momenta(request.problem, work.saved_v)
+    return work.saved_q.reshape(shape), formulation.momenta(request.problem, work.saved_moving)
 
 
 def watched_rows(formulation: Formulation, request: RunRequest, work: RunArrays) -> Array:
@@ -100,7 +100,9 @@ def _kept_before(
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
-    states = states_of(formulation, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
+    states = states_of(
+        formulation, problem, np.hstack([work.saved_q[rows], work.saved_moving[rows]])
+    )
     if isinstance(problem.system, Lagrangian):
         near = np.broadcast_to(samples.states.v[steps == ruined], (len(rows), problem.v0.size))
         states = states._replace(v=near)

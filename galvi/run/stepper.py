@@ -56,7 +56,7 @@ class Formulation(Protocol):
     def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
         """Whether its kernel is compiled, so that other threads can run at the same time."""
 
-    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+    def momenta(self, problem: Problem, saved_moving: Array) -> Array:
         """The conjugate momenta (saved, ...) of saved rows."""
 
     def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
@@ -177,11 +177,11 @@ class Stepper:
         problem, _, step, _, start = self.request[:5]
         work, velocities = self.work, None
         if has_massless(problem):
-            velocities = work.saved_v.reshape(-1, *problem.v0.shape)
+            velocities = work.saved_moving.reshape(-1, *problem.v0.shape)
         return SavedStates(
             problem.t0 + (start.first + work.saved_steps) * step,
             work.saved_q.reshape(-1, *problem.q0.shape),
-            self.formulation.momenta(problem, work.saved_v), velocities,
+            self.formulation.momenta(problem, work.saved_moving), velocities,
         )  # fmt: skip
 
     def counted(self) -> dict[str, int]:

@@ -127,7 +127,7 @@ def _steps(
         numbers, index = start.first + chosen, np.repeat(chosen, tau.size)
         shares = np.tile(tau, chosen.size)
         q, v = curves.places(index, shares), curves.velocities(index, shares)
-        rows = np.hstack([work.saved_q, work.saved_v])
+        rows = np.hstack([work.saved_q, work.saved_moving])
         at_begin, at_end = (states_of(formulation, problem, rows[chosen + k]) for k in range(2))
     else:
         known = np.append(start.first, steps_of(start, work)[:-1])
@@ -221,7 +221,7 @@ def _watched(formulation: Formulation, request: RunRequest, work: RunArrays) -> 
     problem, r, d = request.problem, request.problem.q0.size, request.problem.v0.size
     rows, first = (
         watched_rows(formulation, request, work),
-        np.append(work.saved_q[0], work.saved_v[0]),
+        np.append(work.saved_q[0], work.saved_moving[0]),
     )
     seen = states_of(formulation, problem, np.vstack([first, rows[:, : r + d]]))
     if not isinstance(problem.system, Lagrangian):

@@ -233,7 +233,7 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     loop = ClockStepper(request, replace(motion, advance=advance))
     loop.begin()
     end, _ = loop.to_time()
-    assert (end is not None) == met and bool(loop.reason) != met
+    assert (end is not None) == met and bool(loop.failure_reason) != met
 
 
 @pytest.mark.slow(beside="test_a_duration_within_a_step_is_one_shortened_step")
@@ -263,7 +263,7 @@ def test_a_clock_that_is_not_positive_at_a_stage_ends_the_run_before_that_step()
     while not loop.over:
         loop.advance(4)
     whole = galvi.integrate(KEPLER, chosen, 0.2, 5)
-    assert loop.done == 5 and "not positive at a stage of the step" in loop.reason
+    assert loop.done == 5 and "not positive at a stage of the step" in loop.failure_reason
     assert loop.last is not None and np.array_equal(loop.last.q[0], whole.q[-1])
 
 

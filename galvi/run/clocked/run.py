@@ -106,8 +106,8 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
         on_energy = notes_on_energy(
             report, start.first, lambda k: float(times[np.searchsorted(numbers, k)])
         )
-    if stepper.reason:
-        reason = stepper.reason.removesuffix(".")
+    if stepper.failure_reason:
+        reason = stepper.failure_reason.removesuffix(".")
         outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
         if start.first + stepper.done == 0:
             notes.append(f"Note that {units_of_steps(stepper.problem, stepper.method.clock)}.")
@@ -125,7 +125,7 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         begin = run.curves.times[back[0]]
         notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
-    if isinstance(problem.system, NBody) and stepper.seen and not stepper.reason:
+    if isinstance(problem.system, NBody) and stepper.seen and not stepper.failure_reason:
         q = np.concatenate([part.q for part in stepper.seen])
         notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))

@@ -41,6 +41,7 @@ class ClockStepper:
     kept         all steps, where curves are kept; else the states at every save_every-th one
     seen         states to assess by, after every ``stride``-th step
     last         the last one
+    failure_reason  why a step failed; "" where none did
     end          the shortened step to the time asked for, and ``share``, how much of a step it is;
                  None without one
     passage      of point masses, as galvi.kernels.forces.passages has it; else empty
@@ -76,7 +77,7 @@ class ClockStepper:
             )
         self.first_state = self.checkpoint = state
         self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
-        self.over, self.reason = False, ""
+        self.over, self.failure_reason = False, ""
         self.kept: list[Taken] = []
         self.seen: list[Taken] = []
         self.stride, self.watched = 1, watched
@@ -106,11 +107,13 @@ class ClockStepper:
                 ~(np.all(found.taken.rates > 0.0, axis=1) & (dt * self.step > 0.0))
             )
         if stuck.size:
-            self.reason = _collision(self.problem, found.taken.q[stuck[0]], float(t[stuck[0]]))
+            self.failure_reason = _collision(
+                self.problem, found.taken.q[stuck[0]], float(t[stuck[0]])
+            )
             found = self.motion.advance(self.checkpoint, self.step, int(stuck[0]) + 1, None, keep)
         elif lost.size:
             n_good = int(lost[0])
-            self.reason = NOT_POSITIVE
+            self.failure_reason = NOT_POSITIVE
             found = (
                 self.motion.advance(self.checkpoint, self.step, n_good, None, keep)
                 if n_good
@@ -120,7 +123,7 @@ class ClockStepper:
         self._record(found.taken, keep)
         self.checkpoint, self.over = found.after, self.over or bool(stuck.size + lost.size)
         if found.code != SOLVED:
-            self.reason = found.reason
+            self.failure_reason = found.reason
         elif len(found.taken.t) < n:
             self.over = True
         return found.code
@@ -152,7 +155,7 @@ class ClockStepper:
             self._see(taken)
         self.bytes += sum(getattr(array, "nbytes", 0) for array in self.kept[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
-            self.over, self.reason = True, FULL
+            self.over, self.failure_reason = True, FULL
         self.done += n
 
     @property
@@ -177,7 +180,7 @@ class ClockStepper:
     @property
     def reached(self) -> bool:
         """Whether the time asked for is reached, or would be passed by the next step."""
-        if self.time is None or self.reason:
+        if self.time is None or self.failure_reason:
             return False
         t, low = self.checkpoint.clock[:2].tolist()
         return self.over or abs((self.time - t) - low) <= 2.0 * math.ulp(
@@ -222,7 +225,7 @@ class ClockStepper:
             new = x + off / (h * float(rate(found.taken.q[0])))
             x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
         if not best[0] <= 64.0 * fine:
-            self.reason = "the step that ends there could not be solved. Use a smaller step"
+            self.failure_reason = "the step that ends there could not be solved. Use a smaller step"
             return None, 1.0
         number = np.array([self.checkpoint.first + best[2]])
         return cast(Taken, best[1])._replace(number=number), best[2]

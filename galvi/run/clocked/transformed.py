@@ -234,7 +234,7 @@ class TransformedTime:
             return self._block(state, h, int(past[0]), None, keep)
         done = 0 if past.size else work.done
         taken = Taken(
-            work.saved_q[1 : done + 1], work.saved_v[1 : done + 1], None, t[:done],
+            work.saved_q[1 : done + 1], work.saved_moving[1 : done + 1], None, t[:done],
             coefficients[: done if keep else 0], rates[:done],
             NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
             state.first + np.arange(1.0, done + 1.0),

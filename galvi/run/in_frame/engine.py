@@ -50,9 +50,9 @@ class InFrame:
         """See `Formulation`."""
         return True
 
-    def momenta(self, problem: Problem, saved_v: Array) -> Array:
+    def momenta(self, problem: Problem, saved_moving: Array) -> Array:
         """See `Formulation`."""
-        return problem.system.momentum(saved_v.reshape(-1, *problem.q0.shape))
+        return problem.system.momentum(saved_moving.reshape(-1, *problem.q0.shape))
 
     def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
         """See `Formulation`."""
