@@ -80,16 +80,13 @@ def run_steps(
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     system: Any = problem.system
-    if watched and (asks_functions(system) or asks_force(system) or _has_time(system)):
+    has_time = getattr(system, "explicit_time", False)
+    if watched and (asks_functions(system) or asks_force(system) or has_time):
         try:
             run.ending.assess()  # now: what the functions refer to may change
         except KeyboardInterrupt:
             raise Interrupted(run) from None
     return run
-
-
-def _has_time(system: Any) -> bool:
-    return getattr(system, "explicit_time", False)
 
 
 def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoint]) -> Trajectory:

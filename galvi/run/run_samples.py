@@ -41,9 +41,9 @@ def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -
         lambda ruined: _kept_before(formulation, request, work, ruined, samples),
     )
     locked = is_locked(problem, lambda: saved_states(formulation, request, work), request.step)
-    if not locked:
-        return report
-    return report._replace(clauses=(LOCKED,), remedy=BALL_JOINT, any_step=True)
+    if locked:
+        report = report._replace(clauses=(LOCKED,), remedy=BALL_JOINT, any_step=True)
+    return report
 
 
 def samples_of(formulation: Formulation, request: RunRequest, work: RunArrays) -> Samples:

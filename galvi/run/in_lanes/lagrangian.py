@@ -266,21 +266,16 @@ class GroupLawKernel:
         return code
 
 
-def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
-    """Whether the problem's system has a law for lanes on a group other than R^d that can be
-    iterated with the method."""
-    one_space = not hasattr(method.space, "degrees")
-    return one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
-
-
 def group_kernel(request: RunRequest) -> MakeKernel | str:
     """What makes the kernel in lanes of a run on a group, or of a Lagrangian; else why there is
     none."""
-    if has_law(request.problem, request.method):
+    problem, method = request.problem, request.method
+    if has_law(problem, method):
         return partial(WithNewton, LawKernel)
-    if has_law_on_group(request.problem, request.method):
+    iterates = component_degrees(method) is None and float(np.min(method.table.b)) > 0.0
+    if iterates and has_group_law(problem):
         return partial(WithNewton, GroupLawKernel)
-    refusal = getattr(request.problem.system, "untraced", "")
+    refusal = getattr(problem.system, "untraced", "")
     return "its functions are not known as expressions" + (f" ({refusal})" if refusal else "")
 
 
