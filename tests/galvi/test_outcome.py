@@ -117,6 +117,7 @@ RUNS = {
 }
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("end", End)
 def test_runs_end_in_every_way_and_carry_it_along(tmp_path, end):
     run, sentence = RUNS[end][0](), RUNS[end][1]
