@@ -11,7 +11,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision
-from galvi.kernels.constants import GOLDEN_RATIO
+from galvi.kernels.constants import INVERSE_GOLDEN_RATIO
 from galvi.spaces.polynomials import legendre
 
 
@@ -78,7 +78,8 @@ def _check(space: Any) -> None:
     degree = input_checks.whole(f"degree of {name}", space.degree, 0, dimension - 1)
     input_checks.flag(f"exact of {name}", space.exact)
     t = np.append(
-        (np.arange(1, 4 * dimension + 1) * GOLDEN_RATIO) % (1 - BASIS_DIFFERENCE), [0.0, 1.0]
+        (np.arange(1, 4 * dimension + 1) * INVERSE_GOLDEN_RATIO) % (1 - BASIS_DIFFERENCE),
+        [0.0, 1.0],
     )
     basis = _values(space, "basis", t, dimension)
     slopes = _values(space, "derivative", t, dimension)

@@ -18,7 +18,7 @@ from weakref import WeakSet
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.kernels.constants import GOLDEN_RATIO
+from galvi.kernels.constants import INVERSE_GOLDEN_RATIO
 
 DERIVATIVE_TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
 # Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
@@ -203,7 +203,7 @@ def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
 def direction(count: int, number: int = 0) -> Array:
     """A fixed generic direction, (count,): sizes from 0.5 to 1.5 and both signs; one per number."""
     k = np.arange(1.0, count + 1.0) + 17.0 * number
-    return (0.5 + (k * GOLDEN_RATIO) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
+    return (0.5 + (k * INVERSE_GOLDEN_RATIO) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
 
 
 def words(numbers: Array | Sequence[float]) -> str:

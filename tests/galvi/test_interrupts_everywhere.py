@@ -93,8 +93,9 @@ def test_an_interrupt_at_any_call_of_a_potential_reaches_the_caller(name, how):
             found = JOBS[name](problem)
         except KeyboardInterrupt:
             continue
+        reached = gradient.calls >= at  # steps are done in batches, whose lengths rest on times
         kept = name == "many" and any(run.interrupted for run in found)
-        assert kept, f"call {at} of {name}: {found}"
+        assert kept or (at > 1 and not reached), f"call {at} of {name}: {found}"
 
 
 def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():

@@ -68,6 +68,16 @@ def test_runs_by_all_kernels_are_the_same_with_numba_as_it_is():
     assert found == printed(1, plain=False)
 
 
+def test_another_value_of_the_switch_is_refused_by_name():
+    found = subprocess.run(
+        [sys.executable, "-c", "import galvi"],
+        env={**os.environ, "GALVI_PLAIN_NUMBA": "yes", "PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert found.returncode == 1
+    assert "GALVI_PLAIN_NUMBA must be 0 or 1; received 'yes'." in found.stderr
+
+
 def test_what_numba_has_inside_is_used_in_one_folder():
     outside = []
     for folder in ("galvi", "references", "benchmarks", "reports"):

@@ -22,6 +22,10 @@ from galvi.kernels.compile.internals import (
     register_pass,
 )
 
+if environ.get("GALVI_PLAIN_NUMBA", "0") not in ("0", "1"):
+    raise ValueError(
+        f"GALVI_PLAIN_NUMBA must be 0 or 1; received {environ['GALVI_PLAIN_NUMBA']!r}."
+    )
 # Leave numba as it is: no parts, and its own cache.
 PLAIN = environ.get("GALVI_PLAIN_NUMBA", "0") == "1"
 
