@@ -24,8 +24,8 @@ Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> 
 
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
-    """As those that the run would have kept: bit for bit, but for velocities in a clock, which differ
-    by round-off.
+    """As those that the run would have kept: bit for bit, but for velocities in a clock, which
+    differ by round-off.
 
     total, done  steps from known[0] that were asked for, and done
     end          the last time of the run

@@ -17,10 +17,12 @@ from galvi.arrays import Array
 from galvi.ensembles.keep import Keep, TimeGrid
 from galvi.ensembles.member_laws import Law, LawNumbers, kernel_of
 from galvi.input_checks import shown
-from galvi.lanes.members.steps import FIRST, TODO
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.lanes.loops import STEP_OF_LAW, compiled_advance_members
 from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
-from galvi.run.in_lanes.nystrom import aligned
+from galvi.run.in_lanes.law_kernel import words_of
+from galvi.run.in_lanes.tables import aligned
 
 
 class Batch:
@@ -42,8 +44,7 @@ class Batch:
     ) -> None:  # fmt: skip
         self.count, self.law, self.numbers = len(q), law, numbers
         s, constants, kernel = method.stages, numbers.constants, kernel_of(law, method)
-        self.fields, self.function, self.work = kernel.fields, kernel.function, kernel.work(s)
-        tables, complement, growth = kernel.tables
+        self.fields, self.kernel = kernel.fields, kernel
         self.blocks = -(-self.count // LANES)
         rows, c = self.fields.rows(s), max(constants.shape[1], 1)
         self.records, self.constants = aligned((self.blocks, rows, LANES), (self.blocks, c, LANES))
@@ -55,23 +56,18 @@ class Batch:
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
         if not kernel.alone:
             self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
-        reals = np.append(growth, tolerance)
-        self._kept_alive = (tables, complement, reals)
-        self.words = np.array(
-            [
-                *(array.ctypes.data for array in (
-                    self.records, self.constants, self.work, tables, complement, reals
-                )),
-                self.blocks, s, 0, 0, growth.size, kernel.extra, c, rows,
-            ],
-            dtype=np.int64,
-        )  # fmt: skip
-        self.done = 0
+        self.reals = np.append(kernel.tables.growth, tolerance)
+        (self.work,) = aligned((kernel.rows, s, LANES))
+        self.words = words_of(self.records, self.constants, self.work, kernel.tables, self.reals, s)
+        self.step = int(addresses((kernel.function, STEP_OF_LAW))[0])
+        self.advance_all, self.done = compiled_advance_members(), 0
 
     def advance(self, steps: int) -> None:
         """Do so many more steps of all members that have not failed."""
-        self.words[FIRST], self.words[TODO] = self.done, steps
-        self.function(self.words.ctypes.data)
+        self.advance_all(
+            self.step, self.words.ctypes.data, self.words, self.records, self.constants, self.work,
+            self.kernel.velocities, self.fields.velocities, self.done, steps,
+        )  # fmt: skip
         self.done += steps
 
     def field(self, name: str, size: int = 1) -> Array:

@@ -1,6 +1,6 @@
 """Built-in laws of motion, forces, and slopes dV/dq of potentials, (q, t, constants) -> d values.
 
-See galvi.lanes.elementary, and for laws on groups galvi.lanes.group_pass; constants are
+See galvi.lanes.elementary, and for laws on groups galvi.lanes.group_collocation; constants are
 those of galvi.kernels.forces.
 """
 

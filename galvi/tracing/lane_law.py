@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.lanes.law_pass import filled
+from galvi.lanes.collocation import filled
 from galvi.tracing import code as symbolic_code
 from galvi.tracing.code import POWER
 
@@ -21,97 +21,45 @@ FUNCTIONS = {
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
-PASS = """
+STEP = """
 
-pass_of_law = one_pass(law, {d}, {lanes}, one={one}, alone={alone})
+step_of_law = law_step(law, {d}, {alone}, {lanes}, {one}, {stages})
 
 
-def law_pass_DIGEST(given):
-    pass_of_law(given)
+def law_step_DIGEST(words):
+    step_of_law(words)
 """
-GROUP_PASS = """
+GROUP_STEP = """
 
-pass_of_law = group_pass(law, {layout}, {chart}, {lanes}, one={one})
-
-
-def law_pass_DIGEST(given):
-    pass_of_law(given)
-"""
-MEMBERS = """
-
-steps_of_law = law_steps(law, {d}, {stages}, {alone})
+step_of_law = group_step(law, {layout}, {chart}, {lanes}, {one})
 
 
-def members_DIGEST(words):
-    steps_of_law(words)
-"""
-GROUP_MEMBERS = """
-
-steps_of_law = group_steps(law, {layout}, {chart})
-
-
-def members_DIGEST(words):
-    steps_of_law(words)
+def group_step_DIGEST(words):
+    step_of_law(words)
 """
 
 
 @lru_cache(maxsize=256)
 def compiled_law(
-    law: str, d: int, lanes: int, one: bool, alone: bool = False
+    law: str, d: int, alone: bool, lanes: int = 0, one: bool = False, stages: int = 0
 ) -> Callable[..., Any]:
-    """The galvi.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
-    first call.
-
-    lanes  of a vector
-    one    for one vector of stages, or for several
-    alone  whether places alone are iterated
-    """
-    head = "from galvi.lanes.law_pass import one_pass\n"
-    tail = PASS.format(d=d, lanes=lanes, one=one, alone=alone)
+    """The galvi.lanes.collocation.law_step of the lines that define ``law``, compiled at the first
+    call; arguments as there."""
+    head = "from galvi.lanes.collocation import law_step\n"
+    tail = STEP.format(d=d, alone=alone, lanes=lanes, one=one, stages=stages)
     source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
-
-
-@lru_cache(maxsize=256)
-def compiled_members(law: str, d: int, stages: int, alone: bool) -> Callable[..., Any]:
-    """The galvi.lanes.members.law on R^d of the lines that define ``law``, compiled at
-    the first call.
-
-    stages  s, for which loops are written out; 0 for any
-    alone   whether places alone are iterated
-    """
-    head = "from galvi.lanes.members.law import law_steps\n"
-    tail = MEMBERS.format(d=d, stages=stages, alone=alone)
-    source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
-
-
-@lru_cache(maxsize=256)
-def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
-    """As `compiled_members`, by galvi.lanes.members.group; law, layout and chart as in
-    `compiled_group_law`."""
-    head = "from galvi.lanes.members.group import group_steps\n"
-    source = symbolic_code.with_digest(
-        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart)
-    )
-    return symbolic_code.functions(source)["members"]
+    return cast(Callable[..., Any], symbolic_code.functions(source)["law_step"])
 
 
 @lru_cache(maxsize=256)
 def compiled_group_law(
-    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
-) -> Any:
-    """The galvi.lanes.group_pass of the lines that define ``law``, compiled at the first
-    call.
-
-    layout, chart  of galvi.kernels.lie.product
-    lanes          of a vector
-    one            for one vector of stages, or for several
-    """
-    head = "from galvi.lanes.group_pass import group_pass\n"
-    tail = GROUP_PASS.format(layout=layout, chart=chart, lanes=lanes, one=one)
+    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int = 0, one: bool = False
+) -> Callable[..., Any]:
+    """As `compiled_law`, by galvi.lanes.group_collocation.group_step."""
+    head = "from galvi.lanes.group_collocation import group_step\n"
+    tail = GROUP_STEP.format(layout=layout, chart=chart, lanes=lanes, one=one)
     source = symbolic_code.with_digest(head + law + tail)
-    return symbolic_code.functions(source)["law_pass"]
+    return cast(Callable[..., Any], symbolic_code.functions(source)["group_step"])
 
 
 def built_in(name: str, *arguments: Any) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.group import Group
 from galvi.kernels.constants import EPSILON
-from galvi.lanes.group_rows import Chart
+from galvi.lanes.group_collocation import Chart
 from galvi.systems.traces import Untraceable
 from galvi.tracing.graph import UNARY, Node
 from galvi.tracing.graph_code import reachable

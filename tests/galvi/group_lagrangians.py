@@ -22,7 +22,7 @@ GROUPS: dict[str, Any] = {
     "SE3 x R1": galvi.Product((galvi.SE3(), galvi.Rn(1))),  # more columns than are written out
 }
 LAW = """from galvi.lanes.elementary import cos
-from galvi.lanes.group_rows import Chart
+from galvi.lanes.group_collocation import Chart
 
 chart = Chart({layout}, 0)
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 import galvi
 from benchmarks.statistics.drift import Growth, growth
-from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
 from galvi.lanes import laws as potentials
 from galvi.run import engines
 from galvi.run.in_lanes import nystrom as nystrom_stepper
+from galvi.run.in_lanes.tables import LawTables
 from galvi.systems.canonical import Canonical
 from galvi.tracing.lane_law import WIDEST_COUPLED_FORCE, WIDEST_FORCE
 from galvi.tracing.laws_of_systems import slopes_of
@@ -167,12 +167,11 @@ def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> N
     """Without the low parts of h b, h^2 beta, h^2 A and c the energy drifts by 2e-18 a step."""
     sound = nystrom_stepper.nystrom_tables
 
-    def rounded(table: Any, step: float, lanes: int) -> tuple[Any, ...]:
-        kicks, ahead, series, tables, *others = sound(table, step, lanes)
-        kicks, tables, P = kicks.copy(), tables.copy(), tables.shape[1]
-        kicks[:, 2:], tables[1] = 0.0, 0.0
-        tables[2:].reshape(-1, 2, P, P)[:, 1] = 0.0
-        return read_only(kicks), ahead, series, tables, *others
+    def rounded(table: Any, form: Any) -> LawTables:
+        made = sound(table, form)
+        tables, P = made.tables.copy(), made.tables.shape[1]
+        tables[P : 2 * P], tables[3 * P : 4 * P], tables[4 * P + 1 : 4 * P + 3] = 0.0, 0.0, 0.0
+        return made._replace(tables=tables)
 
     monkeypatch.setattr(nystrom_stepper, "nystrom_tables", rounded)
     found = energy_growth("kepler", 10**5, 8)

@@ -14,7 +14,7 @@ import galvi
 from galvi.lanes import dense
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
-from galvi.run.in_lanes import lagrangian as law_stepper
+from galvi.run.in_lanes import law_kernel
 from galvi.tracing import lane_law
 
 
@@ -80,11 +80,11 @@ def test_steps_are_the_same_with_loops(make: Any, points: int, monkeypatch: Any)
     problem = make()
     method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(points))
     written_out = galvi.integrate(problem, method, 0.02, 10)
-    remembered = (law_stepper._compiled, law_stepper._compiled_on_group)
+    remembered = (law_kernel.law_on_space, law_kernel.law_on_group)
     for one in (*remembered, lane_law.compiled_law, lane_law.compiled_group_law):
         one.cache_clear()
     monkeypatch.setattr(dense, "WRITTEN_OUT_PRODUCTS", -1)
-    for name in ("PASS", "GROUP_PASS"):  # another file on disk
+    for name in ("STEP", "GROUP_STEP"):  # another file on disk
         monkeypatch.setattr(lane_law, name, getattr(lane_law, name) + "\n\n# in loops\n")
     in_loops = galvi.integrate(problem, method, 0.02, 10)
     for one in (*remembered, lane_law.compiled_law, lane_law.compiled_group_law):

@@ -14,6 +14,7 @@ from benchmarks.statistics.drift import Growth, growth
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.charts import CHARTS
 from galvi.run.in_lanes import lagrangian as law_stepper
+from galvi.run.in_lanes.tables import aligned_copies
 
 RUNS, SAMPLES, SIZE, SEED = 12, 500, 1e-12, 1937
 FEW, MANY = 10_000, 100_000
@@ -65,16 +66,15 @@ def test_neither_has_one_that_also_moves() -> None:
 def test_a_drift_is_seen(steps: int, drift: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A weight too large by some units in its last place turns the body too far in each step."""
     sound = growth_of_free_body(galvi.Cayley(), steps)
-    tables_of = law_stepper.group_law_tables
+    tables_of = law_stepper.tables_on_group
 
-    def larger(table, step, lanes):  # type: ignore[no-untyped-def]
-        tables, *others = tables_of(table, step, lanes)
-        (planted,) = law_stepper.aligned(tables.shape)
-        planted[:] = tables
-        planted[4 * tables.shape[1], table.c.size // 2] += excess
-        return planted, *others
+    def larger(table, form):  # type: ignore[no-untyped-def]
+        made = tables_of(table, form)
+        (planted,) = aligned_copies(made.tables)
+        planted[4 * planted.shape[1], table.c.size // 2] += excess
+        return made._replace(tables=planted)
 
-    monkeypatch.setattr(law_stepper, "group_law_tables", larger)
+    monkeypatch.setattr(law_stepper, "tables_on_group", larger)
     excess = 1e-15
     excess *= drift / growth_of_free_body(galvi.Cayley(), FEW).drift
     faulty = growth_of_free_body(galvi.Cayley(), steps)

@@ -15,7 +15,7 @@ from galvi.ensembles import chunk as schedule
 from galvi.ensembles.chunk import Chunk, run_chunk
 from galvi.ensembles.keep import FinalStates, TimeGrid
 from galvi.ensembles.member_laws import law_of
-from galvi.lanes.members import rows, steps
+from galvi.lanes import layouts
 from tests.galvi.ensemble_cases import CASES, starts
 
 SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
@@ -66,21 +66,22 @@ def test_a_pass_that_does_not_spare_solved_members_is_caught(monkeypatch):
     def unmasked(self, lanes, lane, row):
         lanes.store(lane.value, self.work, self.row(row))
 
-    monkeypatch.setattr(steps.MemberSteps, "store_row", unmasked)
+    monkeypatch.setattr(layouts.Members, "store_row", unmasked)
     with pytest.raises(AssertionError):
         check_members_do_not_mix("henon_heiles", PARTS, "\n# every pass for all\n")
 
 
 def test_a_state_written_to_the_neighbour_is_caught(monkeypatch):
-    keep = rows.MemberLanes.keep
+    keep = layouts.Members.keep_recorded
 
-    def leaking(self, vector, data, row):
-        turned = [*range(1, 8), 0]
-        kind = rows.ir.VectorType(rows.ir.IntType(32), 8)
-        moved = self.builder.shuffle_vector(vector, vector, rows.ir.Constant(kind, turned))
-        keep(self, moved, data, row)
+    def leaking(self, k, lane):
+        turned = layouts.ir.Constant(
+            layouts.ir.VectorType(layouts.ir.IntType(32), 8), [*range(1, 8), 0]
+        )
+        moved = self.builder.shuffle_vector(lane.value, lane.value, turned)
+        keep(self, k, layouts.Lane(self.builder, moved))
 
-    monkeypatch.setattr(rows.MemberLanes, "keep", leaking)
+    monkeypatch.setattr(layouts.Members, "keep_recorded", leaking)
     with pytest.raises(AssertionError):
         check_members_do_not_mix("henon_heiles", PARTS, "\n# to the neighbour\n")
 

@@ -9,12 +9,9 @@ import pytest
 import galvi
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
-from galvi.lanes.group_pass import SIZES
-from galvi.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
-from galvi.run.group_system import coupled_layout
-from galvi.run.in_lanes import lagrangian as law_stepper
-from galvi.run.in_lanes.nystrom import words_of
-from galvi.tracing.lane_law import compiled_group_law
+from galvi.lanes.group_collocation import Chart, group_fields
+from galvi.lanes.loops import OneRun
+from galvi.run.in_lanes.law_kernel import LawKernel
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
@@ -145,19 +142,20 @@ def test_rotations_by_exponential_coordinates_are_those_of_mpmath():
     np.testing.assert_allclose(change, np.array(exact.tolist(), dtype=float).ravel(), atol=2e-16)
 
 
-def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum():
-    """A body that moves by 0.01 in a step, with a momentum of 2, and does not turn."""
-    body, d, method = SPINNING.system, 6, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    law = law_stepper.group_law(body)
-    layout = tuple(map(tuple, coupled_layout(body, SPINNING).tolist()))
-    part = compiled_group_law(law[0], layout, method.group_chart.number, 8, True)
-    tables, complement, _ = law_stepper.group_law_tables(method.table, 0.1, 8)
-    work, numbers = np.zeros((rows_of_group_work(d, 0), 8)), np.zeros(3 * d + PLACE + 17)
-    numbers[3], work[ETA * d + 3] = 2.0, 0.1
-    numbers[3 * d + PART], numbers[3 * d + PLACE :] = SIZES, [*np.eye(4).ravel(), 0.1]
-    words = words_of(work, tables, complement, law[1], numbers, 8, 8, 0)
-    part(words.ctypes.data)
-    np.testing.assert_allclose(numbers[2 * d : 3 * d], [50.0] * 3 + [0.5] * 3)
+def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum(monkeypatch):
+    """A body that moves by 0.01 in a step, with a momentum of 0.2, and does not turn."""
+    sizes, advance = [], LawKernel.advance
+
+    def seen(kernel, n):
+        code = advance(kernel, n)
+        first = group_fields(6, 16).first["pi_sizes"]
+        sizes.append(OneRun(*kernel._arguments[2]).record[first : first + 6].copy())
+        return code
+
+    monkeypatch.setattr(LawKernel, "advance", seen)
+    problem = galvi.Problem(SPINNING.system, np.eye(4), [0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
+    assert galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8)), 0.1, 1)
+    np.testing.assert_allclose(sizes[-1], [500.0] * 3 + [5.0] * 3, rtol=1e-12)
 
 
 @pytest.mark.slow(beside="test_agreement.py::test_every_chart_agrees")

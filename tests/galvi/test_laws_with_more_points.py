@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.in_lanes import lagrangian as law_stepper
+from galvi.run.in_lanes.tables import tables_on_space
 from galvi.tableau import Tableau
 from tests.galvi.agreement.on_vector_spaces import symbolic
 
@@ -35,8 +35,7 @@ def test_more_points_cost_few_more_passes(points: int) -> None:
 
 
 def complement(table: Tableau) -> np.ndarray:
-    s = table.c.size
-    return law_stepper.law_tables(table, 0.1, 8)[4][:s, :s].T
+    return tables_on_space(table, None).complement.T
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)

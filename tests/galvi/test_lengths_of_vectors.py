@@ -10,7 +10,7 @@ import pytest
 import galvi
 from galvi.lanes import functions, vectors
 from galvi.run.in_lanes import lagrangian as law_stepper
-from galvi.run.in_lanes import nystrom as nystrom_stepper
+from galvi.run.in_lanes import tables as method_tables
 from tests.galvi.lane_functions import compiled
 
 STEP = 0.02
@@ -33,20 +33,22 @@ def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monke
     monkeypatch.setattr(vectors, "AVX512", False)
     lanes = vectors.lanes_for(stages)
     assert lanes == (4 if stages in (1, 4, 9, 12) else 8)
-    assert len(nystrom_stepper.stages_in_lanes(stages, lanes)) == -(-stages // lanes) * lanes
+    assert len(method_tables.stages_in_lanes(stages, lanes)) == -(-stages // lanes) * lanes
     monkeypatch.setattr(vectors, "AVX512", True)
     assert vectors.lanes_for(stages) == 8
 
 
 def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(monkeypatch):
-    sound, problem = law_stepper.law_tables, galvi.problems.double_pendulum()
+    sound, problem = law_stepper.tables_on_space, galvi.problems.double_pendulum()
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
-    def slipped(table: Any, step: float, lanes: int, degrees: Any) -> Any:
-        kicks, ahead, series, tables, *others = sound(table, step, lanes, degrees)
-        return kicks, ahead, series, np.roll(tables, 1, axis=1) if lanes == 4 else tables, *others
+    def slipped(table: Any, degrees: Any, form: Any) -> Any:
+        made = sound(table, degrees, form)
+        if form.lanes != 4:
+            return made
+        return made._replace(tables=np.roll(made.tables, 1, axis=1))
 
-    monkeypatch.setattr(law_stepper, "law_tables", slipped)
+    monkeypatch.setattr(law_stepper, "tables_on_space", slipped)
     four, eight = (moved(problem, method, monkeypatch, wide) for wide in (False, True))
     assert four.counts["steps"] < 20 or difference(four, eight) > 1e-9
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mpmath as mp
 import numpy as np
 import pytest
 
 import galvi
 from galvi.ensembles import member_laws
+from galvi.run.in_lanes.tables import LawTables
 from galvi.tableau import Tableau
 
 
@@ -42,11 +41,11 @@ def test_the_energy_of_members_does_not_drift(name: str) -> None:
 def test_tables_of_members_rounded_to_float64_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = member_laws.nystrom_tables
 
-    def rounded(table: Tableau) -> tuple[Any, ...]:
-        tables, *others = sound(table)
-        s, tables = table.c.size, tables.copy()
+    def rounded(table: Tableau) -> LawTables:
+        made = sound(table)
+        s, tables = table.c.size, made.tables.copy()
         tables[s : 2 * s], tables[3 * s : 4 * s], tables[4 * s + 1 : 4 * s + 3] = 0.0, 0.0, 0.0
-        return tables, *others
+        return made._replace(tables=tables)
 
     monkeypatch.setattr(member_laws, "nystrom_tables", rounded)
     assert drift("kepler") > 10.0

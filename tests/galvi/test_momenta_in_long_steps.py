@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run.in_lanes import nystrom as nystrom_stepper
+from galvi.run.in_lanes.tables import extrapolated
 
 EPSILON = 2.0**-52
 ORBIT = galvi.problems.kepler(0.6)
@@ -101,11 +102,18 @@ def test_a_low_part_of_the_extrapolation_is_caught(monkeypatch, problem):
 
     def faulty(table, step, lanes):
         moves, columns, c = parts(table, step, lanes)
-        moves[-1] = nystrom_stepper._extrapolated(table, moves[-1])[-1]
+        moves[-1] = extrapolated(table, moves[-1])[-1]
         return moves, columns, c
 
+    def faulty_on_space(table, form):
+        made, P = sound(table, form), 24
+        tables = made.tables.copy()
+        tables[P : P + 22] = extrapolated(table, tables[P : P + 22])[-1]
+        return made._replace(tables=tables)
+
+    sound = nystrom_stepper.nystrom_tables
     monkeypatch.setattr(nystrom_stepper, "_nystrom_parts", faulty)
+    monkeypatch.setattr(nystrom_stepper, "nystrom_tables", faulty_on_space)
     run = galvi.integrate(problem, method(22), 1.1000001, STEPS)  # a step whose tables are not kept
-    nystrom_stepper.nystrom_tables.cache_clear()
     nystrom_stepper.packed_tables.cache_clear()
     assert run.engine == "lanes" and not (run.success and largest_jump(run.q, run.p) <= 1e4)

@@ -128,4 +128,4 @@ def test_most_of_a_first_run_is_compiling_and_each_function_has_its_share():
     shares = table[list(compile_times.COLUMNS[1:-1])].sum(axis="columns")
     np.testing.assert_allclose(table["seconds"], shares)
     assert imported > 0.0 and 0.5 * whole < table["seconds"].sum() < whole
-    assert "advance_law" in set(table["function"])
+    assert "advance_run" in set(table["function"])

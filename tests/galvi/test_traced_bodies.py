@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.lanes import group_rows
+from galvi.lanes.group_collocation import Chart
 from galvi.run.in_lanes.lagrangian import has_group_law
 from galvi.systems.traces import Untraceable
 from galvi.tracing.graph import Graph
@@ -29,7 +29,7 @@ METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 
 
 def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    group, derivative = galvi.SE3(), group_rows.Chart.left_derivative
+    group, derivative = galvi.SE3(), Chart.left_derivative
 
     def wrong(chart: Any, g: Any, slope: Any) -> Any:
         found = derivative(chart, g, slope)
@@ -40,7 +40,7 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch: pytest.Mo
         return traced_lagrangian(bulging, None, group, Q0, V0, 0.0, False, scales)
 
     assert trace().holds
-    monkeypatch.setattr(group_rows.Chart, "left_derivative", wrong)
+    monkeypatch.setattr(Chart, "left_derivative", wrong)
     with pytest.raises(Untraceable, match="its derivatives are not those of the function"):
         trace()
 

@@ -57,15 +57,9 @@ FAULTS = (
         "one more solver iteration",
         (
             (
-                "lanes/law.py",
-                "    for passes in range(solve.FIXED_POINT_PASSES):",
-                "    more = 1\n    for passes in range(solve.FIXED_POINT_PASSES):",
-            ),
-            (
-                "lanes/law.py",
-                "        elif code != solve.GOING:\n            return code\n",
-                "        elif code != solve.GOING:\n            if more == 0:\n"
-                "                return code\n            more -= 1\n",
+                "kernels/nystrom/solve.py",
+                "(change <= tolerance) | (change * slower <= tolerance * (1.0 - slower))",
+                "(last <= tolerance) | (last * slower <= tolerance * (1.0 - slower))",
             ),
         ),
         KEPLER,
@@ -87,9 +81,9 @@ FAULTS = (
         "a lost compensated sum",
         (
             (
-                "lanes/nbody.py",
-                "state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))",
-                "state[2, i], state[3, i] = v + out[i, 0], 0.0",
+                "lanes/collocation.py",
+                'found += [(name, i, high), (f"{name}_low", i, low)]',
+                'found += [(name, i, high), (f"{name}_low", i, 0.0)]',
             ),
         ),
         ("Kepler, rounding",),

@@ -24,7 +24,7 @@ from galvi.kernels.forces.rotor_wind import DESCENT
 from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.run.ensemble import processors
-from galvi.run.in_lanes.nystrom import aligned, collocation_tables
+from galvi.run.in_lanes.tables import aligned, integrals_of
 from galvi.run.interruption import defer_interrupts
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.forces.drag import DragLaw
@@ -308,8 +308,7 @@ def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
 def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     """The numbers of benchmarks.applications.brownout.grain_pass; gravity in m/s^2, downwards."""
     table, s = method.table, method.stages
-    tables = collocation_tables(table, 1.0)
-    A, B = tables[0][:s, :s].T, tables[1][:s, :s].T
+    (A, _), (B, _) = integrals_of(table)
     # the integrals of the polynomials through the stages, by powers of tau
     powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
     once = _extrapolation(table.c, 1.0 + table.c)

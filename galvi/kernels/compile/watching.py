@@ -19,8 +19,7 @@ SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 7,
     "galvi.lanes.nbody.advance": 7,
     "galvi.lanes.frames.collocation.advance_frame": 7,
-    "galvi.lanes.group_law.advance_group_law": 10,
-    "galvi.lanes.law.advance_law": 7,
+    "galvi.lanes.loops.advance_run": 3,
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }

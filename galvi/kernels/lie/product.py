@@ -60,6 +60,7 @@ coadjoint = over_factors("coadjoint", "chart", "xi", "mu", "out")
 coordinates = over_factors("coordinates", "chart", "g*", "k*", "xi")
 restore = over_factors("restore", "g*")
 left_derivative = over_factors("left_derivative", "g*", "slope*", "out")
+remember = over_factors("remember", "g*", "memory*")
 advance = over_factors("advance", "chart", "xi", "g*", "memory*", "low*")
 in_space = over_factors("in_space", "g*", "mu", "out")
 # nu is not used by groups where the momentum is the body's; low is then that of mu

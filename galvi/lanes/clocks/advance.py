@@ -58,7 +58,7 @@ from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 from galvi.lanes.celestial import add_poles, add_powers
 from galvi.lanes.clocks import rows as lanes
-from galvi.lanes.law import curve_of
+from galvi.lanes.loops import curve_of
 from galvi.lanes.nbody import FIXED_NUMBERS, copy_rows
 
 # Relative change by the first pass from which on an extrapolated guess is no use.

@@ -20,9 +20,9 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.arithmetic import two_sum
+from galvi.lanes.collocation import Constants
 from galvi.lanes.frames.rows import WEIGHT
 from galvi.lanes.gravity import fused
-from galvi.lanes.law_pass import Constants
 from galvi.lanes.laws import From
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, NOTHING, Lanes
@@ -78,13 +78,13 @@ def harmonic_rates(slopes, d):
                 def load(data, i, lanes=lanes, here=here):
                     return Lane(builder, (here if data is scratch else lanes).load(data, row(i)))
 
-                squares = Constants(builder, lanes, known, row)
+                squares = Constants(lanes, known)
                 for i in range(d):
                     x = load(tables, i) * load(given, i) + load(tables, d + i) * load(given, d + i)
                     here.store(x.value, scratch, row(i))
                 product(here, False, 0, d)
                 places = [load(scratch, d + i) for i in range(d)]
-                given_constants = From(Constants(builder, lanes, constants, row), 0)
+                given_constants = From(Constants(lanes, constants), 0)
                 found = slopes(places, load(times, 0), given_constants)
                 for i, slope in enumerate(found):
                     here.store((-places[0].same(slope)).value, scratch, row(d + i))

@@ -23,7 +23,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
 from galvi.run.clocked.motion import Advanced, Motion, Taken
-from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes, with_low_part
+from galvi.run.in_lanes.tables import aligned, stages_in_lanes, with_low_part
 from galvi.run.request import ROUND_OFF
 from galvi.run.stepper import Declined
 from galvi.spaces.polynomials import Polynomials

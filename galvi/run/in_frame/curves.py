@@ -21,7 +21,7 @@ from galvi.problem import Problem
 from galvi.run.in_frame.inertial import inertial_curves
 from galvi.run.in_frame.kernel import frame_of, motion_of, scratch_of, stretched, tables_of
 from galvi.run.in_frame.passes import CONVERGED
-from galvi.run.in_lanes.nystrom import aligned
+from galvi.run.in_lanes.tables import aligned
 
 SETTLED_ANOMALY = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
 

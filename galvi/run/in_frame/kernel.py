@@ -20,7 +20,7 @@ from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.in_lanes.nystrom import aligned, stages_in_lanes
+from galvi.run.in_lanes.tables import aligned, stages_in_lanes
 from galvi.run.point_masses.meetings import can_meet
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, State, fixed, run_plan

@@ -70,6 +70,11 @@ def position_scale(g):
 
 
 @generic
+def remember(g, memory):
+    """Nothing: low parts are 0 at first."""
+
+
+@generic
 def advance(chart, xi, g, memory, low):
     """g <- g + xi; memory is its low part."""
     for i in range(len(xi)):

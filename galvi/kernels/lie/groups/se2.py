@@ -191,6 +191,12 @@ def shift_in_space(chart, g, xi):
 
 
 @generic
+def remember(g, memory):
+    """memory <- cos and sin."""
+    memory[0], memory[1] = g[0], g[3]
+
+
+@generic
 def advance(chart, xi, g, memory, low):
     """g <- g Phi(xi); memory[2:4] is the low part of the position."""
     x, y = shift_in_space(chart, g, xi)

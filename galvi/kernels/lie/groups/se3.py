@@ -217,6 +217,12 @@ def shift_in_space(chart, g, xi):
 
 
 @generic
+def remember(g, memory):
+    """memory <- a quaternion."""
+    so3.remember_frame(4, g, memory)
+
+
+@generic
 def advance(chart, xi, g, memory, low):
     """g <- g Phi(xi); memory[4:7] is the low part of the position."""
     shift = shift_in_space(chart, g, xi)

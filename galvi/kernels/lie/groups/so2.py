@@ -41,8 +41,6 @@ def turn(chart, g, x, row, out):
 def turn_frame(chart, x, row, g, memory, low):
     """As ``turn`` in place; memory (2,) holds cos and sin, not normalised, low their low parts."""
     c, s = memory[0], memory[1]
-    if c == 0.0 and s == 0.0:
-        c, s = g[0], g[row]
     less, sine = change(chart, x)
     by_c, by_s = c * less - s * sine, s * less + c * sine
     c, low[0] = two_sum(c, low[0] + by_c)
@@ -138,6 +136,12 @@ def with_rotation(chart, xi, w, out):
 def position_scale(g):
     """0: a rotation has no position."""
     return 0.0
+
+
+@generic
+def remember(g, memory):
+    """memory <- cos and sin."""
+    memory[0], memory[1] = g[0], g[2]
 
 
 @generic

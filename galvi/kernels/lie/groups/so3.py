@@ -61,9 +61,6 @@ def turn_derivatives(g, slope, row, out):
 @generic
 def turn_frame(chart, xi, row, g, memory, low):
     """R <- R Phi(xi) in rows of length ``row``; memory (4,) is a quaternion, low its low part."""
-    if memory[0] == 0.0 and memory[1] == 0.0 and memory[2] == 0.0 and memory[3] == 0.0:
-        start = rotations.quaternion(transpose(columns(g, row)))
-        memory[0], memory[1], memory[2], memory[3] = start
     rotations.turn_quaternion(chart, xi, memory, low)
     R = rotations.matrix_of(memory)
     for i in range(3):
@@ -140,6 +137,19 @@ def with_rotation(chart, xi, w, out):
 def position_scale(g):
     """0: a rotation has no position."""
     return 0.0
+
+
+@generic
+def remember(g, memory):
+    """memory <- a quaternion."""
+    remember_frame(3, g, memory)
+
+
+@generic
+def remember_frame(row, g, memory):
+    """The same of R in rows of length ``row``."""
+    start = rotations.quaternion(transpose(columns(g, row)))
+    memory[0], memory[1], memory[2], memory[3] = start
 
 
 @generic

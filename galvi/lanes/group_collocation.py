@@ -1,0 +1,584 @@
+"""Steps of a Lagrangian on a Lie group in lanes, as galvi.kernels.on_group.
+
+With A and B those of galvi.lanes.collocation, rates eta and forces f in the chart at the step's
+start, and n and mu as in galvi.kernels.on_group.stages, the stage equations are
+
+    xi_j = h sum_k A_jk eta_k,                       xi(1) = h sum_k b_k eta_k,
+    pi_j = p0 + h sum_k B_jk f_k + sum_l m_l Y_lj,   p1 = p0 + h sum_k b_k f_k = T(xi(1))^T mu1,
+    mu1 = Ad*_{Phi(xi(1))} (mu0 + h sum_k b_k n_k),  sum_j b_j Y_lj eta_j = 0
+
+p0 would be mu0 if the base point of the chart were fixed; it differs by the error of a step. With
+more points than coefficients, rates of curves are orthogonal to the functions Y_l, and a multiplier
+m_l is the momenta's part along Y_l. With the momenta in the frame of the step's start and their
+pull-back
+
+    nu_j = mu0 + h sum_k B_jk n_k,   Q_j = T(xi_j)^T Ad*_{Phi(xi_j)} nu_j = T(-xi_j)^T nu_j
+
+and Q(1) at the step's end, pi_j = Q_j + D_j, where the defect
+
+    D_j = Q(1) - Q_j + h sum_k (B_jk - b_k) f_k + sum_l m_l Y_lj
+
+is the error of the rule for the rate of Q along a curve: as small as that of a step, and as little
+changed by errors of the curve. A pass of the iteration takes n from xi, momenta T^-T (Q + D) with
+the last D, velocities from these by one Newton step with the last mass, their rates eta, projected
+to those of curves, f from the last xi and eta with these momenta, and from eta and f the next xi, D
+and multipliers; p0 is not an unknown. A step for which that does not converge, or whose rotation
+exceeds REACHES, is left to the general kernel.
+
+A law is a Python function (g, v, t, constants) -> (tau, mu, mass) of lanes or numbers: g holds the
+entries of an element, tau the left-trivialised dL/dg, mu = dL/dv, and mass the rows of d2L/dv2 up
+to its diagonal; zeros that do not depend on the state are the number 0.0. Rows of work:
+
+xi, eta, f, defect  (d,) each: coordinates, rates, forces and defects D with the multipliers' part
+low_xi, low_f, low_n  (d,) each: what the low parts of the tables add to sums of eta, f and n
+series              (d,)      coefficients of the velocities' series
+n, v, mu, pulled    (d,) each: impulses, velocities, dL/dv, and Q
+end                 (d,)      xi(1), where no lane of one run has the step's end
+t                   times
+factors             of the mass, as in galvi.lanes.collocation, or a constant mass's inverse
+response            the same of the multipliers' response
+multipliers         (l d,)    m, at the first stage
+
+complement  (2 l rows)  l functions Y at the stages and b Y, orthonormal in the rule's inner product
+            and orthogonal to the rates of all curves; l = 0 with as many points as coefficients
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.lie.arithmetic import larger, larger_size
+from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
+from galvi.kernels.on_group.scale import LEAST_COUPLED_MOTION
+from galvi.lanes.collocation import Constants, Factors, Generic, differences, sums
+from galvi.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
+from galvi.lanes.layouts import Fields, layout
+from galvi.lanes.step import generated
+from galvi.lanes.stopping import BY_COUNTDOWN
+from galvi.lanes.values import Lane, Truth
+
+(XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, SERIES, N, VELOCITY, MU, PULLED, END,
+ TIMES) = range(14)  # fmt: skip  # times d
+ITERATED = XI, ETA, F, DEFECT, N, VELOCITY
+# At most so many corrections of an initial guess by the chart's tangent map.
+GUESS_CORRECTIONS_IN_LANES = 6
+LAST_CORRECTION_ANGLE = 1e-4  # radians: smaller ones are the last
+WRITTEN_OUT_COLUMNS = 6  # columns of the response; a loop over them is slower by a twentieth
+STATE = ("q", "memory", "low", "p", "nu", "nu_low")  # fields, entries and then velocities
+
+
+def rows_of_group_work(d, extra):
+    """Rows of work for d coordinates and ``extra`` functions Y."""
+    return TIMES * d + 1 + d * (d + 1) + extra * d
+
+
+def group_fields(d, entries):
+    """The record of a run on a group: 1 over the sizes of xi and pi, g, mu = p, what
+    galvi.kernels.lie.product keeps beside them, and SHARED."""
+    own = (
+        ("p", d), ("xi_sizes", d), ("pi_sizes", d), ("q", entries), ("memory", entries),
+        ("low", entries), ("nu", d), ("nu_low", d),
+    )  # fmt: skip
+    return Fields(own, d)
+
+
+def found_at(law, chart, state):
+    """The momenta, the mass and the velocity at a state without special properties, which shares no
+    number with those of other ``state``."""
+    near = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
+    g, v = list(near[: chart.entries]), list(near[chart.entries : -1])
+    _, mu, mass = law(g, v, near[-1], Generic())
+    return mu, [list(map(np.float64, row)) for row in mass], v
+
+
+class GroupStep:
+    """A step on a group, see galvi.lanes.step."""
+
+    rule = BY_COUNTDOWN
+
+    def __init__(self, rows, law, chart):
+        d = rows.d
+        self.rows, self.law, self.chart, self.builder = rows, law, chart, rows.builder
+        self.velocity_row, self.series_row, self.guess_row = VELOCITY * d, SERIES * d, MU * d
+        self.time_row = TIMES * d
+        rows.guarded = {block * d + i for block in ITERATED for i in range(d)}
+        self.pulls = True  # whether there are forces, known after ``fall``
+        self.examine(law)
+
+    def examine(self, law):
+        """What is known of a law: where its mass is filled, constant, and all of its momenta."""
+        d, first = self.rows.d, self.time_row + 1
+        with np.errstate(all="ignore"):
+            states = [found_at(law, self.chart, state) for state in range(2)]
+            factors = factored(states[0][1])
+        below = [(i, j) for i in range(d) for j in range(i) if factors[i][j] != 0.0]
+        inverse = inverse_of(factors)
+        self.filled = {(i, j) for i in range(d) for j in range(i + 1) if inverse[i][j] != 0.0}
+        self.constant_mass = states[0][1] == states[1][1]
+        written_out = self.constant_mass or is_written_out(below)
+        self.linear = self.constant_mass and all(
+            np.allclose(mu, times_symmetric(mass, v), rtol=1e-12, atol=0.0)
+            for mu, mass, v in states
+        )
+        lower = [(i, j) for i in range(d) for j in range(i)]
+        size = d * (d + 1) // 2
+        self.factors = Factors(self.rows, first, below, written_out)
+        self.response = Factors(self.rows, first + size, lower, written_out)
+        self.multipliers = first + 2 * size
+
+    def load(self, lanes, block):
+        """The d rows of a block of work."""
+        return self.rows.load_rows(lanes, block * self.rows.d)
+
+    def store(self, lanes, values, block):
+        """Store d lanes or numbers."""
+        nothing = self.rows.nothing()
+        self.rows.store_rows(lanes, [nothing.same(x) for x in values], block * self.rows.d)
+
+    def block(self, block):
+        """The numbers of the d rows of a block of work."""
+        return range(block * self.rows.d, (block + 1) * self.rows.d)
+
+    def first_lanes(self):
+        return self.rows.at(self.rows.row(0))
+
+    def state(self, lanes):
+        """xi, the velocity, and what the law is there."""
+        rows, xi, eta = self.rows, self.load(lanes, XI), self.load(lanes, ETA)
+        g = [rows.at_stages("q", i).fused for i in range(self.chart.entries)]
+        velocity = self.chart.apply("velocity", xi, eta)
+        time = rows.load_row(lanes, self.time_row)
+        known = self.law(self.chart.place(g, xi), velocity, time, Constants(lanes, rows.constants))
+        return xi, velocity, known
+
+    def prepare(self):
+        """The inverse of a mass that does not depend on the state, or its factors."""
+        if self.constant_mass:
+            self.rows.chunks(self.keep_constant_mass)
+
+    def keep_constant_mass(self, lanes):
+        """These at a vector of stages."""
+        mass = self.state(lanes)[2][2]
+        if self.linear:
+            inverse = [x for row in inverse_of(factored(mass)) for x in row]
+            nothing = self.rows.nothing()
+            self.rows.store_rows(lanes, [nothing.same(x) for x in inverse], self.factors.first)
+        else:
+            self.factors.keep(lanes, mass, self.rows.nothing())
+
+    def fall(self, lanes):
+        """The law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
+        xi, velocity, (tau, mu, mass) = self.state(lanes)
+        self.pulls = any(not is_zero(x) for x in tau)
+        if self.pulls:
+            swung = self.chart.apply("coadjoint_change", xi, tau)
+            self.store(lanes, self.chart.apply("momentum", xi, tau), F)
+            self.store(lanes, [total(*pair) for pair in zip(tau, swung, strict=True)], N)
+        if not self.linear:
+            self.store(lanes, velocity, VELOCITY)
+            self.store(lanes, mu, MU)
+        if not self.constant_mass:
+            self.factors.keep(lanes, mass, self.rows.nothing())
+
+    def velocity_change(self, lanes, x):
+        """The change of velocities that changes momenta by x."""
+        if not self.linear:
+            return self.factors.solved(lanes, x)
+        found = []
+        for i in range(self.rows.d):
+            value = 0.0
+            for j in range(self.rows.d):
+                row, column = max(i, j), min(i, j)
+                if (row, column) in self.filled:
+                    place = self.factors.first + row * (row + 1) // 2 + column
+                    value = total(value, self.rows.load_row(lanes, place) * x[j])
+            found.append(value)
+        return found
+
+    def at_end(self):
+        """mu0 and the impulse of the whole step, in all lanes."""
+        rows = self.rows
+        momenta = [rows.at_stages("p", i).fused for i in range(rows.d)]
+        if self.pulls:
+            kicks = rows.over_step(self.block(N))
+            momenta = sums(momenta, [rows.spread(kick) for kick in kicks])
+        return momenta
+
+    def turn(self, lanes, ended):
+        """Update the rates: f, and eta from the momenta."""
+        rows = self.rows
+        xi, eta, defect = (self.load(lanes, block) for block in (XI, ETA, DEFECT))
+        if self.pulls:
+            kicks = rows.scaled_sums(lanes, LOW_N * rows.d, rows.tabled.back, N * rows.d)
+            ended = sums(ended, [kick.fused for kick in kicks])
+        pulled = self.chart.apply("momentum", [-x for x in xi], ended)
+        momenta = self.chart.apply("covector", xi, sums(pulled, defect))
+        velocity = momenta
+        if not self.linear:
+            velocity = differences(momenta, self.load(lanes, MU))
+        velocity = self.velocity_change(lanes, velocity)
+        if not self.linear:
+            velocity = sums(self.load(lanes, VELOCITY), velocity)
+        f = self.chart.apply("momentum_slope", xi, eta, momenta)
+        if self.pulls:
+            f = [total(x, y) for x, y in zip(f, self.load(lanes, F), strict=True)]
+        self.store(lanes, f, F)
+        self.store(lanes, pulled, PULLED)
+        self.store(lanes, velocity, VELOCITY)
+        self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
+
+    def guess(self, lanes):
+        """eta from the velocities, which are not changed."""
+        xi, velocity = self.load(lanes, XI), self.load(lanes, VELOCITY)
+        self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
+
+    def drift(self, lanes):
+        """xi from eta."""
+        rows = self.rows
+        places = rows.scaled_sums(lanes, LOW_XI * rows.d, rows.tabled.drift, ETA * rows.d)
+        self.note(places, self.load(lanes, XI), "xi_sizes")
+        self.store(lanes, places, XI)
+
+    def note(self, new, old, sizes):
+        """Note the largest change, relative to the sizes of a field."""
+        for i, (x, y) in enumerate(zip(new, old, strict=True)):
+            self.rows.note_bits(abs((x - y) * self.rows.at_stages(sizes, i)).bits)
+
+    def correct(self, lanes, asked):
+        """The defect from f, with the multipliers' part; ``asked`` is Q at the end."""
+        rows, builder = self.rows, self.builder
+        found = rows.scaled_sums(lanes, LOW_F * rows.d, rows.tabled.back, F * rows.d)
+        missing = sums(differences(asked, self.load(lanes, PULLED)), found)
+        places = [lanes.variable(x.value) for x in missing]
+        with cgutils.for_range(builder, rows.extra, intp=rows.row) as loop:
+            Y = Lane(builder, lanes.factor(rows.complement, loop.index))
+            for place, m in zip(places, self.multiplier_rows(loop.index), strict=True):
+                first = lanes.number(rows.work, m, rows.row(0))
+                part = Y * Lane(builder, lanes.spread(first))
+                builder.store((Lane(builder, builder.load(place)) + part).value, place)
+        defects = [Lane(builder, builder.load(place), ()) for place in places]
+        self.note(defects, self.load(lanes, DEFECT), "pi_sizes")
+        self.store(lanes, defects, DEFECT)
+
+    def multiplier_rows(self, index):
+        """The rows of work of one multiplier."""
+        row, builder = self.rows.row, self.builder
+        first = builder.add(row(self.multipliers), builder.mul(index, row(self.rows.d)))
+        return [builder.add(first, row(i)) for i in range(self.rows.d)]
+
+    def project(self, corrects):
+        """Project eta to the rates of curves, and correct the multipliers by what was lost."""
+        rows, builder = self.rows, self.builder
+        with cgutils.for_range(builder, rows.extra, intp=rows.row) as loop:
+            weights = builder.add(rows.extra, loop.index)
+            lost = rows.weighted(self.block(ETA), weights, matrix=rows.complement)
+            lost = [rows.spread(x).fused for x in lost]
+
+            def subtract(lanes):
+                Y = Lane(builder, lanes.factor(rows.complement, loop.index))
+                left = [eta - Y * x for eta, x in zip(self.load(lanes, ETA), lost, strict=True)]
+                self.store(lanes, left, ETA)
+
+            rows.chunks(subtract)
+            if corrects:
+                lanes = self.first_lanes()
+                steps = self.response.solved(lanes, list(lost))
+                for m, step in zip(self.multiplier_rows(loop.index), steps, strict=True):
+                    new = Lane(builder, lanes.load(rows.work, m)) - step
+                    lanes.store(new.value, rows.work, m)
+
+    def respond(self):
+        """The factors of the mean response of eta to the multipliers."""
+        rows, d, builder = self.rows, self.rows.d, self.builder
+        vector = rows.nothing().value.type
+        found = [cgutils.alloca_once(builder, vector, rows.row(d)) for _ in range(d)]
+
+        def respond_to(column):
+            def answer(lanes):
+                xi = self.load(lanes, XI)
+                pi = self.chart.apply("covector", xi, self.unit(column))
+                velocity = self.velocity_change(lanes, pi)
+                self.store(lanes, self.chart.apply("rate", xi, velocity), PULLED)
+
+            rows.chunks(answer)
+            for i, x in enumerate(rows.weighted(self.block(PULLED), rows.tabled.means)):
+                builder.store(rows.spread(x).value, builder.gep(found[i], [column]))
+
+        if d <= WRITTEN_OUT_COLUMNS:
+            for column in range(d):
+                respond_to(rows.row(column))
+        else:
+            with cgutils.for_range(builder, rows.row(d), intp=rows.row) as loop:
+                respond_to(loop.index)
+        mean = [
+            [
+                Lane(builder, builder.load(builder.gep(found[i], [rows.row(j)])))
+                for j in range(i + 1)
+            ]
+            for i in range(d)
+        ]
+        self.response.keep(self.first_lanes(), mean, rows.nothing())
+
+    def unit(self, index):
+        """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
+        builder, one = self.builder, self.rows.nothing().same(1.0)
+        places = [builder.icmp_unsigned("==", index, self.rows.row(i)) for i in range(self.rows.d)]
+        return [one.where(Truth(builder, here), 0.0) for here in places]
+
+    def keep_end(self):
+        """xi at the step's end, where no lane has it."""
+        rows = self.rows
+        with self.builder.if_then(rows.full):
+            ends = [rows.spread(x) for x in rows.over_step(self.block(ETA))]
+            self.store(self.first_lanes(), ends, END)
+
+    def pulled_end(self, ended):
+        """Q at the step's end, in all lanes."""
+        rows, lanes = self.rows, self.first_lanes()
+        places = [lanes.variable(lanes.nothing) for _ in range(rows.d)]
+        with self.builder.if_else(rows.full) as (computed, kept):
+            with computed:
+                far = [-x for x in self.load(lanes, END)]
+                for place, x in zip(places, self.chart.apply("momentum", far, ended), strict=True):
+                    self.builder.store(x.value, place)
+            with kept:
+                rows.reload()
+                for place, row in zip(places, self.block(PULLED), strict=True):
+                    value = lanes.number(rows.work, rows.row(row), rows.stages)
+                    self.builder.store(lanes.spread(value), place)
+        return [Lane(self.builder, self.builder.load(place)) for place in places]
+
+    def one_pass(self, first):
+        """All parts of a pass; the largest change is noted."""
+        rows = self.rows
+        rows.chunks(self.fall)
+        if not self.constant_mass:
+            with self.builder.if_then(self.builder.and_(first, rows.projects)):
+                self.respond()
+        ended = self.at_end()
+        rows.chunks(lambda lanes: self.turn(lanes, ended))
+        asked = self.pulled_end(ended)
+        self.project(corrects=True)
+        rows.chunks(self.drift)
+        rows.chunks(lambda lanes: self.correct(lanes, asked))
+        self.keep_end()
+
+    def begin(self, judgement):
+        """xi, eta and more from the velocities, corrected by the tangent map until settled."""
+        rows, builder = self.rows, self.builder
+        self.measure_rotations()
+        self.begin_at_rest()
+        with cgutils.for_range(
+            builder, rows.row(GUESS_CORRECTIONS_IN_LANES), intp=rows.row
+        ) as loop:
+            rows.forget()
+            rows.chunks(self.guess)
+            self.project(corrects=False)
+            rows.chunks(self.drift)
+            rest = judgement.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
+            judgement.active.set(rest)
+            with builder.if_then((~rest).every):
+                loop.do_break()
+        judgement.active.set(rows.field("alive") > 0.0)
+        self.keep_end()
+        if self.constant_mass:
+            with builder.if_then(rows.projects):
+                self.respond()
+
+    def begin_at_rest(self):
+        """xi by the velocities alone, and no defect."""
+        rows, nothing = self.rows, self.rows.nothing()
+
+        def place(lanes):
+            for block in (DEFECT, LOW_XI, LOW_F, LOW_N):
+                self.store(lanes, [nothing] * rows.d, block)
+            self.store(
+                lanes, rows.scaled_sums(lanes, None, rows.tabled.drift, self.velocity_row), XI
+            )
+
+        rows.chunks(place)
+        with cgutils.for_range(self.builder, rows.extra, intp=rows.row) as loop:
+            for row in self.multiplier_rows(loop.index):
+                self.first_lanes().store(nothing.value, rows.work, row)
+
+    def add_low_parts(self, chosen):
+        """The low parts of sums, for the runs chosen."""
+        rows, d, chosen = self.rows, self.rows.d, self.rows.spread_truth(chosen)
+        parts = [(ETA, rows.tabled.low_drift, LOW_XI), (F, rows.tabled.low_back, LOW_F)]
+        parts += [(N, rows.tabled.low_back, LOW_N)] if self.pulls else []
+
+        def add(lanes):
+            for block, first, low in parts:
+                new = rows.scaled_sums(lanes, None, first, block * d)
+                pairs = zip(new, self.load(lanes, low), strict=True)
+                self.store(lanes, [x.where(chosen, old) for x, old in pairs], low)
+
+        rows.chunks(add)
+
+    def measure_rotations(self):
+        """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
+        nothing = self.rows.variable().lane
+        for _, own, _, rotations in self.chart.factors:
+            for i in range(own.start, own.stop):
+                size = 1.0 if i < own.start + rotations else 0.0
+                self.rows.keep("xi_sizes", nothing + size, i)
+                self.rows.keep("pi_sizes", nothing, i)
+
+    def after_first_pass(self, judgement, change):
+        """1 over the sizes of xi and pi, 0 where all are 0.
+
+        Rotations have size 1. All translations of a factor share a size, that of its positions and
+        displacements, and so do the momenta of its translations and of its rotations. An angular
+        momentum is at least as large as what the displacements make of a momentum. No momentum is
+        below LEAST_COUPLED_MOTION of the largest one that a mass couples to it: it may be
+        round-off of that.
+        """
+        rows, d, chart = self.rows, self.rows.d, self.chart
+        step = rows.field("step")
+        g = rows.fields_of("q", chart.entries)
+        momenta: list[Any] = []
+        coupled: dict[int, list[int]] = {number: [] for number in chart.coupled}
+        for number, (_, own, _, _) in zip(chart.coupled, chart.factors, strict=True):
+            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
+        least = {number: LEAST_COUPLED_MOTION * abs(rows.largest_of(own) * step)
+                 for number, own in coupled.items()}  # fmt: skip
+        for number, (group, own, entries, rotations) in zip(
+            chart.coupled, chart.factors, strict=True
+        ):
+            turns = range(own.start, own.start + rotations)
+            ways = range(own.start + rotations, own.stop)
+            sizes = []
+            for part in (turns, ways):
+                size = abs(rows.largest_of([F * d + i for i in part]) * step)
+                for i in part:
+                    size = larger_size(size, rows.field("p", i))
+                sizes.append(size)
+            moment, moving = sizes
+            if ways:
+                way = abs(rows.largest_of([ETA * d + i for i in ways]) * step)
+                moment = larger_size(moment, moving * way)
+                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
+                far = larger_size(far, way)
+                far = larger_size(far, rows.largest_of([XI * d + i for i in ways]))
+                for i in ways:
+                    rows.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
+            momenta += [(number, moment, turns), (number, moving, ways)]
+        most: dict[int, Any] = {}
+        for number, size, _ in momenta:
+            most[number] = larger_size(most.get(number, 0.0), size)
+        for number, size, part in momenta:
+            size = larger_size(LEAST_COUPLED_MOTION * most[number], size)
+            for i in part:
+                rows.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
+
+    def ends(self):
+        """The state at the step's end, and whether its rotations are within the chart."""
+        rows, chart = self.rows, self.chart
+        end = rows.over_step(self.block(ETA))
+        nothing = rows.variable().lane
+        kick = rows.over_step(self.block(N)) if self.pulls else [nothing] * rows.d
+        rows.forget()
+
+        def note_turns(lanes):
+            for square in chart.squares_of_turns(self.load(lanes, XI)):
+                rows.note_bits(abs(square).bits)
+
+        rows.chunks(note_turns)
+        farthest = rows.change()
+        for square in chart.squares_of_turns(end):
+            farthest = larger(square, farthest)
+        before = {name: rows.fields_of(name, rows.fields.size[name]) for name in STATE}
+        now = {name: list(lanes) for name, lanes in before.items()}
+        for group, own, entries, _ in chart.factors:
+            g, memory, low = (now[name][entries] for name in STATE[:3])
+            mu, nu, nu_low = (now[name][own] for name in STATE[3:])
+            group.advance(chart.number, end[own], g, memory, low)
+            group.carry(chart.number, before["q"][entries], g, end[own], kick[own], mu, nu,
+                        nu_low)  # fmt: skip
+            for name, lanes in zip(STATE[:3], (g, memory, low), strict=True):
+                now[name][entries] = lanes
+            for name, lanes in zip(STATE[3:], (mu, nu, nu_low), strict=True):
+                now[name][own] = lanes
+        reach = REACHES[chart.number]
+        found = [(name, i, lane) for name in STATE for i, lane in enumerate(now[name])]
+        return found, farthest <= reach * reach
+
+
+class Chart:
+    """The functions of a product of groups in one chart, for lanes or numbers.
+
+    layout  rows of numbers, see galvi.kernels.lie.product
+    """
+
+    def __init__(self, layout, chart):
+        self.number, self.factors, start, first = chart, [], 0, 0
+        self.coupled = [(*row, 0)[COUPLED] for row in layout]
+        for row in layout:
+            here = slice(start, start + row[DIMENSION])
+            entries = slice(first, first + row[ENTRIES])
+            self.factors.append((GROUPS[row[NUMBER]], here, entries, row[ROTATIONS]))
+            start, first = here.stop, first + row[ENTRIES]
+        self.dimension, self.entries = start, first
+
+    def place(self, g, xi):
+        """The entries of g Phi(xi)."""
+        found = []
+        for group, own, entries, _ in self.factors:
+            out = [None] * (entries.stop - entries.start)
+            group.place(self.number, g[entries], xi[own], out)
+            found += out
+        return found
+
+    def left_derivative(self, g, slope):
+        """The derivatives along g hat(e_a) of a function with Euclidean derivative slope."""
+        found = []
+        for group, own, entries, _ in self.factors:
+            out = [0.0] * (own.stop - own.start)
+            group.left_derivative(g[entries], slope[entries], out)
+            found += out
+        return found
+
+    def squares_of_turns(self, xi):
+        """|xi|^2 of each rotation."""
+        return [
+            reduce(total, [x * x for x in xi[own.start : own.start + rotations]])
+            for _, own, _, rotations in self.factors
+            if rotations
+        ]
+
+    def apply(self, name, xi, *vectors):
+        """A function of galvi.kernels.lie.groups with d results; 0.0 where it is of zeros alone."""
+        found = []
+        for group, own, _, _ in self.factors:
+            parts = [list(vector[own]) for vector in vectors]
+            out = [0.0] * len(xi[own])
+            if not all(is_zero(x) for x in parts[-1]):
+                getattr(group, name)(self.number, xi[own], *parts, out)
+            found += out
+        return found
+
+
+def total(x, y):
+    """x + y, and one of them where the other is the number 0."""
+    return y if is_zero(x) else (x if is_zero(y) else x + y)
+
+
+def group_step(law, groups, chart, lanes=0, one=False):
+    """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on groups.
+
+    groups, chart  layout and chart of galvi.kernels.lie.product
+    lanes, one     as of galvi.lanes.collocation.law_step
+    """
+    functions = Chart(groups, chart)
+
+    def kind(context, builder, words):
+        fields = group_fields(functions.dimension, functions.entries)
+        rows = layout(context, builder, words, fields, lanes, one, 0)
+        return GroupStep(rows, law, functions)
+
+    return generated(kind)

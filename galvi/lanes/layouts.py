@@ -1,0 +1,558 @@
+"""How the numbers of a step's stages lie in vectors: the stages of one run, or eight runs.
+
+A kernel's arrays are
+
+record      (rows, 1) or (rows, 8)  the numbers of each run: a law's own, see ``Fields``
+constants   (c, 1) or (c, 8)        of the law
+work        (rows, P) or (rows, s, 8)  scratch: a number for each stage, and run
+tables      (rows, P) or (rows, s)  of the method, for the step h or for a step of 1, see ``Tables``
+complement  as tables
+reals       growth (l,), by how much Legendre polynomials grow in a step, then the tolerance
+
+and its argument is the address of WORDS integers: the addresses of these, then s, l, what a law
+says of the rows of the complement, which part to do, of galvi.lanes.step, the number of the step,
+and whether work holds the velocities of the step before.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+
+from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.lie.arithmetic import larger_size
+from galvi.lanes.functions import Reciprocals, two_product
+from galvi.lanes.stopping import Variable
+from galvi.lanes.values import Lane, Truth
+from galvi.lanes.vectors import DOUBLE, LANES, Lanes, everywhere, spread
+
+WORDS = 12
+(RECORD, CONSTANTS, WORK, TABLES, COMPLEMENT, REALS, STAGES, TERMS, EXTRA, PART, NUMBER,
+ CONTINUES) = range(WORDS)  # fmt: skip
+SHARED = ("step", "start", "alive", "failed", "code", "passes", "age", "terms")
+ROWS_TOGETHER = 6  # rows that are summed together: sums stay in registers
+
+
+class Tables(NamedTuple):
+    """First rows of the parts of ``tables``, whose matrices have P or s rows; the rows of a matrix
+    after the s-th are 0.
+
+    drift, low_drift    A^T and its low part
+    back, low_back      B^T and its low part; for groups those of B - 1 b^T
+    kicks, low_kicks    b and its low part, (1, s) each
+    means               the mean of b Y^2, for groups; where places are iterated alone, the low part
+                        of the nodes. Then drift and low_drift are A of the Nystrom method, back and
+                        low_back begin with beta
+    nodes               c
+    series              Legendre coefficients from stages
+    ahead               of one run, for r = 1 .. l, the extrapolation of values at the stages that
+                        keeps r Legendre terms, alone A after it; of members, Legendre polynomials
+                        at the next step's stages, (l, s)
+    """
+
+    drift: int
+    low_drift: int
+    back: int
+    low_back: int
+    kicks: int
+    low_kicks: int
+    means: int
+    nodes: int
+    series: int
+    ahead: int
+
+
+# The number of matrices before each part, and of single rows.
+FIRST_ROWS = (
+    (0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (5, 4)
+)  # fmt: skip
+
+
+class Fields:
+    """Rows of a record: a law's own, those in SHARED, then the velocities at the stages of members.
+
+    step, start    h and the time of the problem's start
+    alive          1, or 0 for a member that has failed or ended
+    failed, code   the step that failed, from 1, and why; 0 for none
+    passes         of all steps
+    age            steps done
+    terms          of the velocities' series that are extrapolated, 0 before the first choice
+    """
+
+    def __init__(self, own, d):
+        self.size = {**dict(own), **dict.fromkeys(SHARED, 1)}
+        self.first, self.d, row = {}, d, 0
+        for name, size in self.size.items():
+            self.first[name] = row
+            row += size
+        self.velocities = row
+
+    def rows(self, s):
+        """Rows of a record of a member for s stages."""
+        return self.velocities + self.d * s
+
+
+class Rows:
+    """What both layouts share: rows of work, and the numbers of runs, in as many lanes as there are
+    runs. A layout says of each row in which lanes it is, what a sum over stages and a step is, and
+    how a step is begun.
+
+    width  lanes of a vector of a stage's numbers
+    runs   lanes of a vector of runs' numbers
+    """
+
+    at: Any
+    chunks: Any
+    store_row: Any
+    spread: Any
+    over_stages: Any
+    over_stages_largest: Any
+    summed: Any
+
+    def __init__(self, context, builder, words, fields, width, runs):
+        self.context, self.builder, self.fields, self.d = context, builder, fields, fields.d
+        self.row, self.width, self.runs = words.type.pointee, width, runs
+        given = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
+        self.record, self.constants, self.work, self.tables, self.complement, self.reals = (
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in given[:6]
+        )
+        self.stages, self.terms, self.extra, self.part, self.number, self.continues = given[STAGES:]
+        self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
+        self.largest = cgutils.alloca_once(builder, ir.VectorType(ir.IntType(64), width))
+        self.forget()
+
+    def lay_out_tables(self, block):
+        """First rows of the parts of the tables, whose matrices have ``block`` rows."""
+        builder, row = self.builder, self.row
+        self.block, self.tabled = block, Tables(*(
+            builder.add(builder.mul(block, row(matrices)), row(rows))
+            for matrices, rows in FIRST_ROWS
+        ))  # fmt: skip
+
+    def nothing(self):
+        """0 in all lanes of a stage's numbers."""
+        return Lane(self.builder, everywhere(ir.VectorType(DOUBLE, self.width), 0.0))
+
+    def variable(self, number=0.0):
+        """A number for each run that changes."""
+        return Variable(self.builder, self.runs, number)
+
+    def forget(self):
+        """Forget the largest change."""
+        self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
+
+    def note_bits(self, far):
+        """Note the largest of nonnegative numbers, from their bits."""
+        largest = self.builder.load(self.largest)
+        # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+        more = self.builder.icmp_signed(">", far, largest)
+        self.builder.store(self.builder.select(more, far, largest), self.largest)
+
+    def real(self, index):
+        """A number of ``reals`` for all runs."""
+        scalar = self.builder.load(self.builder.gep(self.reals, [index]))
+        return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
+
+    def whole_number(self, whole):
+        """An integer as a number for all runs."""
+        scalar = self.builder.uitofp(whole, DOUBLE)
+        return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
+
+    def load_row(self, lanes, row):
+        return Lane(self.builder, lanes.load(self.work, self.row(row)))
+
+    def load_rows(self, lanes, first):
+        """d rows."""
+        return [self.load_row(lanes, first + i) for i in range(self.d)]
+
+    def store_rows(self, lanes, values, row):
+        for i, value in enumerate(values):
+            self.store_row(lanes, value, row + i)
+
+    def field(self, name, i=0):
+        """A row of the record, whose operations are rounded one by one."""
+        return self.recorded(self.fields.first[name] + i)
+
+    def fields_of(self, name, size):
+        """The first rows of a part of the record."""
+        return [self.field(name, i) for i in range(size)]
+
+    def recorded(self, k):
+        """The k-th row of the record, whose operations are rounded one by one."""
+        place = self.builder.gep(self.record, [self.row(k * self.runs)])
+        return Lane(self.builder, self.builder.load(self._of_runs(place), align=8), ())
+
+    def keep(self, name, lane, i=0):
+        """Change a row of the record."""
+        self.keep_recorded(self.fields.first[name] + i, lane)
+
+    def keep_recorded(self, k, lane):
+        """Change the k-th row of the record."""
+        place = self.builder.gep(self.record, [self.row(k * self.runs)])
+        self.builder.store(lane.value, self._of_runs(place), align=8)
+
+    def keep_where(self, mask, name, lane, i=0):
+        """Change a row of the record for some runs."""
+        old = self.field(name, i)
+        self.keep(name, old.same(lane).where(mask, old), i)
+
+    def _of_runs(self, place):
+        return self.builder.bitcast(place, ir.VectorType(DOUBLE, self.runs).as_pointer())
+
+    def at_stages(self, name, i=0):
+        """A row of the record, in the lanes of a stage's numbers."""
+        return self.spread(self.field(name, i))
+
+    def largest_of(self, rows):
+        """The largest size in some rows of work at all stages, of each run."""
+        place = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
+        self.builder.store(self.nothing().value, place)
+
+        def widen(lanes):
+            size = Lane(self.builder, self.builder.load(place), ())
+            for row in rows:
+                size = larger_size(size, self.load_row(lanes, row).exact)
+            self.builder.store(size.value, place)
+
+        self.chunks(widen)
+        return self.over_stages_largest(Lane(self.builder, self.builder.load(place), ()))
+
+    def weighted(self, rows, *weights, matrix=None):
+        """sum_j w_j x_j for some rows x of work, of each run.
+
+        weights  a row w of the tables, or of ``matrix``; of several, those of the smallest first,
+                 the sum of all these
+        """
+        builder, kind = self.builder, ir.VectorType(DOUBLE, self.width)
+        sums = [cgutils.alloca_once(builder, kind) for _ in rows]
+        for place in sums:
+            builder.store(everywhere(kind, 0.0), place)
+
+        def add(lanes, weight):
+            factor = Lane(builder, lanes.factor(self.tables if matrix is None else matrix, weight))
+            for row, place in zip(rows, sums, strict=True):
+                total = Lane(builder, builder.load(place)) + self.load_row(lanes, row) * factor
+                builder.store(total.value, place)
+
+        for weight in weights:
+            self.chunks(lambda lanes, weight=weight: add(lanes, weight))
+        return [self.over_stages(Lane(builder, builder.load(place))) for place in sums]
+
+    def times(self, row):
+        """A row of work <- the times of the stages of the step."""
+
+        def fill(lanes):
+            count = self.spread(self.whole_number(self.number))
+            node = Lane(self.builder, lanes.factor(self.tables, self.tabled.nodes), ())
+            time = self.at_stages("start") + (count + node) * self.at_stages("step")
+            self.store_row(lanes, time, row)
+
+        self.chunks(fill)
+
+    def series(self, lanes, row):
+        """The Legendre coefficients of d rows of work."""
+        return self.sums(lanes, self.tables, self.tabled.series, row)
+
+    def sums(self, lanes, matrix, first_row, row, apart=None, count=None, start=None):
+        """sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
+
+        apart  rows between the matrices of one coordinate and the next; None for the same matrix
+        count  how many rows; None for all stages
+        start  first of d rows of work to which the sums are added
+        """
+        count, found = self.stages if count is None else count, []
+        first = [lanes.nothing] * self.d
+        if start is not None:
+            first = [lanes.load(self.work, self.row(start + i)) for i in range(self.d)]
+        together = self.d if apart is None else 1
+        for i in range(0, self.d, together):
+            own = first_row if apart is None else self.builder.add(
+                first_row, self.builder.mul(apart, self.row(i))
+            )  # fmt: skip
+            found += self.summed(lanes, first[i : i + together], matrix, own, row + i, count)
+        return [Lane(self.builder, value) for value in found]
+
+
+class Stages(Rows):
+    """The stages of one run in the lanes of a vector, or of several.
+
+    one     whether one vector holds all stages
+    merged  whether ``ahead`` are matrices A after extrapolation
+    full    whether no lane is beyond the stages
+    """
+
+    def __init__(self, context, builder, words, fields, width, one, merged):
+        super().__init__(context, builder, words, fields, width, 1)
+        row, self.one, self.merged = self.row, one, merged
+        chunks = builder.udiv(builder.add(self.stages, row(width - 1)), row(width))
+        self.padded = row(width) if one else builder.mul(chunks, row(width))
+        self.full = builder.icmp_unsigned("==", self.stages, self.padded)
+        self.lay_out_tables(self.padded)
+
+    def at(self, chunk):
+        """The lanes of one of the chunks."""
+        return Lanes(self.context, self.builder, self.padded, chunk, self.width)
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        if self.one:
+            part(self.at(self.row(0)))
+            return
+        chunks = self.builder.udiv(self.padded, self.row(self.width))
+        with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
+            part(self.at(loop.index))
+
+    def store_row(self, lanes, lane, row):
+        lanes.store(lane.value, self.work, self.row(row))
+
+    def spread(self, lane):
+        """A run's number in all lanes of a stage's numbers."""
+        scalar = self.builder.extract_element(lane.value, ir.IntType(32)(0))
+        return Lane(self.builder, spread(self.builder, scalar, self.width), lane.flags)
+
+    def spread_truth(self, truth):
+        """A run's truth value in all lanes of a stage's numbers."""
+        scalar = self.builder.extract_element(truth.value, ir.IntType(32)(0))
+        return Truth(self.builder, spread(self.builder, scalar, self.width))
+
+    def stage_number(self, row, index):
+        """The number of a row of work at a stage."""
+        place = self.builder.add(self.builder.mul(self.row(row), self.padded), index)
+        place = self._of_runs(self.builder.gep(self.work, [place]))
+        return Lane(self.builder, self.builder.load(place, align=8), ())
+
+    def stage_indices(self, lanes):
+        """The number of each lane's stage."""
+        counts = ir.Constant(ir.VectorType(DOUBLE, self.width), list(map(float, range(self.width))))
+        first = spread(self.builder, self.builder.uitofp(lanes.offset, DOUBLE), self.width)
+        return Lane(self.builder, counts) + Lane(self.builder, first)
+
+    def over_stages(self, lane):
+        """The sum of the lanes."""
+        name = f"llvm.vector.reduce.fadd.v{self.width}f64"
+        kind = ir.FunctionType(DOUBLE, [DOUBLE, lane.value.type])
+        reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        zero = ir.Constant(DOUBLE, -0.0)
+        whole = self.builder.call(reduce, [zero, lane.value], fastmath=("reassoc",))
+        return Lane(self.builder, spread(self.builder, whole, 1), ())
+
+    def over_stages_largest(self, lane):
+        """The largest size in the lanes."""
+        return self._of_bits(self.at(self.row(0)).largest(abs(lane).bits))
+
+    def change(self):
+        """The largest change that was noted."""
+        return self._of_bits(self.at(self.row(0)).largest(self.builder.load(self.largest)))
+
+    def _of_bits(self, bits):
+        scalar = self.builder.bitcast(bits, DOUBLE)
+        return Lane(self.builder, spread(self.builder, scalar, 1), ())
+
+    def reload(self):
+        """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
+        nothing = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(nothing, "", "~{memory}", [], True)
+
+    def scaled_sums(self, lanes, start, first_row, row, power=1):
+        """As `sums` with the tables, which hold h^power."""
+        return self.sums(lanes, self.tables, first_row, row, start=start)
+
+    def times_step(self, high, low, power):
+        """The same: the tables hold h."""
+        return high, low
+
+    def over_step(self, rows):
+        """h sum_j b_j x_j for some rows of work.
+
+        What the low part of h b adds is less than half an ulp of the sum, and always of the same
+        sign: added to the sum it would be lost, so the sum begins with it.
+        """
+        return self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
+
+    def extrapolate(self, velocities, series, guess):
+        """d rows of work <- the velocities at the next step's stages."""
+        first = self.first_ahead()
+        self.chunks(lambda lanes: self.store_rows(
+            lanes, self.sums(lanes, self.tables, first, velocities), guess
+        ))  # fmt: skip
+
+    def first_ahead(self):
+        """The first row of the matrix that keeps so many terms as were chosen."""
+        scalar = self.builder.extract_element(self.field("terms").value, ir.IntType(32)(0))
+        terms = self.builder.sub(self.builder.fptoui(scalar, self.row), self.row(1))
+        return self.builder.add(self.tabled.ahead, self.builder.mul(self.padded, terms))
+
+    def bent(self, lanes, accelerations):
+        """h^2 A times the accelerations, extrapolated from the last step if there was one."""
+        builder = self.builder
+        goes_on = builder.icmp_unsigned("!=", self.continues, self.row(0))
+        first = builder.select(goes_on, self.first_ahead(), self.tabled.drift)
+        return self.sums(lanes, self.tables, first, accelerations)
+
+    def summed(self, lanes, first, matrix, first_row, row, count):
+        """The sums of `Rows.sums` for some rows of work with one matrix."""
+        builder = self.builder
+        if not self.one:
+            return lanes.sums(first, matrix, first_row, self.work, self.row(row), count)
+        totals = [first, [lanes.nothing] * len(first)]
+        self.reload()
+        for j in range(self.width):  # rows of a matrix after the last are 0
+            factor = lanes.load(matrix, builder.add(first_row, self.row(j)))
+            for i in range(len(first)):
+                value = lanes.number(self.work, self.row(row + i), self.row(j))
+                term = lanes.mul(lanes.spread(value), factor)
+                totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+        return [lanes.add(*pair) for pair in zip(*totals, strict=True)]
+
+
+class Members(Rows):
+    """Eight runs in the lanes of a vector, one stage after another.
+
+    stages   s, for which loops are written out; 0 for any
+    guarded  rows of work that are stored only for runs whose iteration goes on
+    active   these runs, a `galvi.lanes.stopping.Mask`
+    """
+
+    def __init__(self, context, builder, words, fields, stages=0):
+        super().__init__(context, builder, words, fields, LANES, LANES)
+        self.stages = self.row(stages) if stages else self.stages
+        self.padded = builder.mul(self.stages, self.row(LANES))
+        self.lay_out_tables(self.stages)
+        self.full = ir.Constant(ir.IntType(1), 1)
+        self.guarded: Any = ()
+        self.active: Any = None
+        self.merged = False
+
+    def at(self, chunk):
+        """The lanes at a stage."""
+        return MemberLanes(self.context, self.builder, self.stages, chunk)
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        with cgutils.for_range(self.builder, self.stages, intp=self.row) as loop:
+            part(self.at(loop.index))
+
+    def store_row(self, lanes, lane, row):
+        value = lane.value
+        if row in self.guarded:
+            old = lanes.load(self.work, self.row(row))
+            value = self.builder.select(self.active.value.value, value, old)
+        lanes.store(value, self.work, self.row(row))
+
+    def spread(self, lane):
+        """The same: each run has its own lane."""
+        return lane
+
+    def spread_truth(self, truth):
+        """The same."""
+        return truth
+
+    def stage_number(self, row, index):
+        """The numbers of a row of work at a stage."""
+        return self.load_row(self.at(index), row).exact
+
+    def stage_indices(self, lanes):
+        """The number of the stage."""
+        return self.whole_number(lanes.stage)
+
+    def over_stages(self, lane):
+        """The same, a sum over all stages."""
+        return lane.exact
+
+    def over_stages_largest(self, lane):
+        """The same, the largest of all stages."""
+        return lane
+
+    def change(self):
+        """The largest change that was noted."""
+        return Lane(self.builder, self.nothing().value, ()).of_bits(self.builder.load(self.largest))
+
+    def reload(self):
+        """Nothing: numbers of work are not spread."""
+
+    def scaled_sums(self, lanes, start, first_row, row, power=1):
+        """As `sums` with the tables, times h^power."""
+        totals, step = self.sums(lanes, self.tables, first_row, row), self.field("step")
+        for _ in range(power):  # a rounded h^2 would be wrong by the same in each step
+            totals = [total * step for total in totals]
+        if start is None:
+            return totals
+        return [self.load_row(lanes, start + i).exact + x for i, x in enumerate(totals)]
+
+    def over_step(self, rows):
+        """As of one run."""
+        sums = self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
+        return [x * self.field("step") for x in sums]
+
+    def times_step(self, high, low, power):
+        """A sum and a small rest, times h^power."""
+        step = self.field("step")
+        for _ in range(power):
+            high, lost = two_product(high, step)
+            low = low * step + lost
+        return high, low
+
+    def extrapolate(self, velocities, series, guess):
+        """d rows of work <- the velocities at the next step's stages."""
+        terms = self.field("terms")
+
+        def shorten(lanes):
+            keeps = terms > self.stage_indices(lanes)
+            kept = [x.where(keeps, 0.0) for x in self.series(lanes, velocities)]
+            self.store_rows(lanes, kept, series)
+
+        def continue_series(lanes):
+            ahead = self.sums(lanes, self.tables, self.tabled.ahead, series, count=self.terms)
+            self.store_rows(lanes, ahead, guess)
+
+        self.chunks(shorten)
+        self.chunks(continue_series)
+
+    def bent(self, lanes, accelerations):
+        """h^2 A times the accelerations."""
+        return self.scaled_sums(lanes, None, self.tabled.drift, accelerations, 2)
+
+    def summed(self, lanes, first, matrix, first_row, row, count):
+        """The sums of `Rows.sums` for some rows of work with one matrix."""
+        found = []
+        for k in range(0, len(first), ROWS_TOGETHER):
+            part = first[k : k + ROWS_TOGETHER]
+            found += lanes.sums(part, matrix, first_row, self.work, self.row(row + k), count)
+        return found
+
+
+class MemberLanes(Lanes):
+    """Loads and stores of eight members at one stage, with the interface of `Lanes`."""
+
+    def __init__(self, context, builder, stages, stage):
+        self.stages, self.stage = stages, stage
+        width = builder.mul(stages, ir.Constant(stages.type, LANES))
+        super().__init__(context, builder, width, stage)
+
+    def factor(self, matrix, row):
+        """A number of a matrix at this stage, in all lanes."""
+        place = self.builder.add(self.builder.mul(row, self.stages), self.stage)
+        return super().spread(self.builder.load(self.builder.gep(matrix, [place])))
+
+    def number(self, data, row, column=None):
+        """Numbers of the members: of a row (8,), or of one (s, 8) at a stage."""
+        eight = ir.Constant(row.type, LANES)
+        place = self.builder.mul(row, eight)
+        if column is not None:
+            column = self.builder.mul(column, eight)
+            place = self.builder.add(self.builder.mul(row, self.padded), column)
+        address = self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
+        return self.builder.load(address, align=8)
+
+    def spread(self, vector):
+        """The same: each member has its own number."""
+        return vector
+
+
+def layout(context, builder, words, fields, lanes, one, stages, merged=False):
+    """The layout of one run, in vectors of so many lanes, or for 0 of eight runs."""
+    if lanes:
+        return Stages(context, builder, words, fields, lanes, one, merged)
+    builder.reciprocals = Reciprocals(context, builder)
+    return Members(context, builder, words, fields, stages)

@@ -1,0 +1,220 @@
+"""Many steps of a law in lanes: of one run, whose results are kept, or of many members.
+
+A law's part is a function of the address of the words of galvi.lanes.layouts, called by its own
+address, so that these loops are compiled once for all laws.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+from numba import types
+
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import MATRIX, TENSOR3, compiled_for, jit_inline
+from galvi.kernels.forces.passages import near_limit, note_passages
+from galvi.kernels.lie import product
+from galvi.kernels.nystrom import solve
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record, watched_row
+from galvi.lanes.layouts import CONSTANTS, CONTINUES, NUMBER, PART, RECORD, SHARED
+from galvi.lanes.step import PREPARE, STEP
+from galvi.lanes.vectors import LANES
+
+STEP_OF_LAW = types.void(types.int64)
+LENGTH, START, ALIVE, CODE, PASSES = (
+    SHARED.index(name) for name in ("step", "start", "alive", "code", "passes")
+)
+
+
+class OneRun(NamedTuple):
+    """What a run in lanes computes with, beside its state.
+
+    words         of galvi.lanes.layouts
+    record        (rows,)      the numbers of the run, those of SHARED from ``shared`` on
+    seats         (n, 3)       where the numbers of the state are: rows and columns of
+                               galvi.run.run_arrays' state, and rows of the record
+    work          (rows, P)
+    saved         (4, n)       the state before a step
+    layout        (factors, 5) of galvi.kernels.lie.product; no factors on R^d
+    rates, velocities, momenta first rows of work for rates of curves and velocities at the stages,
+                               and the row of the state for momenta
+    """
+
+    words: Any
+    record: Any
+    seats: Any
+    work: Any
+    saved: Any
+    layout: Any
+    shared: int
+    rates: int
+    velocities: int
+    momenta: int
+
+
+class Curves(NamedTuple):
+    """What a step's curve is made of.
+
+    fit   (m, s)  h times its coefficients from its rates at the stages; where places alone are
+                  iterated h^2 times those from accelerations
+    line  (m,)    h times its coefficients from the velocity, there; else (0,)
+    c     (P,)    nodes
+    """
+
+    fit: Any
+    line: Any
+    c: Any
+
+
+ONE_RUN = types.Tuple(
+    (types.int64[::1], types.float64[::1], types.int64[:, ::1], MATRIX, MATRIX)
+    + (types.int64[:, ::1],)
+    + (types.int64,) * 4
+)
+CURVES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR))
+
+
+@jit_inline
+def do(step, given, words, part):
+    """Do a part of a step."""
+    words[PART] = part
+    call_void(step, given)
+
+
+@jit_inline
+def curve_of(fit, rates, out):
+    """out (d, m) <- coefficients of a step's curve from its rates (d, at least s) at the stages."""
+    for i in range(out.shape[0]):
+        for l in range(fit.shape[0]):
+            coefficient = 0.0
+            for j in range(fit.shape[1]):
+                coefficient += fit[l, j] * rates[i, j]
+            out[i, l] = coefficient
+
+
+@jit_inline
+def keep(plan, kept, step, curves, rates, velocities, saved):
+    """Keep the curve of a step from the state ``saved``, and its velocities where it is watched."""
+    fit, line, d = curves.fit, curves.line, velocities.shape[0]
+    if kept.bases.shape[0] > 0:
+        curve_of(fit, rates, kept.curves[step])
+        for l in range(line.size):
+            for i in range(d):
+                kept.curves[step, i, l] += line[l] * saved[2, i]
+    row, first = watched_row(plan, kept, step), kept.q.shape[1] + kept.p.shape[1]
+    if row >= 0 and kept.seen.shape[1] > first:
+        s = fit.shape[1]
+        for i in range(d):
+            for j in range(s):
+                kept.seen[row, first + i * s + j] = velocities[i, j]
+
+
+@jit_inline
+def nothing_remembered(state):
+    """Whether the memory of galvi.kernels.lie.product is empty, as after a step elsewhere."""
+    size = 0.0
+    for i in range(state.shape[1]):
+        size += abs(state[2, i])
+    return size == 0.0
+
+
+@jit_inline
+def advance_run(step, given, run, curves, plan, todo, progress, kept):
+    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
+    run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
+    progress, kept = Progress(*progress), Kept(*kept)
+    state, stages, solver_state = progress.state, progress.stages, progress.solver_state
+    words, numbers, seats, saved = run.words, run.record, run.seats, run.saved
+    d, s = stages.shape
+    velocities = run.work[run.velocities : run.velocities + d]
+    rates, places = run.work[run.rates : run.rates + d], run.work[:d]
+    numbers[run.shared + LENGTH], numbers[run.shared + START] = plan.step, plan.t0
+    numbers[run.shared + ALIVE] = 1.0
+    if run.layout.shape[0] > 0 and nothing_remembered(state):
+        product.remember(run.layout, state[0], state[2])
+    for n in range(seats.shape[0]):
+        numbers[seats[n, 2]] = state[seats[n, 0], seats[n, 1]]
+    for i in range(d):
+        for k in range(velocities.shape[1]):
+            velocities[i, k] = stages[i, min(k, s - 1)]
+    do(step, given, words, PREPARE)
+    for number in range(solver_state[DONE], solver_state[DONE] + todo):
+        words[NUMBER] = plan.first + number
+        words[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
+        numbers[run.shared + PASSES] = 0.0
+        do(step, given, words, STEP)
+        passes = int(numbers[run.shared + PASSES])
+        progress.counts[solve.ITERATIONS] += passes
+        progress.counts[solve.FORCES] += passes * s
+        if numbers[run.shared + ALIVE] == 0.0:
+            return int(numbers[run.shared + CODE])
+        copy_into(saved, state)
+        for n in range(seats.shape[0]):
+            state[seats[n, 0], seats[n, 1]] = numbers[seats[n, 2]]
+        for i in range(d):
+            for j in range(s):
+                stages[i, j] = velocities[i, j]
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, number + 1
+        record(plan, kept, number, saved[0], state[0], state[run.momenta])
+        keep(plan, kept, number, curves, rates, velocities, saved)
+        if progress.passage.size > 0:
+            m, h = curves.fit.shape[0], plan.step
+            fast, slow = near_limit(progress.passage, velocities[:, 0], h, m)
+            note_passages(
+                progress.passage, places, curves.c[:s], saved[0], state[0], h, m,
+                max(fast, slow ** (2.0 / 3.0)), plan.first + number + 1,
+            )  # fmt: skip
+    return solve.SOLVED
+
+
+@jit_inline
+def copy_lanes(given, out):
+    """out <- the numbers of eight members."""
+    for k in range(LANES):
+        out[k] = given[k]
+
+
+@jit_inline
+def advance_members(step, given, words, records, constants, work, velocities, first, number, todo):
+    """Do ``todo`` steps of all members from the number-th on.
+
+    records, constants  (blocks, rows, 8) for eight members each
+    work                (rows, s, 8)
+    velocities, first   the first rows of work and of a record for the velocities at the stages
+    """
+    d, s = (records.shape[1] - first) // work.shape[1], work.shape[1]
+    record_words, constant_words = words[RECORD], words[CONSTANTS]
+    for block in range(records.shape[0]):
+        words[RECORD] = record_words + 8 * LANES * block * records.shape[1]
+        words[CONSTANTS] = constant_words + 8 * LANES * block * constants.shape[1]
+        for i in range(d * s):
+            copy_lanes(records[block, first + i], work[velocities + i // s, i % s])
+        do(step, given, words, PREPARE)
+        for k in range(number, number + todo):
+            words[NUMBER] = k
+            words[CONTINUES] = 1 if k > 0 else 0
+            do(step, given, words, STEP)
+        for i in range(d * s):
+            copy_lanes(work[velocities + i // s, i % s], records[block, first + i])
+    words[RECORD], words[CONSTANTS] = record_words, constant_words
+
+
+@cache
+def compiled_advance_run():
+    """``advance_run`` compiled or cached, one kernel for all laws."""
+    whole = types.int64
+    signature = whole(whole, whole, ONE_RUN, CURVES, PLAN, whole, PROGRESS, KEPT)
+    return compiled_for(advance_run, signature, jit_inline)
+
+
+@cache
+def compiled_advance_members():
+    """``advance_members`` compiled or cached, one kernel for all laws."""
+    whole = types.int64
+    signature = types.void(
+        whole, whole, types.int64[::1], TENSOR3, TENSOR3, TENSOR3, whole, whole, whole, whole
+    )
+    return compiled_for(advance_members, signature, jit_inline)

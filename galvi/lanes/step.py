@@ -1,0 +1,136 @@
+"""A step of an iteration in lanes: what laws on R^d and on groups share.
+
+A kind of step is an object with
+
+rows            a layout of galvi.lanes.layouts, and in its record the fields named there
+rule            what ends the passes, of galvi.lanes.stopping
+velocity_row    the first rows of work for velocities at the stages, for the coefficients of their
+series_row      series, and for a guess of them; the row of times
+guess_row
+time_row
+prepare()       does what is needed once a run
+begin()         first stages of a step, from the velocities
+one_pass(first) a pass, which notes the largest change; ``first`` of its step or not
+after_first_pass(judgement)   the sizes to which changes are relative
+add_low_parts(chosen)         adds what the low parts of the tables make of the rates, for some runs
+ends()          [(field, i, its number at the step's end), ...], and where these are valid
+"""
+
+from __future__ import annotations
+
+import math
+
+from galvi.kernels.compile.internals import cgutils
+from galvi.kernels.lie.arithmetic import larger
+from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
+from galvi.lanes.stopping import Judgement, terms_kept
+from galvi.lanes.vectors import of_words
+
+PREPARE, STEP = range(2)  # parts
+RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
+LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are chosen anew
+
+
+def extrapolate(kind):
+    """The velocities from those of the last step, by as many terms of a Legendre series as gain.
+
+    The number of terms is chosen every RECONSIDER steps, and where a guess outgrows what it
+    extrapolates: one that rounding makes 1e10 times too large gives sizes by which any change is
+    small, and the iteration would end before it began.
+    """
+    rows, d, first, guess = kind.rows, kind.rows.d, kind.velocity_row, kind.guess_row
+    builder = rows.builder
+    rest = builder.urem(rows.number, rows.row(RECONSIDER))
+    due = builder.icmp_unsigned("==", rest, rows.row(0))
+    with builder.if_then(builder.or_(due, (rows.field("terms") < 1.0).any)):
+        choose_terms(kind, rows.field("alive") > 0.0)
+    if rows.merged:
+        return
+    rows.extrapolate(first, kind.series_row, guess)
+    before, after = (rows.largest_of(range(row, row + d)) for row in (first, guess))
+    outgrows = ~(after <= LARGEST_GUESS * before)
+    with builder.if_then(outgrows.any):
+        choose_terms(kind, outgrows)
+        rows.extrapolate(first, kind.series_row, guess)
+    rows.chunks(lambda lanes: rows.store_rows(lanes, rows.load_rows(lanes, guess), first))
+
+
+def choose_terms(kind, chosen):
+    """How many terms to extrapolate, for some runs."""
+    rows = kind.rows
+
+    def measure(lanes):
+        largest = rows.nothing()
+        for coefficient in rows.series(lanes, kind.velocity_row):
+            largest = larger(abs(coefficient), largest)
+        rows.store_row(lanes, largest, kind.time_row)
+
+    rows.chunks(measure)
+    terms = terms_kept(rows, lambda index: rows.stage_number(kind.time_row, index))
+    rows.keep_where(chosen, "terms", terms)
+
+
+def iterate(kind, judgement):
+    """Passes until those of no run go on."""
+    rows, builder = kind.rows, kind.rows.builder
+    judgement.begin(rows.field("alive") > 0.0)
+    passes, tolerance = rows.variable(), rows.real(rows.terms)
+    with cgutils.for_range(builder, rows.row(FIXED_POINT_PASSES), intp=rows.row) as loop:
+        counted = passes.lane
+        passes.set((counted + 1.0).where(judgement.active.value, counted))
+        rows.forget()
+        first = builder.icmp_unsigned("==", loop.index, rows.row(0))
+        kind.one_pass(first)
+        change = rows.change()
+        with builder.if_else(first) as (at_first, later):
+            with at_first:
+                kind.after_first_pass(judgement, change)
+            with later:
+                judgement.judge(change, tolerance)
+        with builder.if_then(judgement.settles.value.any):
+            kind.add_low_parts(judgement.settles.value)
+        with builder.if_then((~judgement.active.value).every):
+            loop.do_break()
+    rows.keep("passes", rows.field("passes") + passes.lane)
+
+
+def one_step(kind, judgement):
+    """Do a step of all runs that are alive; a run whose step fails keeps its state and is not
+    alive any more."""
+    rows, builder = kind.rows, kind.rows.builder
+    judgement.active.set(rows.field("alive") > 0.0)
+    with builder.if_then(builder.icmp_unsigned("!=", rows.continues, rows.row(0))):
+        extrapolate(kind)
+    rows.times(kind.time_row)
+    kind.begin(judgement)
+    iterate(kind, judgement)
+    ends, valid = kind.ends()
+    total = rows.variable().lane
+    for name, _, number in ends:
+        if name in ("q", "p"):
+            total = total + abs(number)
+    done, lost = judgement.end(valid & (total < math.inf))
+    for name, i, number in ends:
+        rows.keep_where(done, name, number, i)
+    rows.keep_where(done, "age", rows.field("age") + 1.0)
+    rows.keep_where(lost, "alive", 0.0)
+    rows.keep_where(lost, "failed", rows.whole_number(rows.number) + 1.0)
+    rows.keep_where(lost, "code", judgement.code.lane)
+
+
+def generated(kind):
+    """An intrinsic of the address of the words of galvi.lanes.layouts: the parts of a step.
+
+    kind  (context, builder, words) -> a kind of step
+    """
+
+    def parts(context, builder, words):
+        made = kind(context, builder, words)
+        judgement = Judgement(builder, made.rule, made.rows.runs)
+        made.rows.active = judgement.active
+        for number, part in ((PREPARE, made.prepare), (STEP, lambda: one_step(made, judgement))):
+            asked = builder.icmp_unsigned("==", made.rows.part, made.rows.row(number))
+            with builder.if_then(asked):
+                part()
+
+    return of_words(parts)

@@ -1,0 +1,136 @@
+"""The kernel of a run whose law is known as expressions, by galvi.lanes.loops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.lie.product import DIMENSION, ENTRIES
+from galvi.kernels.nystrom.solve import FORCES
+from galvi.lanes.collocation import V, law_fields, rows_of_work
+from galvi.lanes.group_collocation import ETA, VELOCITY, group_fields, rows_of_group_work
+from galvi.lanes.layouts import Fields
+from galvi.lanes.loops import STEP_OF_LAW, Curves, OneRun, compiled_advance_run
+from galvi.lanes.vectors import lanes_for
+from galvi.run.in_lanes.tables import LawTables, aligned
+from galvi.run.request import RunRequest
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.tracing.lane_law import compiled_group_law, compiled_law
+
+NO_FACTORS = np.zeros((0, 5), dtype=np.int64)  # of R^d
+
+
+@dataclass(frozen=True, eq=False)
+class LawInLanes:
+    """A step of a law in lanes, and where its numbers are.
+
+    function   compiled, of the address of the words of galvi.lanes.layouts
+    fields     of the record
+    rows       (d, l) -> rows of work
+    seats      (n, 3) rows and columns of the state, and rows of the record
+    momenta    row of the state whose numbers are saved beside q
+    rates      first row of work for the rates of curves
+    velocities first row of work for velocities, or accelerations, at the stages
+    layout     (factors, 5) of a group, as galvi.kernels.lie.product
+    """
+
+    function: Callable[[int], None]
+    fields: Fields
+    rows: Callable[[int, int], int]
+    seats: Any
+    momenta: int
+    rates: int
+    velocities: int
+    layout: Any
+
+    @cached_property
+    def address(self) -> int:
+        """Of the function."""
+        return int(addresses((self.function, STEP_OF_LAW))[0])
+
+
+def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
+    """The seats of fields whose first numbers are at these rows and columns of the state."""
+    return np.array([
+        (row, first + k, fields.first[name] + k)
+        for name, row, first in places
+        for k in range(fields.size[name])
+    ])  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def law_on_space(lines: str, d: int, alone: bool, s: int) -> LawInLanes:
+    """The step on R^d of the lines that define a law, for one run."""
+    lanes, fields = lanes_for(s), law_fields(d)
+    function = compiled_law(lines, d, alone, lanes, s <= lanes)
+    order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
+    seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
+    return LawInLanes(
+        function, fields, lambda d, extra: rows_of_work(d), seats, order.index("p"), V * d, V * d,
+        NO_FACTORS,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def law_on_group(lines: str, layout: tuple[tuple[int, ...], ...], chart: int, s: int) -> LawInLanes:
+    """The step on groups in a chart of the lines that define a law, for one run."""
+    lanes, d = lanes_for(s), sum(row[DIMENSION] for row in layout)
+    fields = group_fields(d, sum(row[ENTRIES] for row in layout))
+    function = compiled_group_law(lines, layout, chart, lanes, s <= lanes)
+    places = (
+        ("q", 0, 0), ("p", 1, 0), ("nu", 1, 2 * d), ("memory", 2, 0), ("nu_low", 3, 0),
+        ("low", 3, d),
+    )  # fmt: skip
+    return LawInLanes(
+        function, fields, rows_of_group_work, seats_of(fields, places), 1, ETA * d, VELOCITY * d,
+        np.array(layout),
+    )  # fmt: skip
+
+
+def words_of(
+    record: Array, constants: Array, work: Array, tables: LawTables, reals: Array, s: int
+) -> Any:
+    """The words of galvi.lanes.layouts, valid as long as the arrays exist."""
+    arrays = record, constants, work, tables.tables, tables.complement, reals
+    addresses = [array.ctypes.data for array in arrays]
+    return np.array([*addresses, s, tables.growth.size, tables.extra, 0, 0, 0])
+
+
+class LawKernel:
+    """Steps of a law in lanes; it owns what its addresses point to.
+
+    curves  (fit, line) of galvi.lanes.loops.Curves
+    """
+
+    def __init__(
+        self, law: LawInLanes, constants: Array, tables: LawTables, curves: tuple[Array, Array],
+        tolerance: float, request: RunRequest, work: RunArrays,
+    ) -> None:  # fmt: skip
+        record, reals = np.zeros(law.fields.velocities), np.append(tables.growth, tolerance)
+        scratch, saved = aligned(
+            (law.rows(len(work.stages), tables.extra), tables.nodes.size), work.state.shape
+        )
+        words = words_of(record, constants, scratch, tables, reals, request.method.stages)
+        run = OneRun(
+            words, record, law.seats, scratch, saved, law.layout, law.fields.first["step"],
+            law.rates, law.velocities, law.momenta,
+        )  # fmt: skip
+        plan, self._progress, self._saved = run_plan(request, work, tolerance)
+        self._kernel, self._work = compiled_advance_run(), work
+        self._owned = law, constants, tables, reals
+        self._arguments = (
+            law.address, words.ctypes.data, tuple(run), tuple(Curves(*curves, tables.nodes)), plan,
+        )  # fmt: skip
+
+    def advance(self, n: int) -> int:
+        """See `galvi.run.stepper.Kernel`."""
+        before = self._work.counts[FORCES]
+        code = int(self._kernel(*self._arguments, n, self._progress, self._saved))
+        self._work.counts[FORCES_IN_LANES] += self._work.counts[FORCES] - before
+        return code

@@ -1,0 +1,187 @@
+"""The tables of a method as laws in lanes take them, for a step of 1: see galvi.lanes.layouts."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.extended_precision import decimals, extended_precision, rounded, scaled
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.lanes.vectors import LANES
+from galvi.tableau import Tableau
+
+
+class LawTables(NamedTuple):
+    """Tables, complement and growth of galvi.lanes.layouts, what a law says of the complement: its
+    rows, or the number of functions Y; and the nodes (P,)."""
+
+    tables: Array
+    complement: Array
+    growth: Array
+    extra: int
+    nodes: Array
+
+
+class Form(NamedTuple):
+    """For which steps tables are.
+
+    step   h by which they are multiplied
+    lanes  of a vector of one run's stages; 0 for eight runs
+    """
+
+    step: float
+    lanes: int
+
+
+MEMBERS = Form(1.0, 0)
+
+
+@lru_cache(maxsize=64)
+def tables_on_space(
+    table: Tableau, degrees: tuple[int, ...] | None, form: Form = MEMBERS
+) -> LawTables:
+    """Those of a law on R^d.
+
+    degrees  (d,) number of coefficients of each component; None where all have the table's
+    """
+    s, m = table.slope.shape
+    A, B = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
+    coefficients, complement = degrees or (m,), np.zeros((0, s))
+    if s > min(coefficients):
+        outer = [outside(table, k).T for k in coefficients]
+        complement = np.concatenate([in_rows(matrix, form) for matrix in outer])
+    means = np.zeros(in_lanes(s, form))
+    return _tables(table, A, B, means, complement, len(complement), form)
+
+
+@lru_cache(maxsize=64)
+def nystrom_tables(table: Tableau, form: Form = MEMBERS) -> LawTables:
+    """As ``tables_on_space``, for places alone."""
+    s = table.c.size
+    P = in_lanes(s, form)
+    A, beta = np.stack([table.A.T, table.low_parts[3].T]), np.zeros((2, s, P))
+    beta[:, 0, :s] = table.beta, table.low_parts[2]
+    low_nodes = widened(table.low_parts[0][None], P)[0]
+    return _tables(table, A, beta, low_nodes, np.zeros((0, s)), 0, form, 2)
+
+
+@lru_cache(maxsize=64)
+def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
+    """As ``tables_on_space``, on a group: the first lane beyond the stages has the step's end."""
+    s, m = table.slope.shape
+    P = in_lanes(s, form)
+    A, B = np.zeros((2, 2, s, P))
+    A[:, :, :s], B[:, :, :s] = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
+    for k, b in enumerate((table.b, table.low_parts[1])):
+        A[k, :, s:] = b[:, None]
+    B[0, :, :s], rest = two_sum(B[0, :, :s], -table.b[:, None])
+    B[1, :, :s] += rest - table.low_parts[1][:, None]
+    Y, means = orthonormal_complement(table), np.zeros(P)
+    if s > m:
+        means[:s] = np.mean(Y * Y, axis=0) * table.b
+    weights = np.pad(Y * table.b, ((0, 0), (0, P - s)))
+    complement = np.concatenate([widened(Y, P), weights])
+    return _tables(table, A, B, means, complement, s - m, form)
+
+
+def _tables(
+    table: Tableau, A: Array, B: Array, means: Array, complement: Array, extra: int, form: Form,
+    power: int = 1,
+) -> LawTables:  # fmt: skip
+    """The parts in the order of galvi.lanes.layouts.Tables; A and B times h^power."""
+    s, h = table.c.size, form.step
+    P, kicks = in_lanes(s, form), np.stack([table.b, table.low_parts[1]])
+    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
+        A, B, kicks = scaled(A, h, power), scaled(B, h, power), scaled(kicks, h)
+    rows = np.concatenate([np.pad(kicks, ((0, 0), (0, P - s))), means[None]])
+    nodes = widened(table.c[None], P)
+    blocks = [in_rows(matrix, form) for matrix in (*A, *B)]
+    ahead = [table.extrapolation.T]
+    if form.lanes:
+        kept = A[0] if power == 2 else np.eye(s)
+        ahead = [in_rows(matrix, form) for matrix in extrapolated(table, kept)]
+    tables, complement = aligned_copies(
+        np.concatenate([*blocks, rows, nodes, in_rows(table.analysis.T, form), *ahead]),
+        widened(complement, P),
+    )
+    return LawTables(tables, complement, read_only(table.growth), extra, read_only(nodes[0].copy()))
+
+
+def in_lanes(s: int, form: Form) -> int:
+    """P, the length of a row for s stages, or s itself for eight runs."""
+    return -(-s // form.lanes) * form.lanes if form.lanes else s
+
+
+def widened(rows: Array, P: int) -> Array:
+    """Rows of length P, whose last numbers are repeated."""
+    return np.pad(rows, ((0, 0), (0, P - rows.shape[1])), mode="edge")
+
+
+def in_rows(matrix: Array, form: Form) -> Array:
+    """A matrix (s, s or P) with rows of length P and as many of them, the last ones 0."""
+    P = in_lanes(len(matrix), form)
+    return np.pad(widened(matrix, P), ((0, P - len(matrix)), (0, 0)))
+
+
+def outside(table: Tableau, coefficients: int) -> Array:
+    """C (s, s) of galvi.lanes.collocation for the space's first functions."""
+    root = np.sqrt(table.b)
+    slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
+    return np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
+
+
+def orthonormal_complement(table: Tableau) -> Array:
+    """The functions Y (s - m, s) of galvi.lanes.group_collocation at the stages."""
+    root = np.sqrt(table.b)
+    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
+    return whole[:, table.slope.shape[1] :].T / root
+
+
+@lru_cache(maxsize=32)
+def integrals_of(table: Tableau) -> tuple[Array, Array]:
+    """The integrals of slopes, A, and of their dual, B, each with its low part: (2, s, s)."""
+    with extended_precision():
+        b = decimals(table.b) + decimals(table.low_parts[1])
+        A = decimals(table.integral) + decimals(table.low_parts[4])
+        return with_low_part(A), with_low_part(b - (A.T * b) / b[:, None])
+
+
+def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
+    """The stage in each lane, (P,), for vectors of ``lanes``; the last stage is repeated."""
+    return np.minimum(np.arange(-(-s // lanes) * lanes), s - 1)
+
+
+def with_low_part(exact: Any) -> Array:
+    """The nearest float64 numbers and their rounding errors."""
+    kept = rounded(exact)
+    return np.stack([kept, rounded(exact - decimals(kept))])
+
+
+def aligned(*shapes: tuple[int, ...]) -> list[Array]:
+    """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
+    room = np.zeros(sum(map(math.prod, shapes)) + LANES)
+    place, found = (-room.ctypes.data // 8) % LANES, []
+    for shape in shapes:
+        end = place + math.prod(shape)
+        found.append(room[place:end].reshape(shape))
+        place = end
+    return found
+
+
+def aligned_copies(*given: Array) -> list[Array]:
+    """Copies that start at cache lines."""
+    copies = aligned(*(array.shape for array in given))
+    for copy, array in zip(copies, given, strict=True):
+        copy[:] = array
+    return copies
+
+
+def extrapolated(table: Tableau, kept: Array) -> Array:
+    """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
+    polynomials: (l, s, P)."""
+    terms = table.extrapolation.T @ kept
+    return np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
