@@ -24,9 +24,10 @@ from galvi.lanes.step import PREPARE, STEP
 from galvi.lanes.vectors import LANES
 
 STEP_OF_LAW = types.void(types.int64)
-LENGTH, START, ALIVE, CODE, PASSES = (
-    SHARED.index(name) for name in ("step", "start", "alive", "code", "passes")
+LENGTH, START, ALIVE, CODE, PASSES, TERMS = (
+    SHARED.index(name) for name in ("step", "start", "alive", "code", "passes", "terms")
 )
+TERMS_KEPT = 3  # index in solver_state
 
 
 class OneRun(NamedTuple):
@@ -132,7 +133,7 @@ def advance_run(step, given, run, curves, plan, todo, progress, kept):
     velocities = run.work[run.velocities : run.velocities + d]
     rates, places = run.work[run.rates : run.rates + d], run.work[:d]
     numbers[run.shared + LENGTH], numbers[run.shared + START] = plan.step, plan.t0
-    numbers[run.shared + ALIVE] = 1.0
+    numbers[run.shared + ALIVE], numbers[run.shared + TERMS] = 1.0, solver_state[TERMS_KEPT]
     if run.layout.shape[0] > 0 and nothing_remembered(state):
         product.remember(run.layout, state[0], state[2])
     for n in range(seats.shape[0]):
@@ -158,6 +159,7 @@ def advance_run(step, given, run, curves, plan, todo, progress, kept):
             for j in range(s):
                 stages[i, j] = velocities[i, j]
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, number + 1
+        solver_state[TERMS_KEPT] = int(numbers[run.shared + TERMS])
         record(plan, kept, number, saved[0], state[0], state[run.momenta])
         keep(plan, kept, number, curves, rates, velocities, saved)
         if progress.passage.size > 0:

@@ -77,12 +77,12 @@ def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
 def law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     """The kernel of a Lagrangian on R^d."""
     method, d, h = request.method, request.problem.q0.size, request.step
-    law, table, s = lane_law(request.problem.system, d), method.table, method.stages
+    law, s = lane_law(request.problem.system, d), method.stages
     assert law is not None  # see `group_kernel`
-    tables = tables_on_space(table, component_degrees(method), Form(h, lanes_for(s)))
-    curves = read_only(h * table.projection), NO_LINE
+    lanes, curves = lanes_for(s), (read_only(h * method.table.projection), NO_LINE)
+    tables = tables_on_space(method.table, component_degrees(method), Form(h, lanes))
+    step = law_on_space(law[0], d, False, lanes, s <= lanes)
     tolerance = max(request.checkpoint.tolerance, FINEST_ON_RN)
-    step = law_on_space(law[0], d, False, s)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 
 
@@ -104,10 +104,10 @@ def group_law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     problem, method, system = request.problem, request.method, request.problem.system
     law, s, h = group_law(system), request.method.stages, request.step
     assert law is not None  # see `group_kernel`
+    lanes, curves = lanes_for(s), (read_only(h * method.table.projection), NO_LINE)
     layout = tuple(map(tuple, coupled_layout(system, problem).tolist()))
-    step = law_on_group(law[0], layout, method.group_chart.number, s)
-    tables = tables_on_group(method.table, Form(h, lanes_for(s)))
-    curves = read_only(h * method.table.projection), NO_LINE
+    step = law_on_group(law[0], layout, method.group_chart.number, lanes, s <= lanes)
+    tables = tables_on_group(method.table, Form(h, lanes))
     tolerance = max(request.checkpoint.tolerance, FINEST_IN_LANES)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 

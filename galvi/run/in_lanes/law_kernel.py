@@ -17,7 +17,6 @@ from galvi.lanes.collocation import V, law_fields, rows_of_work
 from galvi.lanes.group_collocation import ETA, VELOCITY, group_fields, rows_of_group_work
 from galvi.lanes.layouts import Fields
 from galvi.lanes.loops import STEP_OF_LAW, Curves, OneRun, compiled_advance_run
-from galvi.lanes.vectors import lanes_for
 from galvi.run.in_lanes.tables import LawTables, aligned
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
@@ -65,10 +64,10 @@ def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
 
 
 @lru_cache(maxsize=64)
-def law_on_space(lines: str, d: int, alone: bool, s: int) -> LawInLanes:
-    """The step on R^d of the lines that define a law, for one run."""
-    lanes, fields = lanes_for(s), law_fields(d)
-    function = compiled_law(lines, d, alone, lanes, s <= lanes)
+def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawInLanes:
+    """The step on R^d of the lines that define a law; arguments of
+    galvi.lanes.collocation.law_step."""
+    fields, function = law_fields(d), compiled_law(lines, d, alone, lanes, one)
     order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
     seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
     return LawInLanes(
@@ -78,11 +77,14 @@ def law_on_space(lines: str, d: int, alone: bool, s: int) -> LawInLanes:
 
 
 @lru_cache(maxsize=64)
-def law_on_group(lines: str, layout: tuple[tuple[int, ...], ...], chart: int, s: int) -> LawInLanes:
-    """The step on groups in a chart of the lines that define a law, for one run."""
-    lanes, d = lanes_for(s), sum(row[DIMENSION] for row in layout)
+def law_on_group(
+    lines: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
+) -> LawInLanes:
+    """The step on groups in a chart of the lines that define a law; arguments of
+    galvi.lanes.group_collocation.group_step."""
+    d = sum(row[DIMENSION] for row in layout)
     fields = group_fields(d, sum(row[ENTRIES] for row in layout))
-    function = compiled_group_law(lines, layout, chart, lanes, s <= lanes)
+    function = compiled_group_law(lines, layout, chart, lanes, one)
     places = (
         ("q", 0, 0), ("p", 1, 0), ("nu", 1, 2 * d), ("memory", 2, 0), ("nu_low", 3, 0),
         ("low", 3, d),

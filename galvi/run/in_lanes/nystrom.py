@@ -118,8 +118,10 @@ def canonical_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     curves = read_only(fit), read_only(h * table.velocity_coefficients)
     tolerance = request.checkpoint.tolerance
     finer = LANE_TOLERANCE if tolerance == ROUND_OFF else tolerance
-    tables = nystrom_tables(table, Form(h, lanes_for(s)))
-    return LawKernel(law_on_space(law[0], d, True, s), law[1], tables, curves, finer, request, work)
+    lanes = lanes_for(s)
+    tables = nystrom_tables(table, Form(h, lanes))
+    step = law_on_space(law[0], d, True, lanes, s <= lanes)
+    return LawKernel(step, law[1], tables, curves, finer, request, work)
 
 
 @lru_cache(maxsize=32)
