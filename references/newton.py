@@ -191,8 +191,7 @@ def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
     weigh: Any = np.dot if inverse.ndim == 2 else np.multiply
 
     def accelerated(q: Array, v: Array, t: float) -> Array:
-        a: Array = weigh(inverse, force(q, v, t).ravel()).reshape(q.shape)
-        return a
+        return weigh(inverse, force(q, v, t).ravel()).reshape(q.shape)
 
     return accelerated
 

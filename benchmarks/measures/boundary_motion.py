@@ -85,8 +85,7 @@ class BoundaryValueMotion:
         )
 
     def _end_from(self, v: Array) -> Array:
-        arrived: Array = self.truth.run(self._from(v), self.step, {"samples": 1}).q[-1]
-        return arrived
+        return self.truth.run(self._from(v), self.step, {"samples": 1}).q[-1]
 
     def _from(self, v: Array) -> Problem:
         return Problem(self.problem.system, self.problem.q0, v, self.problem.t0)

@@ -113,8 +113,7 @@ def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Pro
     derivative /= np.repeat(lengths, d)
     zero, sizes = np.zeros((d, d)), [_largest(L.T @ x) or 1.0 for x in (problem.q0.ravel(), v)]
     to = np.block([[L.T / sizes[0], zero], [zero, L.T / sizes[1]]])
-    weighted: Array = to @ derivative @ np.linalg.inv(to)
-    return weighted
+    return to @ derivative @ np.linalg.inv(to)
 
 
 def _largest(x: Array) -> float:

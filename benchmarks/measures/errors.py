@@ -32,18 +32,14 @@ def curve_error(run: Trajectory, truth: Trajectory) -> float:
 def curve_times(run: Trajectory, per_step: int = PER_STEP) -> Array:
     """Evenly spaced times along the run, (steps per_step + 1,)."""
     steps = len(run.t) - 1
-    times: Array = np.linspace(run.t[0], run.t[-1], steps * per_step + 1)
-    return times
+    return np.linspace(run.t[0], run.t[-1], steps * per_step + 1)
 
 
 def energy_errors(run: Trajectory, t: Any = None) -> Array:
     """(H - H(t0)) / |H(t0)| at step ends, (steps + 1,), or along the curve at t."""
     problem = run.problem
     exact = float(independent_invariants.energy(problem, problem.q0[None], problem.v0[None])[0])
-    relative: Array = (independent_invariants.energy(problem, *_motion(run, t)) - exact) / abs(
-        exact
-    )
-    return relative
+    return (independent_invariants.energy(problem, *_motion(run, t)) - exact) / abs(exact)
 
 
 def angular_momentum_errors(run: Trajectory, t: Any = None) -> Array:
@@ -53,8 +49,7 @@ def angular_momentum_errors(run: Trajectory, t: Any = None) -> Array:
     change = independent_invariants.angular_momentum(problem, *_motion(run, t)) - exact
     if np.ndim(exact):
         change = np.linalg.norm(change, axis=-1)
-    relative: Array = change / np.linalg.norm(exact)
-    return relative
+    return change / np.linalg.norm(exact)
 
 
 def largest_energy_error(run: Trajectory, truth: Any = None) -> float:

@@ -30,15 +30,13 @@ def spatial_momentum(R: Array, p: Array) -> Array:
 def vertical_momentum(problem: Problem, R: Array, p: Array) -> Array:
     """The component of R p opposite to gravity, (k,). TypeError for a body without weight."""
     g = _weight(problem).g
-    result: Array = -spatial_momentum(R, p) @ g / np.sqrt(np.sum(g**2))
-    return result
+    return -spatial_momentum(R, p) @ g / np.sqrt(np.sum(g**2))
 
 
 def axial_momentum(problem: Problem, R: Array, p: Array) -> Array:
     """The component of p along the line from tip to centre of mass, (k,). TypeError likewise."""
     centre = _weight(problem).centre
-    result: Array = p @ centre / np.sqrt(np.sum(centre**2))
-    return result
+    return p @ centre / np.sqrt(np.sum(centre**2))
 
 
 def orthogonality_defect(R: Array) -> Array:
@@ -70,8 +68,7 @@ def turns(first: Array, second: Array) -> Array:
     relative = np.einsum("kji,kjl->kil", first, second)
     skew = relative - np.swapaxes(relative, 1, 2)
     sine = 0.5 * np.sqrt(skew[:, 2, 1] ** 2 + skew[:, 0, 2] ** 2 + skew[:, 1, 0] ** 2)
-    angle: Array = np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
-    return angle
+    return np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
 
 
 def has_pole(chart: Chart) -> bool:

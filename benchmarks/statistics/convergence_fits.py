@@ -76,8 +76,7 @@ class Fit:
         known = x**-self.power if self.power else 1.0
         bent = x**self.rate * np.exp(self.bend * x)
         fall = known * self.rate**x if self.kind == "geometric" else bent
-        line: Array = self.coefficient * fall
-        return line
+        return self.coefficient * fall
 
 
 @dataclass(frozen=True)

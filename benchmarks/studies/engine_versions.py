@@ -159,8 +159,7 @@ def _absent(engine: str, why: str) -> dict[str, Any]:
 def _moved(python: Path) -> Mapping[str, Any]:
     """The answer to the job by the MuJoCo of this interpreter."""
     printed = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
-    answer: Mapping[str, Any] = json.loads(printed)
-    return answer
+    return json.loads(printed)
 
 
 def _bodies() -> dict[str, Any]:

@@ -190,14 +190,12 @@ def mean_elements(q: Array, v: Array, samples: int, pull: float = 1.0) -> Array:
     a[a < 0.0] = np.nan  # not bound
     each = [np.log(a), np.hypot(along, across), node, np.unwrap(np.arctan2(across, along)),
             np.arccos(unit[:, 2])]  # fmt: skip
-    means: Array = np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
-    return means
+    return np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
 
 
 def slopes(means: Array) -> Array:
     """The rates (4,) of ln a, e, node and argument, by least squares over the orbits."""
-    fit: Array = np.polyfit(PERIOD * np.arange(len(means)), means[:, :4], 1)[0]
-    return fit
+    return np.polyfit(PERIOD * np.arange(len(means)), means[:, :4], 1)[0]
 
 
 @dataclass(frozen=True)

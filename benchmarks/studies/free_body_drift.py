@@ -222,16 +222,14 @@ def _unbound(problem: Problem) -> Problem:
 def _energy_errors(problem: Problem, R: Array, w: Array) -> Array:
     """E / E0 - 1 of attitudes (k, 3, 3) and angular velocities in the body's frame (k, 3), (k,)."""
     exact = independent_invariants.energy(problem, problem.q0[None], problem.v0[None])
-    relative: Array = independent_invariants.energy(problem, R, w) / exact - 1.0
-    return relative
+    return independent_invariants.energy(problem, R, w) / exact - 1.0
 
 
 def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
     """|L - L0| / |L0|, likewise."""
     exact = independent_invariants.angular_momentum(problem, problem.q0[None], problem.v0[None])
     change = np.linalg.norm(independent_invariants.angular_momentum(problem, R, w) - exact, axis=-1)
-    relative: Array = change / np.linalg.norm(exact)
-    return relative
+    return change / np.linalg.norm(exact)
 
 
 def _largest(errors: Array) -> float:

@@ -24,8 +24,8 @@ Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> 
 
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
-    """As those that the run would have kept: bit for bit, but for velocities in a clock, which differ
-    by round-off.
+    """As those that the run would have kept: bit for bit, but for velocities in a clock, which
+    differ by round-off.
 
     total, done  steps from known[0] that were asked for, and done
     end          the last time of the run
@@ -86,8 +86,7 @@ class RedoneCurves:
             curves = curves_of_steps(
                 self.problem, self.method, self.step, self.known[k], first, count
             )
-            values: Array = getattr(curves, name)(steps - first, tau[rows])
-            return values
+            return getattr(curves, name)(steps - first, tau[rows])
 
         return pieces, evaluate
 
@@ -110,7 +109,6 @@ class RedoneCurves:
             curves = curves_from(
                 self.problem, self.method, self.step, self.known[k], farthest, self.end
             )
-            values: Array = getattr(curves, name)(times[rows])
-            return values
+            return getattr(curves, name)(times[rows])
 
         return pieces, evaluate

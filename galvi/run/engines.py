@@ -40,8 +40,7 @@ ENGINES: tuple[Engine, ...] = (CLOCK, FRAME, LANES, GENERAL) if FAST else (GENER
 
 def stepper_for(request: RunRequest) -> Stepper | ClockStepper:
     """The stepper of the first engine that offers one; ValueError where none does."""
-    stepper: Stepper | ClockStepper = first_offer(ENGINES, request)
-    return stepper
+    return first_offer(ENGINES, request)
 
 
 def iterates(problem: Problem, method: Galerkin) -> bool:

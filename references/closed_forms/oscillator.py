@@ -96,8 +96,7 @@ class OscillatorStep:
     def energy_errors(self, steps: int) -> Array:
         """Relative energy errors after 0 to `steps` steps of a stable step, from q = 1, p = 0."""
         theta = math.acos(-self.a / self.b)
-        errors: Array = float(self.b**2 - self.a**2 - 1) * np.sin(np.arange(steps + 1) * theta) ** 2
-        return errors
+        return float(self.b**2 - self.a**2 - 1) * np.sin(np.arange(steps + 1) * theta) ** 2
 
 
 def oscillator_step(degree: int, step: int | Fraction) -> OscillatorStep:

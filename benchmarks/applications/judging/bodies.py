@@ -258,8 +258,7 @@ def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
     """The distance of each body from its true place, (saved, bodies)."""
-    found: Array = np.linalg.norm(run.q - truth.q, axis=-1)
-    return found
+    return np.linalg.norm(run.q - truth.q, axis=-1)
 
 
 def size(truth: Trajectory) -> float:

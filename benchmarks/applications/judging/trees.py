@@ -187,8 +187,7 @@ def size(truth: Trajectory) -> float:
 def _moved(truth: Trajectory) -> Array:
     """The largest distance of each joint from its start."""
     start = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
-    found: Array = errors(truth, start).max(axis=0)
-    return found
+    return errors(truth, start).max(axis=0)
 
 
 def _rates(run: Trajectory) -> Array:

@@ -54,8 +54,7 @@ class Case:
 
 
 def _pendulum(truth: Any) -> Array:
-    place: Array = truth.run(pendulum_motion.problem(), DURATION, {"samples": 1}).q[-1]
-    return place
+    return truth.run(pendulum_motion.problem(), DURATION, {"samples": 1}).q[-1]
 
 
 def _thrown() -> Problem:

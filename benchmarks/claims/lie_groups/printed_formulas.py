@@ -24,8 +24,7 @@ def lagrangian(moments: Array, xi: Array, rate: Array, pairs: tuple[int, ...] = 
     """(3.50) in coordinates, I_i with the phi of `pairs`."""
     size = 1.0 + np.sum(xi * xi, axis=-1)
     squares = phi(xi, rate)[..., pairs] ** 2
-    result: Array = 2.0 / size**2 * np.sum(moments * squares, axis=-1)
-    return result
+    return 2.0 / size**2 * np.sum(moments * squares, axis=-1)
 
 
 def trace_lagrangian(J_d: Array, xi: Array, rate: Array) -> float:

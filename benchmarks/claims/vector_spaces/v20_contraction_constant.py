@@ -315,8 +315,7 @@ def _nonlinear_rows(table: DataFrame, case: NonlinearOscillator) -> list[Row]:
 def _share(table: DataFrame, name: str) -> Array:
     """The contraction of a pass over eta C_N^2, at the same h^2 K / m, for each degree."""
     bound = 3.0 * _of(table, name, CONSTANT) ** 2 / z0() ** 2
-    share: Array = _of(table, name, PASS) / bound
-    return share
+    return _of(table, name, PASS) / bound
 
 
 def _every(table: DataFrame, quantity: str) -> Array:
