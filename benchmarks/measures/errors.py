@@ -21,12 +21,12 @@ PER_STEP = 20
 def one_step_error(run: Trajectory, truth: Trajectory) -> float:
     """Largest component of |q - q_true| over all step ends, in the problem's unit of length."""
     per_step = (len(truth.t) - 1) // (len(run.t) - 1)
-    return _largest(run.q - truth.q[::per_step])
+    return largest(run.q - truth.q[::per_step])
 
 
 def curve_error(run: Trajectory, truth: Trajectory) -> float:
     """Largest component of |q(t) - q_true(t)| along the Galerkin curve, at the truth's times."""
-    return _largest(run(truth.t) - truth.q)
+    return largest(run(truth.t) - truth.q)
 
 
 def curve_times(run: Trajectory, per_step: int = PER_STEP) -> Array:
@@ -54,22 +54,22 @@ def angular_momentum_errors(run: Trajectory, t: Any = None) -> Array:
 
 def largest_energy_error(run: Trajectory, truth: Any = None) -> float:
     """Largest relative energy error over step ends, from (q, p)."""
-    return _largest(energy_errors(run))
+    return largest(energy_errors(run))
 
 
 def largest_energy_error_on_curve(run: Trajectory, truth: Any = None) -> float:
     """Largest relative energy error along the Galerkin curve, from (q, q')."""
-    return _largest(energy_errors(run, curve_times(run)))
+    return largest(energy_errors(run, curve_times(run)))
 
 
 def largest_angular_momentum_error(run: Trajectory, truth: Any = None) -> float:
     """Largest relative angular momentum error over step ends, from (q, p)."""
-    return _largest(angular_momentum_errors(run))
+    return largest(angular_momentum_errors(run))
 
 
 def largest_angular_momentum_error_on_curve(run: Trajectory, truth: Any = None) -> float:
     """Largest relative angular momentum error along the Galerkin curve, from (q, q')."""
-    return _largest(angular_momentum_errors(run, curve_times(run)))
+    return largest(angular_momentum_errors(run, curve_times(run)))
 
 
 def _motion(run: Trajectory, t: Any) -> tuple[Array, Array]:
@@ -79,7 +79,8 @@ def _motion(run: Trajectory, t: Any) -> tuple[Array, Array]:
     return run(t), run.velocity(t)
 
 
-def _largest(differences: Array) -> float:
+def largest(differences: Array) -> float:
+    """The largest magnitude of any entry."""
     return float(np.max(np.abs(differences)))
 
 

@@ -73,7 +73,7 @@ class MatrixGroup:
         return np.array(found)
 
     def hat(self, v: Array) -> Array:
-        """sum_a v_a hat(e_a), (N, N)."""
+        """sum_a v_a hat(e_a), (..., N, N) for v (..., d)."""
         return np.tensordot(v, self.basis, 1)
 
     def vee(self, matrix: Array) -> Array:
@@ -91,8 +91,8 @@ class MatrixGroup:
 
 
 def cayley(X: Array) -> Array:
-    """(I - X/2)^-1 (I + X/2)."""
-    unit = np.eye(len(X))
+    """(I - X/2)^-1 (I + X/2), for matrices (..., N, N)."""
+    unit = np.eye(X.shape[-1])
     return np.linalg.solve(unit - X / 2, unit + X / 2)
 
 

@@ -180,6 +180,11 @@ def halves(
     return parts[0], parts[1]
 
 
+def slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
+    """That of the line nearest to all errors over all sizes, in logarithms, without a window."""
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
 def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:
     """The largest ratio of successive errors inside the window; NaN with fewer than 3 errors."""
     e = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor, ceiling=ceiling)]

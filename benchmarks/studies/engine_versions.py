@@ -6,7 +6,6 @@ one file of rows; one that cannot be installed has a row with the reason, and is
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import json
 import re
@@ -23,7 +22,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.store.isolated_environment import NotHere, environment, finished
-from benchmarks.store.provenance import version
+from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles
 from galvi.arrays import Array
 from references.closed_forms.top_motion import FREE_TOP
@@ -87,8 +86,7 @@ class Part:
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        frame = pd.DataFrame(rows).assign(commit=version(), date=date)
+        frame = pd.DataFrame(rows).assign(commit=version(), date=today())
         self.files.write(self.name, frame)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -16,8 +15,8 @@ import pandas as pd
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
-from benchmarks.store.provenance import version
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.provenance import today, version
+from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
 from benchmarks.work_precision.problem import largest_difference
@@ -272,9 +271,8 @@ class Part:
     def run(self, report: Report) -> None:
         """Make the run and store its rows."""
         report(self.title)
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         rows = pd.DataFrame(body_rows(self.participant, self.turns), columns=list(COLUMNS))
-        self.files.write(self.name, rows.assign(commit=self.code, date=date))
+        self.files.write(self.name, rows.assign(commit=self.code, date=today()))
 
 
 def parts(
@@ -292,6 +290,4 @@ def parts(
     return [Part(one, turns, files, code) for one in participants if not one.contender.missing]
 
 
-def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """All stored rows, of any version; none when the study was not run."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+stored = stored_rows(FOLDER, COLUMNS)

@@ -108,16 +108,6 @@ def tangent(chart: Chart, group: Group, xi: Any) -> Array:
     return np.swapaxes(out, 1, 2).reshape(*xi.shape, d)
 
 
-def tangent_slope(chart: Chart, group: Group, xi: Any, eta: Any) -> Array:
-    """d(T(xi) eta)/dxi, (..., d, d), for xi and eta (..., d)."""
-    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
-    d = group.dimension
-    rows, rates = xi.reshape(-1, d).copy(), eta.reshape(-1, d).copy()
-    out = np.empty((len(rows), d, d))
-    _tangent_slope_all(group.layout, chart.number, rows, rates, np.eye(d), out)
-    return out.reshape(*xi.shape, d)
-
-
 def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
     """xi with k = g Phi(xi), (..., d), for elements with the same leading axes."""
     lead = np.shape(k)[: np.ndim(k) - len(group.shape)]
@@ -147,13 +137,6 @@ def _tangent_all(layout, chart, xi, units, out):  # type: ignore[no-untyped-def]
     for k in range(xi.shape[0]):
         for i in range(units.shape[0]):
             product.velocity(layout, chart, xi[k], units[i], out[k, i])
-
-
-@jit
-def _tangent_slope_all(layout, chart, xi, eta, units, out):  # type: ignore[no-untyped-def]
-    for k in range(xi.shape[0]):
-        for i in range(units.shape[0]):
-            product.momentum_slope(layout, chart, xi[k], eta[k], units[i], out[k, i])
 
 
 @jit

@@ -17,7 +17,7 @@ from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import Body, inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import check_arguments, check_given, returned_array
+from galvi.systems.user_functions import arguments, check_arguments, check_given, returned_array
 
 Function = Callable[..., Any]
 
@@ -73,7 +73,7 @@ class FreeBody(Body):
         """The given dV/dq at one motion, (4, 4); 0 without one."""
         if self.gradient is None:
             return np.zeros((4, 4))
-        values = self.gradient(*self._arguments(q, t))
+        values = self.gradient(*arguments(self, q, t))
         return returned_array("gradient", values, (4, 4), "an array of shape (4, 4), dV/dq")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:

@@ -21,6 +21,7 @@ from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import (
+    arguments,
     check_arguments,
     check_given,
     compiles,
@@ -72,7 +73,7 @@ class Body:
         check_force_at(self, q, v, t)
         if self.potential is None:
             return
-        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*arguments(self, q, t)))
         slope = self.potential_gradient(q, t)
         if not (np.isfinite(value) and np.all(np.isfinite(slope))):
             raise ValueError(
@@ -91,11 +92,7 @@ class Body:
         return reasons(self)
 
     def _potentials(self, q: Array, t: Array) -> Array:
-        return values_at(lambda x, s: self.potential(*self._arguments(x, s)), q, t, 2)
-
-    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
-        q = np.array(q, dtype=np.float64)
-        return (q, float(t)) if self.explicit_time else (q,)
+        return values_at(lambda x, s: self.potential(*arguments(self, x, s)), q, t, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +152,7 @@ class RigidBody(Body):
 
             def energy(s: float) -> float:
                 turned = R @ rotated(s * axis)
-                return input_checks.returned("potential", potential(*self._arguments(turned, then)))
+                return input_checks.returned("potential", potential(*arguments(self, turned, then)))
 
             def terms(s: float) -> Array:
                 turned = R @ rotated(s * axis)
@@ -220,7 +217,7 @@ class RigidBody(Body):
         """dV/dR at one rotation, (3, 3)."""
         if self.potential is None:
             return np.zeros((3, 3))
-        return self._checked(*self._arguments(q, t))
+        return self._checked(*arguments(self, q, t))
 
     def _checked(self, *Rt: Any) -> Array:
         return returned_array(

@@ -57,6 +57,13 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
             raise TypeError(f"{name} must be a function of {of}; received {shown(function)}.")
 
 
+def arguments(system: Any, *state: Any) -> tuple[Any, ...]:
+    """What a system's functions take at a state (..., t): copies of its arrays, and t where
+    ``explicit_time`` is set."""
+    copies = tuple(np.array(x, dtype=np.float64) for x in state[:-1])
+    return (*copies, float(state[-1])) if system.explicit_time else copies
+
+
 def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) -> None:
     """TypeError for a function that cannot be called with what it is given: the arguments, and the
     time where the flag is set.

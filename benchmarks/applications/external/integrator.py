@@ -285,7 +285,6 @@ class ExternalIntegrator:
         try:
             if self._pool is None:
                 self._start()
-            assert self._pool is not None
             asked = (self.path, question, *arguments)
             return self._pool.schedule(answer, asked, timeout=self.limit).result()
         except TimeoutError:

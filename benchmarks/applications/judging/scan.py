@@ -195,7 +195,6 @@ class Search:
     ) -> tuple[Candidate | None, str]:
         """What to try next in so many seconds; or None, and why nothing."""
         last = rows[-1]
-        assert last.candidate is not None
         many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
             goes_on = many and rest >= 0.0 and all(row.reached for row in rows)

@@ -36,7 +36,6 @@ def force(q: Array) -> Array:
 def exact_motion(q0: Array, v0: Array) -> Motion:
     """The ellipse through (q0, v0), rounded once."""
     known = orbit(Decimal(1), [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
-    assert known is not None
     start = [DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0)]
 
     def at(t: Array) -> tuple[Array, Array]:

@@ -76,7 +76,7 @@ def _slope(problem: Problem, method: Any, longest: float, duration: float, truth
         float(np.max(np.abs(galvi.integrate(problem, method, duration / k, k).q[-1] - truth)))
         for k in counts
     ]
-    return float(-np.polyfit(np.log(counts), np.log(errors), 1)[0])
+    return -convergence_fits.slope(counts, errors)
 
 
 def _oscillation(method: Any) -> float:

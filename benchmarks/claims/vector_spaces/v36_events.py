@@ -36,8 +36,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
             on_step, on_curve = _passages(method, step)
             late.append(on_step)
             early.append(on_curve)
-        found[f"{ORDER}, {stages} stages"] = _slope(sizes, late)
-        found[f"{CURVE}, {stages} stages"] = _slope(sizes, early)
+        found[f"{ORDER}, {stages} stages"] = convergence_fits.slope(sizes, late)
+        found[f"{CURVE}, {stages} stages"] = convergence_fits.slope(sizes, early)
     report("pendulum")
     found |= _crossings(make_method, FEW if quick else CROSSINGS)
     report("ends of steps and pairs")
@@ -218,10 +218,6 @@ def _on_curves(run: Trajectory, found: Any) -> tuple[Any, Array]:
         return slice(None), found.t
     across = np.array([-found.q[0, 1], found.q[0, 0]])
     return slice(None), _on_curve(run, across, found.t)
-
-
-def _slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 V36 = scalars(
