@@ -120,8 +120,7 @@ def _mass(problem: Problem) -> float:
 
 def hamiltonian(problem: Problem, q: Array, p: Array) -> Array:
     """The energy above, of momenta, (k,)."""
-    system: Any = problem.system
-    return energy(problem, q, system.velocity(p))
+    return energy(problem, q, problem.system.velocity(p))
 
 
 def henon_heiles(problem: Problem, q: Array, p: Array) -> Array:

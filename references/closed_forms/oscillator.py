@@ -40,8 +40,7 @@ class Oscillator:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
         times = times_of_run(self, problem, duration, setting)
-        system: Any = problem.system
-        w = np.sqrt(system.potential.stiffness / system.mass)
+        w = np.sqrt(problem.system.potential.stiffness / problem.system.mass)
         phase = (times - problem.t0)[:, None] * np.broadcast_to(w, problem.q0.shape)
         cosine, sine = np.cos(phase), np.sin(phase)
         return as_trajectory(

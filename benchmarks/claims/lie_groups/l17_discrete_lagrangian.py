@@ -61,9 +61,8 @@ def exact_lagrangian(case: Case, last: Array, h: float) -> float:
     exact = between(case.problem, last, h, case.truth, samples=1)
     if exact is None:
         return math.nan
-    system: Any = case.problem.system
-    if system.potential is None:
-        return float(0.5 * h * exact.problem.v0 @ system.inertia @ exact.problem.v0)
+    if case.problem.system.potential is None:
+        return float(0.5 * h * exact.problem.v0 @ case.problem.system.inertia @ exact.problem.v0)
     return action_along(exact.problem, h, case.truth)[0]
 
 

@@ -104,11 +104,10 @@ def inverse_cayley(R: Array) -> Array:
 
 def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
     """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
-    system: Any = problem.system
-    weight = system.potential
+    weight = problem.system.potential
 
     def value(R: Array, w: Array) -> Any:
-        twice = w @ system.inertia @ w
+        twice = w @ problem.system.inertia @ w
         fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
         return 0.5 * twice + fall
 

@@ -21,10 +21,9 @@ SAMPLES = 1024  # of the step, for the integral; a power of 2
 
 def discrete_lagrangian(run: Trajectory) -> float:
     """L_d of a run's first step, from its curve and the nodes and weights of its rule."""
-    rule: Any = run.method.rule
     h = float(run.t[1] - run.t[0])
-    t = run.t[0] + h * rule.nodes
-    return h * math.fsum(rule.weights * lagrangian(run.problem, run(t), run.velocity(t)))
+    t = run.t[0] + h * run.method.rule.nodes
+    return h * math.fsum(run.method.rule.weights * lagrangian(run.problem, run(t), run.velocity(t)))
 
 
 def exact_lagrangian(problem: Problem, q0: Array, q1: Array, h: float) -> float:

@@ -63,7 +63,7 @@ def claimed_order(n: int) -> int:
 def _against_h(table: DataFrame, n: int, name: str) -> Row:
     claimed, order = claimed_order(n), 2 * (n - 1)
     fixed, steps = PROTOCOLS[name]
-    instead: Order | AtLeast = Order(order)
+    instead: Bound = Order(order)
     reason = (
         f"Polynomials of degree {n - 1} with a rule this exact have the order of Gauss collocation "
         f"with {n - 1} points, 2 (n - 1) = {order}."
