@@ -61,8 +61,8 @@ class Cayley:
 
     name: ClassVar[str] = "Cayley"
     number: ClassVar[int] = CHARTS.index(cayley)
-    limit: ClassVar[float] = cayley.LIMIT
-    farthest: ClassVar[float] = cayley.FARTHEST
+    limit: ClassVar[float] = cayley.SINGULAR_ANGLE
+    farthest: ClassVar[float] = cayley.LARGEST_IN_STEP
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class Exponential:
 
     name: ClassVar[str] = "exponential"
     number: ClassVar[int] = CHARTS.index(exponential)
-    limit: ClassVar[float] = exponential.LIMIT
-    farthest: ClassVar[float] = exponential.FARTHEST
+    limit: ClassVar[float] = exponential.SINGULAR_ANGLE
+    farthest: ClassVar[float] = exponential.LARGEST_IN_STEP
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ class ModifiedRodrigues:
 
     name: ClassVar[str] = "modified Rodrigues"
     number: ClassVar[int] = CHARTS.index(modified_rodrigues)
-    limit: ClassVar[float] = modified_rodrigues.LIMIT
-    farthest: ClassVar[float] = modified_rodrigues.FARTHEST
+    limit: ClassVar[float] = modified_rodrigues.SINGULAR_ANGLE
+    farthest: ClassVar[float] = modified_rodrigues.LARGEST_IN_STEP
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
