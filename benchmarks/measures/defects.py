@@ -11,13 +11,12 @@ import numpy as np
 
 import galvi
 from benchmarks.measures.errors import largest
-from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect, form_defect
+from benchmarks.measures.symplectic_form import NUDGE, WEIGHTS, canonical_defect, form_defect
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.lagrangian import momentum_at, velocity_at
 
 KEPT = 1e-8  # relative change of what an accurate motion keeps
-NUDGE = 2.0**-8  # relative change of a start by which a step is differenced
 LONGEST = 5.0  # seconds of the steps by which one is differenced
 INVARIANTS: Mapping[str, Callable[[Trajectory], Array]] = {
     "energy": galvi.energy,

@@ -18,6 +18,7 @@ from galvi.arrays import Array
 from references import Contender
 
 MethodOf = Callable[[MakeMethod, int], Any]
+ENDS_AND_CURVE = ("one-step error", "curve error")  # of QUANTITIES
 CAYLEY = galvi.Cayley()
 
 

@@ -10,7 +10,7 @@ import hashlib
 import json
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.checks.claim import Report
 from benchmarks.store.isolated_environment import NotHere, environment, finished
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles
@@ -47,7 +48,6 @@ DURATION, SAMPLES = 10.0, 10
 STEPS = tuple(0.1 / 2.0**k for k in range(9))
 FOLDER = "engine_versions"  # subfolder of the studies
 SCRIPT = Path(other_versions.__file__)
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

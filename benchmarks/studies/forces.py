@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.checks.claim import Report
 from galvi.arrays import Array
 from references.contender import EngineMissing, missing_engine
 from references.heyoka.engine import QUADRUPLE
@@ -64,7 +65,6 @@ EXPLANATION = (
     "forces where it switches at a pericentre is reported as hannorein/rebound#833."
 )
 REFUSALS = ValueError, RuntimeError, AttributeError  # of REBOUND and REBOUNDx
-Report = Callable[[str], None]
 Formula = Callable[[float, float, float], tuple[float, float, float, float]]
 
 

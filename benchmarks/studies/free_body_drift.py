@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.checks.claim import Report
 from benchmarks.measures import independent_invariants
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles, stored_rows
@@ -54,7 +55,6 @@ GRID = 2.0**-20  # steps are multiples of it, so that their ends are exactly rep
 BOX_STEP, BOX_STEPS = 0.01, 500  # as in MuJoCo's test
 OWN_STEP = 0.01
 STEPS_A_TURN = 5  # fewest steps per turn of an external integrator without settings
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.checks.claim import Report
 from benchmarks.statistics.drift import Growth, growth, rms
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles, stored_rows
@@ -202,7 +203,6 @@ def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
 
 LONG_YEARS = 1e6
 FOLDER = "brouwer"  # subfolder of the studies
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

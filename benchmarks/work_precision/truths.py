@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import galvi
+from benchmarks.checks.claim import Report
 from benchmarks.measures.errors import largest
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
@@ -26,7 +27,6 @@ from references.newton import is_differenced
 from references.rebound import ias15
 from references.scipy import ivp
 
-Report = Callable[[str], None]
 # What may be the truth, the best first, with its most accurate setting.
 TRUTHS: Mapping[str, Mapping[str, Any]] = {
     "oscillator, closed form": {},

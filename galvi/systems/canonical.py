@@ -25,6 +25,7 @@ from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import (
+    Function,
     arguments,
     check_arguments,
     check_given,
@@ -32,8 +33,6 @@ from galvi.systems.user_functions import (
     returned_array,
     values_at,
 )
-
-Function = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)

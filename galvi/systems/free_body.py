@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -17,9 +16,13 @@ from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import Body, inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import arguments, check_arguments, check_given, returned_array
-
-Function = Callable[..., Any]
+from galvi.systems.user_functions import (
+    Function,
+    arguments,
+    check_arguments,
+    check_given,
+    returned_array,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ from galvi.systems.forces.external_force import check_force, check_force_at, wit
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import (
+    Function,
     arguments,
     check_arguments,
     check_given,
@@ -35,7 +36,6 @@ from galvi.systems.user_functions import (
     returned_array,
 )
 
-Function = Callable[..., Any]
 CHART = Exponential()
 NEIGHBOUR_DISTANCE = 0.1  # of the lengths of coordinates and velocities, to a state near another
 TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first

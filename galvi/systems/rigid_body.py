@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, ClassVar
@@ -21,6 +20,7 @@ from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import (
+    Function,
     arguments,
     check_arguments,
     check_given,
@@ -29,7 +29,6 @@ from galvi.systems.user_functions import (
     values_at,
 )
 
-Function = Callable[..., Any]
 SINGULAR_MOMENTS = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
 # By how much a thin body's largest moment may exceed the sum of the others.
 THIN_BODY_EXCESS = 1e-12

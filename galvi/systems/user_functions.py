@@ -12,6 +12,8 @@ from numba.extending import is_jitted
 from galvi.arrays import Array
 from galvi.input_checks import flag, shown
 
+Function = Callable[..., Any]
+
 
 def compiles(function: Callable[..., Any], signature: Any) -> bool:
     """Whether a function is jitted and, for the signature's arguments, returns its return type."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Mapping, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +17,7 @@ import pandas as pd
 from benchmarks.applications.mutation.mutants import Mutant, sampled
 from benchmarks.applications.mutation.reach import Reach, copied, recorded
 from benchmarks.applications.mutation.trial import KILLED, Outcome, tried
+from benchmarks.checks.claim import Report
 from benchmarks.store.provenance import ROOT, today, version
 from benchmarks.store.result_cache import digest_of_sources
 from benchmarks.store.row_files import RowFiles, stored_rows
@@ -50,7 +51,6 @@ ENGINES = "rebound", "mujoco", "heyoka", "pinocchio"  # whose tests are skipped 
 BATCH = 50
 SAME = "equivalent"  # an outcome, of those in EQUIVALENT
 EQUIVALENT = Path(__file__).with_name("equivalent.csv")
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from references.scipy.rigid_ivp import RIGID_DOP853
 
 ACTION, STEPPED = "error of L_d", "error of one step"
 BEST = "distance of the motion from polynomials"
-APART = "distance between the two references"
 FREE, PENDULUM, STEADY = "free body", "3D pendulum", "steady turning"
 LOBATTO = f"{FREE}, Lobatto rule of n - 1 points"
 IN_N = "n-refinement"
@@ -84,7 +83,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         report(f"{name}, {IN_N}")
         found += _in_n(name, case, make_method)
         for h in (case.step, *sizes[::4]):
-            found.append(row(study=name, quantity=APART, step=h, value=_apart(case, h)))
+            found.append(row(study=name, quantity=ORACLES, step=h, value=_apart(case, h)))
     sizes = [2.0 ** (-j / 4) for j in CASES[FREE].powers]
     for n in LOBATTO_NS:
         report(f"{LOBATTO}, n = {n}")
@@ -141,7 +140,7 @@ def _turnings(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 def judge(table: DataFrame) -> list[Row]:
     """Orders of both errors, the printed bounds in h and n, and the constants."""
-    apart = readings.largest_of(table, quantity=APART)
+    apart = readings.largest_of(table, quantity=ORACLES)
     judged = [
         *(_order(table, name, n, what) for what in (ACTION, STEPPED) for name in CASES for n in NS),
         *(_limited(table, n, quantity) for quantity in (ACTION, STEPPED) for n in LOBATTO_NS),
@@ -149,7 +148,7 @@ def judge(table: DataFrame) -> list[Row]:
         *(row for name in CASES for row in _in_numbers(table, name)),
         *(_constant(table, n) for n in STEADY_NS),
         L17.row(
-            APART,
+            ORACLES,
             Finding(AtMost(FLOOR[ACTION])),
             apart,
             source="H thm. 3.1.1",
@@ -307,7 +306,7 @@ L17 = Claim(
         ),
         Fault(
             "a coarse reference",
-            {APART}.__eq__,
+            {ORACLES}.__eq__,
             wrong={
                 f"{__name__}.OTHER": lambda sound: WithSettings(
                     RIGID_DOP853, {"rtol": 1e-8, "atol": 1e-8}

@@ -19,7 +19,6 @@ from references.closed_forms.kepler import KEPLER
 NS = (3, 4, 5, 6)
 NUMBER = 10
 FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
-QUANTITIES = ("one-step error", "curve error")
 FIXED_NUMBER = fixed_number(NUMBER)
 PROTOCOLS = protocols(NUMBER)
 CANDIDATE = f"{FIXED_TIME}, Clenshaw-Curtis n"
@@ -35,9 +34,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     found = [
         row
         for name, those in cases.items()
-        for row in refine(name, problem(), KEPLER, those, QUANTITIES, make_method, report)
+        for row in refine(name, problem(), KEPLER, those, ENDS_AND_CURVE, make_method, report)
     ]
-    where = (CANDIDATE, problem(), KEPLER, cases[FIXED_TIME], QUANTITIES[:1], make_method, report)
+    where = (
+        CANDIDATE,
+        problem(),
+        KEPLER,
+        cases[FIXED_TIME],
+        ENDS_AND_CURVE[:1],
+        make_method,
+        report,
+    )
     return frame([*found, *refine(*where, _with_clenshaw_curtis)])
 
 
