@@ -314,9 +314,7 @@ def _own(
     mine = Candidate(f"{own.name}{YOURS}", own.contender, own.options, steps)
     if steps is not None:  # what a first call costs is not its speed
         steps_of(mine, problem, span, samples, 2)
-    begun = time.perf_counter()
-    run, seconds = timed(mine, problem, span, samples)
-    wall = time.perf_counter() - begun
+    run, seconds, wall = timed(mine, problem, span, samples)
     finer = (len(truth.t) - 1) // samples
     if finer > 1 and seconds < LONG:
         run = mine.run(problem, span, samples * finer)

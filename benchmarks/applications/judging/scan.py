@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
@@ -172,9 +171,7 @@ class Search:
         )  # fmt: skip
 
     def _tried(self, candidate: Candidate) -> Tried:
-        begun = time.perf_counter()
-        run, seconds = timed(candidate, self.truth.problem, self.span, self.samples)
-        wall = time.perf_counter() - begun
+        run, seconds, wall = timed(candidate, self.truth.problem, self.span, self.samples)
         found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
                       seconds=seconds, wall=wall, status=run.status)  # fmt: skip
         if not run.success:
