@@ -67,6 +67,7 @@ from benchmarks.measures.refinement import (
     ENDS_AND_CURVE,
     Case,
     at_fixed_time,
+    collocation,
     method_of,
     method_on_group,
     refine,

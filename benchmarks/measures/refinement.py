@@ -66,6 +66,11 @@ def method_on_group(make_method: MakeMethod, n: int, chart: Any = CAYLEY) -> Any
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(n), chart)
 
 
+def collocation(make_method: MakeMethod, s: int, *chart: Any) -> Any:
+    """Polynomials of degree s with s Gauss points, perhaps in a chart."""
+    return make_method(galvi.Polynomials(s), galvi.gauss(s), *chart)
+
+
 def refine(
     study: str,
     problem: Problem,
