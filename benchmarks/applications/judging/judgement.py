@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -247,9 +247,9 @@ def kind_of(problem: Problem) -> Kind:
     if isinstance(problem.system, NBody):
         if problem.system.masses.size < 2:
             raise ValueError("judge needs at least two bodies; received one.")
-        return cast(Kind, bodies)
+        return bodies
     if isinstance(problem.system, Multibody):
-        return cast(Kind, trees)
+        return trees
     raise ValueError(
         f"judge takes a model of point masses or a tree of rigid bodies; received a "
         f"{type(problem.system).__name__}."
