@@ -89,8 +89,7 @@ def several_events(events: Any) -> tuple[Event, ...]:
 
 def _body(problem: Problem, body: Any) -> int:
     """As `_number`, of point masses."""
-    system: Any = problem.system
-    if not isinstance(system, NBody):
+    if not isinstance(problem.system, NBody):
         raise ValueError(f"this event is of point masses; received {shown(problem)}.")
     return _number("a body", body, list(problem.body_names()))
 
