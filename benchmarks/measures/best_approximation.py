@@ -62,5 +62,4 @@ def _nodes(starts: Array, stops: Array) -> tuple[Array, Array]:
     """Gauss points and weights of each interval, (K, POINTS)."""
     x, w = leggauss(POINTS)
     half = 0.5 * (stops - starts)[:, None]
-    nodes: Array = starts[:, None] + half * (1.0 + x)
-    return nodes, half * w
+    return starts[:, None] + half * (1.0 + x), half * w

@@ -81,7 +81,7 @@ class StepPolynomials(NamedTuple):
         values = chebyshev.chebvander(y, series.shape[1] - 1)
         slopes = chebyshev.chebvander(y, series.shape[1] - 2)
         rates = chebyshev.chebder(series, axis=1, scl=2.0)
-        t: Array = self.begin[rows] + np.sum(values * series, axis=1)
+        t = self.begin[rows] + np.sum(values * series, axis=1)
         return t, np.sum(slopes * rates, axis=1)
 
     def at_points(self, rows: Any, points: int) -> tuple[Later, Later, Array]:

@@ -131,6 +131,6 @@ def step_of(problem: Problem, run: Trajectory, points: int) -> Step | None:
     """The step beside its exact motion, where both were found."""
     if not run.success:
         return None
-    exact: Any = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
+    exact = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
     found = exact.arriving_at(run.q[1])
     return None if found is None else Step(run, points, found)

@@ -54,5 +54,4 @@ def lagrangian(problem: Problem, q: Array, v: Array) -> Array:
     system: Any = problem.system
     turning = isinstance(system, RigidBody)
     p = v @ system.inertia if turning else float(system.mass) * v
-    twice: Array = np.sum(v * p, axis=-1)
-    return twice - independent_invariants.energy(problem, q, v)
+    return np.sum(v * p, axis=-1) - independent_invariants.energy(problem, q, v)

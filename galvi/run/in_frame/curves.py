@@ -33,8 +33,7 @@ def _from_pairs(problem: Problem, method: Galerkin) -> Array:
     w = np.zeros((d + 1, 2, d))
     w[:, 0] = 1.0 + np.eye(d + 1, d, -1)
     q = frame_of(method).flow(problem, w, np.zeros(d + 1)).reshape(d + 1, d)
-    matrix: Array = (q[1:] - q[0]).T
-    return np.ascontiguousarray(matrix)
+    return np.ascontiguousarray((q[1:] - q[0]).T)
 
 
 @dataclass(frozen=True, eq=False)
