@@ -14,7 +14,7 @@ from galvi.groups.group import SE3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.rigid_body import Body, inverse, possible_inertia
+from galvi.systems.rigid_body import Body, possible_inertia
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.user_functions import (
     Function,
@@ -119,11 +119,7 @@ class FreeBody(Body):
 
     def velocity(self, p: Array) -> Array:
         """v = (J^-1 p_w, p_v / mass), p of shape (..., 6)."""
-        return np.concatenate([p[..., :3] @ self._inverse, p[..., 3:] / self.mass], axis=-1)
-
-    @cached_property
-    def _inverse(self) -> Array:
-        return inverse(self.inertia)
+        return np.concatenate([p[..., :3] @ self.inverse_inertia, p[..., 3:] / self.mass], axis=-1)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V - mass g . x, (...), for q of shape (..., 4, 4) and times t (...)."""

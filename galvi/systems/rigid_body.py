@@ -39,6 +39,7 @@ class Body:
     are those of a `Lagrangian` where they are traced or called."""
 
     group: ClassVar[SO3 | SE3]
+    inertia: Any
     potential: Any
     gradient: Any
     force: Any
@@ -89,6 +90,11 @@ class Body:
     @property
     def untraced(self) -> str:
         return reasons(self)
+
+    @cached_property
+    def inverse_inertia(self) -> Array:
+        """J^-1, (3, 3)."""
+        return inverse(self.inertia)
 
     def _potentials(self, q: Array, t: Array) -> Array:
         return values_at(lambda x, s: self.potential(*arguments(self, x, s)), q, t, 2)
@@ -194,11 +200,6 @@ class RigidBody(Body):
     def velocity(self, p: Array) -> Array:
         """v = J^-1 p, p of shape (..., 3)."""
         return p @ self.inverse_inertia
-
-    @cached_property
-    def inverse_inertia(self) -> Array:
-        """J^-1, (3, 3)."""
-        return inverse(self.inertia)
 
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
