@@ -5,7 +5,13 @@ from __future__ import annotations
 from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials
-from benchmarks.claims.vector_spaces.step_actions import action_along, discrete_lagrangian
+from benchmarks.claims.vector_spaces.step_actions import (
+    ACTION,
+    IN_N,
+    STEPPED,
+    action_along,
+    discrete_lagrangian,
+)
 from benchmarks.measures.boundary_motion import between
 from benchmarks.work_precision.with_settings import WithSettings
 from references import Contender
@@ -13,11 +19,9 @@ from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
-ACTION, STEPPED = "error of L_d", "error of one step"
 BEST = "distance of the motion from polynomials"
 FREE, PENDULUM, STEADY = "free body", "3D pendulum", "steady turning"
 LOBATTO = f"{FREE}, Lobatto rule of n - 1 points"
-IN_N = "n-refinement"
 NS, LOBATTO_NS, STEADY_NS = (3, 4, 5), (4, 5), (3, 5)
 ROUND_OFF = 2e-16  # of the steady turning's actions, below 3.4
 FLOOR: Mapping[str, float] = {ACTION: 1e-14, STEPPED: 2e-15}  # actions, of 0.3 to 4; entries of R

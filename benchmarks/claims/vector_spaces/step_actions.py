@@ -16,6 +16,9 @@ from references import Contender
 from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import oscillator_action
 
+ACTION, STEPPED = "error of L_d", "error of one step"
+IN_N = "n-refinement"
+
 SAMPLES = 1024  # of the step, for the integral; a power of 2
 
 

@@ -11,6 +11,9 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import problem as kepler
 from benchmarks.claims.vector_spaces.step_actions import (
+    ACTION,
+    IN_N,
+    STEPPED,
     action_along,
     discrete_lagrangian,
     exact_lagrangian,
@@ -20,9 +23,7 @@ from references import Contender
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 
-ACTION, STEPPED = "error of L_d", "error of one step"
 SQUARE = "error of L_d over |u - u_N|^2 in X"
-IN_N = "n-refinement"
 FLOOR = 1e-14  # of actions up to 4, each rounded to 4e-16
 LEAST_SQUARE = 1e-10  # actions with a larger error are compared with the square of a distance
 RESOLUTION = 0.005  # of a base, as for those that H prints
