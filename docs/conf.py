@@ -1,7 +1,5 @@
 """How Sphinx builds the documentation: `make docs`, into reports/out/docs."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

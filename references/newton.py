@@ -191,22 +191,20 @@ def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
     weigh: Any = np.dot if inverse.ndim == 2 else np.multiply
 
     def accelerated(q: Array, v: Array, t: float) -> Array:
-        a: Array = weigh(inverse, force(q, v, t).ravel()).reshape(q.shape)
-        return a
+        return weigh(inverse, force(q, v, t).ravel()).reshape(q.shape)
 
     return accelerated
 
 
 def acceleration_jacobian(problem: Problem) -> Callable[[Array, float], Array]:
     """da/dq (d, d) without external force, from the hessian, the formula or differences."""
-    system: Any = problem.system
     force, inverse = potential_force(problem), inverse_mass(problem)
     inverse = inverse if inverse.ndim == 2 else np.diag(inverse)
-    hessian = getattr(system, "hessian", None)
+    hessian = getattr(problem.system, "hessian", None)
 
     def slope(q: Array, t: float) -> Array:
         if hessian is not None:
-            given = (q.copy(), t) if system.explicit_time else (q.copy(),)
+            given = (q.copy(), t) if problem.system.explicit_time else (q.copy(),)
             return -inverse @ np.asarray(hessian(*given), dtype=np.float64)
         if force.formula is not None:
             return inverse @ force.jacobian(q, t)

@@ -63,8 +63,7 @@ class RigidEquations:
         """R (..., 3, 3) of states (..., 7 or 12)."""
         if not self.quaternions:
             return states[..., :9].reshape(*states.shape[:-1], 3, 3)
-        result: Array = self.problem.q0 @ rotation(states[..., :4])
-        return result
+        return self.problem.q0 @ rotation(states[..., :4])
 
 
 def is_rigid_body(problem: Problem) -> bool:

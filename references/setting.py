@@ -57,8 +57,7 @@ class FixedSteps:
 
     def times(self, t0: float) -> Array:
         """t0 + j h of the saved states, (saved,)."""
-        times: Array = t0 + self.saved * self.step
-        return times
+        return t0 + self.saved * self.step
 
 
 def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
@@ -87,8 +86,7 @@ def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
 def sample_times(t0: float, duration: float, setting: Mapping[str, Any]) -> Array:
     """t0 + duration j / n for j = 0 .. n, (n + 1,), with n the setting's 'samples' (default 1)."""
     samples = input_checks.whole("samples", setting.get("samples", 1))
-    times: Array = t0 + _duration(duration) * (np.arange(samples + 1) / samples)
-    return times
+    return t0 + _duration(duration) * (np.arange(samples + 1) / samples)
 
 
 def _duration(duration: float) -> float:

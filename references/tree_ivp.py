@@ -6,7 +6,7 @@ States are those of `galvi.Multibody.to_mujoco`, with unit quaternions among the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def integrated(
     check_keys(setting, ("samples", "tolerance"))
     tolerance = input_checks.positive("tolerance", setting.get("tolerance", 1e-13))
     times = sample_times(problem.t0, duration, setting)
-    system = cast(Multibody, problem.system)
+    system = problem.system
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
     turning, size = joints_of(system), qpos.size
 

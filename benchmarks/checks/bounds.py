@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, ClassVar
 
 from benchmarks.statistics.estimate import Measurement, estimate
@@ -154,58 +155,27 @@ class Interval(Bound):
 
 @dataclass(frozen=True)
 class Limit(Interval):
-    """An interval with one end; `word` is what the text says before the limit."""
+    """An interval with one end; `word`, which the text says before the limit, is the side of it."""
 
     limit: float
-    word: ClassVar[str]
+    word: str = field(kw_only=True)
 
     @property
     def words(self) -> str:
         return f"{self.word} {in_words(self.limit, self.round_off)}"
 
-
-@dataclass(frozen=True)
-class AtMost(Limit):
-    """measured <= limit."""
-
-    word: ClassVar[str] = "at most"
-
     @property
     def ends(self) -> tuple[float, float]:
-        return -math.inf, self.limit
+        return {
+            "at most": (-math.inf, self.limit),
+            "at least": (self.limit, math.inf),
+            "above": (math.nextafter(self.limit, math.inf), math.inf),
+            "below": (-math.inf, math.nextafter(self.limit, -math.inf)),
+        }[self.word]
 
 
-@dataclass(frozen=True)
-class AtLeast(Limit):
-    """measured >= limit."""
-
-    word: ClassVar[str] = "at least"
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        return self.limit, math.inf
-
-
-@dataclass(frozen=True)
-class Above(Limit):
-    """measured > limit."""
-
-    word: ClassVar[str] = "above"
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        return math.nextafter(self.limit, math.inf), math.inf
-
-
-@dataclass(frozen=True)
-class Below(Limit):
-    """measured < limit."""
-
-    word: ClassVar[str] = "below"
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        return -math.inf, math.nextafter(self.limit, -math.inf)
+AtMost, AtLeast = partial(Limit, word="at most"), partial(Limit, word="at least")
+Above, Below = partial(Limit, word="above"), partial(Limit, word="below")
 
 
 @dataclass(frozen=True)

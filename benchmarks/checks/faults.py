@@ -59,8 +59,7 @@ def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
     Made without its constructor, which would tabulate the renamed rule once more.
     """
     method = copy(sound)
-    rule: Any = sound.rule
-    vars(method).update(rule=replace(rule, name=f"{rule.name}, {why}"), table=table)
+    vars(method).update(rule=replace(sound.rule, name=f"{sound.rule.name}, {why}"), table=table)
     return method
 
 

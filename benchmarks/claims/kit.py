@@ -47,6 +47,7 @@ from benchmarks.checks.claim import (
     scalars,
 )
 from benchmarks.checks.faults import (
+    ORACLES,
     OTHER_TRUTH,
     Fault,
     always,
@@ -63,8 +64,10 @@ from benchmarks.checks.faults import (
 from benchmarks.checks.series_bounds import Geometric, NoGrowth
 from benchmarks.measures.refinement import (
     CAYLEY,
+    ENDS_AND_CURVE,
     Case,
     at_fixed_time,
+    collocation,
     method_of,
     method_on_group,
     refine,

@@ -55,13 +55,11 @@ def _misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, deg
     for _ in range(2):  # the second pass removes the rounding errors of the first
         parts = scale * np.einsum("kpi,kp->ki", P, w * slope)
         slope = slope - np.einsum("kpi,ki->kp", P, parts)
-    left: Array = np.sqrt(np.sum(w * slope**2, axis=1))
-    return left
+    return np.sqrt(np.sum(w * slope**2, axis=1))
 
 
 def _nodes(starts: Array, stops: Array) -> tuple[Array, Array]:
     """Gauss points and weights of each interval, (K, POINTS)."""
     x, w = leggauss(POINTS)
     half = 0.5 * (stops - starts)[:, None]
-    nodes: Array = starts[:, None] + half * (1.0 + x)
-    return nodes, half * w
+    return starts[:, None] + half * (1.0 + x), half * w

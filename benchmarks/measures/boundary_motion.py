@@ -19,6 +19,8 @@ from references import Contender
 
 SAMPLES = 200  # of the step, for the integral
 PASSES = 20
+IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
+ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
 NUDGE = 1e-4
 MISSED = 2e-15  # of points of size 1; the truth is rounded to 2e-16
 
@@ -85,8 +87,7 @@ class BoundaryValueMotion:
         )
 
     def _end_from(self, v: Array) -> Array:
-        arrived: Array = self.truth.run(self._from(v), self.step, {"samples": 1}).q[-1]
-        return arrived
+        return self.truth.run(self._from(v), self.step, {"samples": 1}).q[-1]
 
     def _from(self, v: Array) -> Problem:
         return Problem(self.problem.system, self.problem.q0, v, self.problem.t0)

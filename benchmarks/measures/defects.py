@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.measures.symplectic_form import WEIGHTS, canonical_defect, form_defect
+from benchmarks.measures.errors import largest
+from benchmarks.measures.symplectic_form import NUDGE, WEIGHTS, canonical_defect, form_defect
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.lagrangian import momentum_at, velocity_at
 
 KEPT = 1e-8  # relative change of what an accurate motion keeps
-NUDGE = 2.0**-8  # relative change of a start by which a step is differenced
 LONGEST = 5.0  # seconds of the steps by which one is differenced
 INVARIANTS: Mapping[str, Callable[[Trajectory], Array]] = {
     "energy": galvi.energy,
@@ -99,7 +99,7 @@ def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Pro
     L = _root_of_mass(problem)
     from_p = np.linalg.inv(L @ L.T)
     v = from_p @ problem.p0.ravel()
-    lengths = [NUDGE * (_largest(x) or 1.0) for x in (problem.q0, v)]
+    lengths = [NUDGE * (largest(x) or 1.0) for x in (problem.q0, v)]
     shifts = [lengths[0] * np.eye(d), lengths[1] * L @ L.T]
     derivative = np.zeros((2 * d, 2 * d))
     for column in range(2 * d):
@@ -111,14 +111,9 @@ def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Pro
                 q, p = (x.ravel() for x in end(*moved))
                 derivative[:, column] += sign * weight * np.concatenate([q, from_p @ p])
     derivative /= np.repeat(lengths, d)
-    zero, sizes = np.zeros((d, d)), [_largest(L.T @ x) or 1.0 for x in (problem.q0.ravel(), v)]
+    zero, sizes = np.zeros((d, d)), [largest(L.T @ x) or 1.0 for x in (problem.q0.ravel(), v)]
     to = np.block([[L.T / sizes[0], zero], [zero, L.T / sizes[1]]])
-    weighted: Array = to @ derivative @ np.linalg.inv(to)
-    return weighted
-
-
-def _largest(x: Array) -> float:
-    return float(np.max(np.abs(x)))
+    return to @ derivative @ np.linalg.inv(to)
 
 
 def _root_of_mass(problem: Problem) -> Array:

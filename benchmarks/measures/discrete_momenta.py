@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from galvi import RigidBody, Trajectory
+from benchmarks.measures import matrix_group
+from galvi import SO3, RigidBody, Trajectory
 from galvi.arrays import Array
 
 TINY = 1e-30
+ROTATIONS = matrix_group.MatrixGroup(SO3())
 
 
 def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array]:
@@ -54,8 +56,7 @@ def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array
 
 def cayley(xi: Array) -> Array:
     """(I - X/2)^-1 (I + X/2), (..., 3, 3)."""
-    half = 0.5 * _hat(xi)
-    return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half))
+    return matrix_group.cayley(ROTATIONS.hat(xi))
 
 
 def inverse_cayley(R: Array) -> Array:
@@ -70,16 +71,9 @@ def inverse_cayley(R: Array) -> Array:
 def body_velocity(xi: Array, rate: Array) -> Array:
     """The axis of R^-1 R', R' = (I - X/2)^-1 (X'/2)(I + R), (..., 3); also for complex xi."""
     R = cayley(xi)
-    half, rate = 0.5 * _hat(xi), 0.5 * _hat(rate)
+    half, rate = 0.5 * ROTATIONS.hat(xi), 0.5 * ROTATIONS.hat(rate)
     turning = np.linalg.solve(np.eye(3) - half, rate @ (np.eye(3) + R))
     return _vee(np.swapaxes(R, -1, -2) @ turning)
-
-
-def _hat(v: Array) -> Array:
-    X = np.zeros((*v.shape, 3), v.dtype)
-    X[..., 2, 1], X[..., 0, 2], X[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
-    X[..., 1, 2], X[..., 2, 0], X[..., 0, 1] = -v[..., 0], -v[..., 1], -v[..., 2]
-    return X
 
 
 def _vee(X: Array) -> Array:

@@ -21,29 +21,25 @@ PER_STEP = 20
 def one_step_error(run: Trajectory, truth: Trajectory) -> float:
     """Largest component of |q - q_true| over all step ends, in the problem's unit of length."""
     per_step = (len(truth.t) - 1) // (len(run.t) - 1)
-    return _largest(run.q - truth.q[::per_step])
+    return largest(run.q - truth.q[::per_step])
 
 
 def curve_error(run: Trajectory, truth: Trajectory) -> float:
     """Largest component of |q(t) - q_true(t)| along the Galerkin curve, at the truth's times."""
-    return _largest(run(truth.t) - truth.q)
+    return largest(run(truth.t) - truth.q)
 
 
 def curve_times(run: Trajectory, per_step: int = PER_STEP) -> Array:
     """Evenly spaced times along the run, (steps per_step + 1,)."""
     steps = len(run.t) - 1
-    times: Array = np.linspace(run.t[0], run.t[-1], steps * per_step + 1)
-    return times
+    return np.linspace(run.t[0], run.t[-1], steps * per_step + 1)
 
 
 def energy_errors(run: Trajectory, t: Any = None) -> Array:
     """(H - H(t0)) / |H(t0)| at step ends, (steps + 1,), or along the curve at t."""
     problem = run.problem
     exact = float(independent_invariants.energy(problem, problem.q0[None], problem.v0[None])[0])
-    relative: Array = (independent_invariants.energy(problem, *_motion(run, t)) - exact) / abs(
-        exact
-    )
-    return relative
+    return (independent_invariants.energy(problem, *_motion(run, t)) - exact) / abs(exact)
 
 
 def angular_momentum_errors(run: Trajectory, t: Any = None) -> Array:
@@ -53,28 +49,27 @@ def angular_momentum_errors(run: Trajectory, t: Any = None) -> Array:
     change = independent_invariants.angular_momentum(problem, *_motion(run, t)) - exact
     if np.ndim(exact):
         change = np.linalg.norm(change, axis=-1)
-    relative: Array = change / np.linalg.norm(exact)
-    return relative
+    return change / np.linalg.norm(exact)
 
 
 def largest_energy_error(run: Trajectory, truth: Any = None) -> float:
     """Largest relative energy error over step ends, from (q, p)."""
-    return _largest(energy_errors(run))
+    return largest(energy_errors(run))
 
 
 def largest_energy_error_on_curve(run: Trajectory, truth: Any = None) -> float:
     """Largest relative energy error along the Galerkin curve, from (q, q')."""
-    return _largest(energy_errors(run, curve_times(run)))
+    return largest(energy_errors(run, curve_times(run)))
 
 
 def largest_angular_momentum_error(run: Trajectory, truth: Any = None) -> float:
     """Largest relative angular momentum error over step ends, from (q, p)."""
-    return _largest(angular_momentum_errors(run))
+    return largest(angular_momentum_errors(run))
 
 
 def largest_angular_momentum_error_on_curve(run: Trajectory, truth: Any = None) -> float:
     """Largest relative angular momentum error along the Galerkin curve, from (q, q')."""
-    return _largest(angular_momentum_errors(run, curve_times(run)))
+    return largest(angular_momentum_errors(run, curve_times(run)))
 
 
 def _motion(run: Trajectory, t: Any) -> tuple[Array, Array]:
@@ -84,7 +79,8 @@ def _motion(run: Trajectory, t: Any) -> tuple[Array, Array]:
     return run(t), run.velocity(t)
 
 
-def _largest(differences: Array) -> float:
+def largest(differences: Array) -> float:
+    """The largest magnitude of any entry."""
     return float(np.max(np.abs(differences)))
 
 

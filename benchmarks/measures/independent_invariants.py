@@ -120,15 +120,13 @@ def _mass(problem: Problem) -> float:
 
 def hamiltonian(problem: Problem, q: Array, p: Array) -> Array:
     """The energy above, of momenta, (k,)."""
-    system: Any = problem.system
-    return energy(problem, q, system.velocity(p))
+    return energy(problem, q, problem.system.velocity(p))
 
 
 def henon_heiles(problem: Problem, q: Array, p: Array) -> Array:
     """For unit mass: p^2 / 2 + (x^2 + y^2) / 2 + x^2 y - y^3 / 3 (Astron. J. 69 (1964) 73)."""
     x, y = q[:, 0], q[:, 1]
-    found: Array = 0.5 * np.sum(p**2 + q**2, axis=-1) + x**2 * y - y**3 / 3.0
-    return found
+    return 0.5 * np.sum(p**2 + q**2, axis=-1) + x**2 * y - y**3 / 3.0
 
 
 def double_pendulum(problem: Problem, q: Array, p: Array) -> Array:
@@ -138,8 +136,7 @@ def double_pendulum(problem: Problem, q: Array, p: Array) -> Array:
     first, second, mixed = both * l1**2, m2 * l2**2, m2 * l1 * l2 * np.cos(q[:, 0] - q[:, 1])
     squares = second * p[:, 0] ** 2 + first * p[:, 1] ** 2 - 2.0 * mixed * p[:, 0] * p[:, 1]
     kinetic = 0.5 * squares / (first * second - mixed**2)
-    found: Array = kinetic - g * (both * l1 * np.cos(q[:, 0]) + m2 * l2 * np.cos(q[:, 1]))
-    return found
+    return kinetic - g * (both * l1 * np.cos(q[:, 0]) + m2 * l2 * np.cos(q[:, 1]))
 
 
 def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
@@ -149,8 +146,7 @@ def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
     """
     start = _energy(problem, exactly(problem.q0), exactly(problem.v0))
     change = (_energy(problem, q, v) - start) / start
-    error: Array = -np.asarray(change.hi) if start.hi < 0.0 else np.asarray(change.hi)
-    return error
+    return -np.asarray(change.hi) if start.hi < 0.0 else np.asarray(change.hi)
 
 
 def exactly(x: Array) -> DoubleDouble:

@@ -39,8 +39,7 @@ class MatrixGroup:
                 block = np.eye(d + 1, dtype=flat.dtype)
                 block[:d, d] = own
             blocks.append(block)
-        result: Array = block_diag(*blocks)
-        return result
+        return block_diag(*blocks)
 
     def element(self, matrix: Array) -> Array:
         """Back to an array of ``group.shape``."""
@@ -74,15 +73,13 @@ class MatrixGroup:
         return np.array(found)
 
     def hat(self, v: Array) -> Array:
-        """sum_a v_a hat(e_a), (N, N)."""
-        result: Array = np.tensordot(v, self.basis, 1)
-        return result
+        """sum_a v_a hat(e_a), (..., N, N) for v (..., d)."""
+        return np.tensordot(v, self.basis, 1)
 
     def vee(self, matrix: Array) -> Array:
         """The v with hat(v) nearest to the matrix, (d,); the basis is orthogonal."""
         scale = np.sum(self.basis**2, axis=(1, 2))
-        result: Array = np.tensordot(self.basis, matrix, 2) / scale
-        return result
+        return np.tensordot(self.basis, matrix, 2) / scale
 
     def moved(self, g: Array, v: Array) -> Array:
         """g exp(hat(v))."""
@@ -94,10 +91,9 @@ class MatrixGroup:
 
 
 def cayley(X: Array) -> Array:
-    """(I - X/2)^-1 (I + X/2)."""
-    unit = np.eye(len(X))
-    result: Array = np.linalg.solve(unit - X / 2, unit + X / 2)
-    return result
+    """(I - X/2)^-1 (I + X/2), for matrices (..., N, N)."""
+    unit = np.eye(X.shape[-1])
+    return np.linalg.solve(unit - X / 2, unit + X / 2)
 
 
 def exponential(X: Array) -> Array:

@@ -34,8 +34,7 @@ def perihelion(run: Trajectory, body: int) -> Array:
     v = run.v
     gm, q, v = _relative(run.problem, run.q, v, body)
     unit = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    vector: Array = np.cross(v, np.cross(q, v)) / gm - unit
-    return vector
+    return np.cross(v, np.cross(q, v)) / gm - unit
 
 
 def angle(a: Array, b: Array) -> float:

@@ -18,6 +18,7 @@ from galvi.arrays import Array
 from references import Contender
 
 MethodOf = Callable[[MakeMethod, int], Any]
+ENDS_AND_CURVE = ("one-step error", "curve error")  # of QUANTITIES
 CAYLEY = galvi.Cayley()
 
 
@@ -63,6 +64,11 @@ def method_of(make_method: MakeMethod, n: int) -> Any:
 def method_on_group(make_method: MakeMethod, n: int, chart: Any = CAYLEY) -> Any:
     """H 3.4.2: polynomials of degree n - 1 with a Gauss rule, of n points; Cayley's chart."""
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(n), chart)
+
+
+def collocation(make_method: MakeMethod, s: int, *chart: Any) -> Any:
+    """Polynomials of degree s with s Gauss points, perhaps in a chart."""
+    return make_method(galvi.Polynomials(s), galvi.gauss(s), *chart)
 
 
 def refine(

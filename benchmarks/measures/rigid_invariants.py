@@ -5,40 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.measures import independent_invariants
-from galvi import Problem, RigidBody, UniformGravity
+from galvi import Problem, RigidBody
 from galvi.arrays import Array
 from galvi.charts.chart import Chart
 
 # Invariants of a rigid body, from its rotations R (k, 3, 3) and body momenta p (k, 3).
 #
 # Independent of galvi's own functions, like `benchmarks.measures.independent_invariants`, and
-# computed from the run's momenta, without the rounding of velocities. Lagrange's top conserves the
-# energy, the momentum about the vertical and, since its transverse moments are equal, that about
-# its axis.
+# computed from the run's momenta, without the rounding of velocities.
 
 
 def energy(problem: Problem, R: Array, p: Array) -> Array:
     """Kinetic plus potential energy, (k,). TypeError as `textbook.energy`."""
-    return independent_invariants.energy(problem, R, p @ np.linalg.inv(_body(problem).inertia))
+    if not isinstance(problem.system, RigidBody):
+        raise TypeError(f"this is a formula for a RigidBody; received {problem.system!r}.")
+    return independent_invariants.energy(problem, R, p @ np.linalg.inv(problem.system.inertia))
 
 
 def spatial_momentum(R: Array, p: Array) -> Array:
     """R p, (k, 3): constant without external torque."""
     return np.stack([np.sum(R[:, axis] * p, axis=-1) for axis in range(3)], axis=-1)
-
-
-def vertical_momentum(problem: Problem, R: Array, p: Array) -> Array:
-    """The component of R p opposite to gravity, (k,). TypeError for a body without weight."""
-    g = _weight(problem).g
-    result: Array = -spatial_momentum(R, p) @ g / np.sqrt(np.sum(g**2))
-    return result
-
-
-def axial_momentum(problem: Problem, R: Array, p: Array) -> Array:
-    """The component of p along the line from tip to centre of mass, (k,). TypeError likewise."""
-    centre = _weight(problem).centre
-    result: Array = p @ centre / np.sqrt(np.sum(centre**2))
-    return result
 
 
 def orthogonality_defect(R: Array) -> Array:
@@ -49,19 +35,6 @@ def orthogonality_defect(R: Array) -> Array:
     return np.max(np.abs(defects), axis=0)
 
 
-def _body(problem: Problem) -> RigidBody:
-    if not isinstance(problem.system, RigidBody):
-        raise TypeError(f"this is a formula for a RigidBody; received {problem.system!r}.")
-    return problem.system
-
-
-def _weight(problem: Problem) -> UniformGravity:
-    weight = _body(problem).potential
-    if not isinstance(weight, UniformGravity):
-        raise TypeError(f"this is a formula for a body with UniformGravity; received {weight!r}.")
-    return weight
-
-
 def turns(first: Array, second: Array) -> Array:
     """Angle of first^T second in [0, pi], (k,), for rotations (k, 3, 3); exact near 0 and pi.
 
@@ -70,8 +43,7 @@ def turns(first: Array, second: Array) -> Array:
     relative = np.einsum("kji,kjl->kil", first, second)
     skew = relative - np.swapaxes(relative, 1, 2)
     sine = 0.5 * np.sqrt(skew[:, 2, 1] ** 2 + skew[:, 0, 2] ** 2 + skew[:, 1, 0] ** 2)
-    angle: Array = np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
-    return angle
+    return np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
 
 
 def has_pole(chart: Chart) -> bool:

@@ -13,7 +13,7 @@ from galvi import Problem
 from galvi.arrays import Array
 from galvi.groups.group import Group
 
-NUDGE = 2.0**-8
+NUDGE = 2.0**-8  # change of a start, relative or of length 1, by which a step is differenced
 
 
 def map_derivative(problem: Problem, method: Any, step: float) -> Array:

@@ -76,8 +76,7 @@ class Fit:
         known = x**-self.power if self.power else 1.0
         bent = x**self.rate * np.exp(self.bend * x)
         fall = known * self.rate**x if self.kind == "geometric" else bent
-        line: Array = self.coefficient * fall
-        return line
+        return self.coefficient * fall
 
 
 @dataclass(frozen=True)
@@ -179,6 +178,11 @@ def halves(
         base = float(np.exp(slope))
         parts.append(Fit("geometric", base, base * spread, ends, half, float(np.exp(constant))))
     return parts[0], parts[1]
+
+
+def slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
+    """That of the line nearest to all errors over all sizes, in logarithms, without a window."""
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:

@@ -186,8 +186,7 @@ def growth(t: Array, errors: Array, decades: float = 2.0, floor: float = 0.0) ->
 
 def rms(errors: Array) -> Array:
     """Root mean square over the runs (first axis)."""
-    size: Array = np.sqrt(np.mean(errors**2, axis=0))
-    return size
+    return np.sqrt(np.mean(errors**2, axis=0))
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:
@@ -200,5 +199,4 @@ def _line(x: Array, y: Array) -> tuple[float, float]:
 def _slopes(t: Array, errors: Array) -> Array:
     """Slopes of each run's errors against time, (runs,), independent of a constant offset."""
     centred = t - t.mean()
-    slopes: Array = errors @ centred / (centred @ centred)
-    return slopes
+    return errors @ centred / (centred @ centred)

@@ -29,8 +29,7 @@ def call_of(
     """A call that runs the contender: its own ``timed``, if it measures times itself."""
     timed = getattr(contender, "timed", None)
     if timed is not None:
-        call: Callable[[], Trajectory] = timed(problem, duration, setting)
-        return call
+        return timed(problem, duration, setting)
     return partial(contender.run, problem, duration, setting)
 
 

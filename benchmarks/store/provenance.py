@@ -51,6 +51,11 @@ def provenance(command: str | None = None) -> dict[str, str]:
     }
 
 
+def today() -> str:
+    """The date in Greenwich, such as 2026-01-31."""
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
 def versions() -> dict[str, str]:
     """The installed version of each engine, or 'not installed'."""
     found = {"galvi": galvi_version()}

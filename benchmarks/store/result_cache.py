@@ -16,12 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.store.atomic import write
-from benchmarks.store.provenance import ROOT, cpu, versions
+from benchmarks.store.provenance import ROOT, SOURCES, cpu, versions
 from benchmarks.store.row_files import digest_of
 
 FOLDER = "unfinished"  # subfolder of the output folder
 WEEK = 7 * 86_400  # seconds after which a result expires
-SOURCES = ("galvi", "references", "benchmarks")
 ENDING = ".json"
 KINDS = (".py", ".csv")  # code, and data of initial states and truths
 

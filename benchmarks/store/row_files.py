@@ -81,5 +81,13 @@ class RowFiles:
         self.report(f"{path.name} is set aside as {aside.name}: {why}.")
 
 
+def stored_rows(
+    folder: str, columns: Mapping[str, type]
+) -> Callable[[Path, Callable[[str], None]], pd.DataFrame]:
+    """(studies, report) -> all rows of a study's folder, of any version; none where it was not
+    run."""
+    return lambda studies, report: RowFiles(studies / folder, columns, report).all()
+
+
 def digest_of(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()

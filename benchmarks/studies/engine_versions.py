@@ -6,12 +6,11 @@ one file of rows; one that cannot be installed has a row with the reason, and is
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import json
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -22,8 +21,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.checks.claim import Report
 from benchmarks.store.isolated_environment import NotHere, environment, finished
-from benchmarks.store.provenance import version
+from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles
 from galvi.arrays import Array
 from references.closed_forms.top_motion import FREE_TOP
@@ -48,7 +48,6 @@ DURATION, SAMPLES = 10.0, 10
 STEPS = tuple(0.1 / 2.0**k for k in range(9))
 FOLDER = "engine_versions"  # subfolder of the studies
 SCRIPT = Path(other_versions.__file__)
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,7 @@ class Part:
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        frame = pd.DataFrame(rows).assign(commit=version(), date=date)
+        frame = pd.DataFrame(rows).assign(commit=version(), date=today())
         self.files.write(self.name, frame)
 
 
@@ -159,8 +157,7 @@ def _absent(engine: str, why: str) -> dict[str, Any]:
 def _moved(python: Path) -> Mapping[str, Any]:
     """The answer to the job by the MuJoCo of this interpreter."""
     printed = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
-    answer: Mapping[str, Any] = json.loads(printed)
-    return answer
+    return json.loads(printed)
 
 
 def _bodies() -> dict[str, Any]:

@@ -44,15 +44,13 @@ def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) ->
 
     start = np.concatenate([q0, v0])
     solved = solve_ivp(slope, (0.0, times[-1]), start, t_eval=times, **TIGHT)
-    places: Array = solved.y[:3].T
-    return places
+    return solved.y[:3].T
 
 
 def displacement(gm: float, q0: Array, v0: Array, times: Array) -> Array:
     """Distance between the relativistic and the Newtonian path from the same start, (times,)."""
     apart = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
-    distance: Array = np.linalg.norm(apart, axis=-1)
-    return distance
+    return np.linalg.norm(apart, axis=-1)
 
 
 COLUMNS = (
@@ -155,11 +153,9 @@ def _relativity(problem: Problem, k: int) -> Array:
 
 
 def _length(x: Array) -> Array:
-    length: Array = np.linalg.norm(x, axis=-1)
-    return length
+    return np.linalg.norm(x, axis=-1)
 
 
 def _angle(a: Array, b: Array) -> Array:
     """The angle between directions in radians, accurate for small angles."""
-    angle: Array = np.arctan2(_length(np.cross(a, b)), np.sum(a * b, axis=-1))
-    return angle
+    return np.arctan2(_length(np.cross(a, b)), np.sum(a * b, axis=-1))

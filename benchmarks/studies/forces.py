@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.checks.claim import Report
 from galvi.arrays import Array
 from references.contender import EngineMissing, missing_engine
 from references.heyoka.engine import QUADRUPLE
@@ -64,7 +65,6 @@ EXPLANATION = (
     "forces where it switches at a pericentre is reported as hannorein/rebound#833."
 )
 REFUSALS = ValueError, RuntimeError, AttributeError  # of REBOUND and REBOUNDx
-Report = Callable[[str], None]
 Formula = Callable[[float, float, float], tuple[float, float, float, float]]
 
 
@@ -190,14 +190,12 @@ def mean_elements(q: Array, v: Array, samples: int, pull: float = 1.0) -> Array:
     a[a < 0.0] = np.nan  # not bound
     each = [np.log(a), np.hypot(along, across), node, np.unwrap(np.arctan2(across, along)),
             np.arccos(unit[:, 2])]  # fmt: skip
-    means: Array = np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
-    return means
+    return np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
 
 
 def slopes(means: Array) -> Array:
     """The rates (4,) of ln a, e, node and argument, by least squares over the orbits."""
-    fit: Array = np.polyfit(PERIOD * np.arange(len(means)), means[:, :4], 1)[0]
-    return fit
+    return np.polyfit(PERIOD * np.arange(len(means)), means[:, :4], 1)[0]
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import datetime
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,10 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.checks.claim import Report
 from benchmarks.measures import independent_invariants
-from benchmarks.store.provenance import version
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.provenance import today, version
+from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
 from benchmarks.work_precision.problem import largest_difference
@@ -55,7 +55,6 @@ GRID = 2.0**-20  # steps are multiples of it, so that their ends are exactly rep
 BOX_STEP, BOX_STEPS = 0.01, 500  # as in MuJoCo's test
 OWN_STEP = 0.01
 STEPS_A_TURN = 5  # fewest steps per turn of an external integrator without settings
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -222,16 +221,14 @@ def _unbound(problem: Problem) -> Problem:
 def _energy_errors(problem: Problem, R: Array, w: Array) -> Array:
     """E / E0 - 1 of attitudes (k, 3, 3) and angular velocities in the body's frame (k, 3), (k,)."""
     exact = independent_invariants.energy(problem, problem.q0[None], problem.v0[None])
-    relative: Array = independent_invariants.energy(problem, R, w) / exact - 1.0
-    return relative
+    return independent_invariants.energy(problem, R, w) / exact - 1.0
 
 
 def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
     """|L - L0| / |L0|, likewise."""
     exact = independent_invariants.angular_momentum(problem, problem.q0[None], problem.v0[None])
     change = np.linalg.norm(independent_invariants.angular_momentum(problem, R, w) - exact, axis=-1)
-    relative: Array = change / np.linalg.norm(exact)
-    return relative
+    return change / np.linalg.norm(exact)
 
 
 def _largest(errors: Array) -> float:
@@ -274,9 +271,8 @@ class Part:
     def run(self, report: Report) -> None:
         """Make the run and store its rows."""
         report(self.title)
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         rows = pd.DataFrame(body_rows(self.participant, self.turns), columns=list(COLUMNS))
-        self.files.write(self.name, rows.assign(commit=self.code, date=date))
+        self.files.write(self.name, rows.assign(commit=self.code, date=today()))
 
 
 def parts(
@@ -294,6 +290,4 @@ def parts(
     return [Part(one, turns, files, code) for one in participants if not one.contender.missing]
 
 
-def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """All stored rows, of any version; none when the study was not run."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+stored = stored_rows(FOLDER, COLUMNS)

@@ -14,6 +14,7 @@ from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
 from benchmarks.measures.orbit_shape import angle, extent, perihelion, period
 from benchmarks.measures.refinement import method_of
+from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, number, pick, row
 from galvi import Problem, Trajectory
 from references.rebound import ias15
@@ -165,7 +166,7 @@ def distance_at_end(table: pd.DataFrame, n: int, body: str) -> float:
 
 def farthest_at_end(table: pd.DataFrame, n: int, bodies: Sequence[str]) -> float:
     """The largest `distance_at_end`; NaN when one is missing."""
-    return _largest([distance_at_end(table, n, body) for body in bodies])
+    return readings.largest([distance_at_end(table, n, body) for body in bodies])
 
 
 def energy_error(table: pd.DataFrame, n: int) -> float:
@@ -178,26 +179,23 @@ def worst_relative(
 ) -> float:
     """The largest over the bodies of a length over the mean distance; NaN when one is missing."""
     rows, mean = pick(table, study=study, quantity=quantity), pick(table, quantity=MEAN)
-    return _largest([number(rows, label=body) / number(mean, label=body) for body in bodies])
+    return readings.largest(
+        [number(rows, label=body) / number(mean, label=body) for body in bodies]
+    )
 
 
 def worst_shape(table: pd.DataFrame, quantity: str, bodies: Sequence[str]) -> float:
     """The largest of a quantity of series 'shape' over the bodies; NaN when one is missing."""
     rows = pick(table, study="shape", quantity=quantity)
-    return _largest([number(rows, label=body) for body in bodies])
+    return readings.largest([number(rows, label=body) for body in bodies])
 
 
 def farthest_in_frame(table: pd.DataFrame, bodies: Sequence[str]) -> float:
     """The largest distance from IAS15 at step ends in the Kepler frame, au."""
     rows = pick(table, study="frame", quantity=FRAME_DISTANCE)
-    return _largest([number(rows, label=body) for body in bodies])
+    return readings.largest([number(rows, label=body) for body in bodies])
 
 
 def energy_in_frame(table: pd.DataFrame) -> float:
     """Largest relative energy error over step ends in the Kepler frame."""
     return number(table, study="frame", quantity=FRAME_ENERGY)
-
-
-def _largest(values: Sequence[float]) -> float:
-    """The largest value; NaN when one is NaN."""
-    return float(np.max(values))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,9 +13,10 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.checks.claim import Report
 from benchmarks.statistics.drift import Growth, growth, rms
-from benchmarks.store.provenance import version
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.provenance import today, version
+from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.studies.round_off_participants import (
     EIGHT,
     KEPT,
@@ -203,7 +203,6 @@ def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
 
 LONG_YEARS = 1e6
 FOLDER = "brouwer"  # subfolder of the studies
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -262,9 +261,8 @@ class Part:
         return [] if frame is None else frame.to_dict("records")
 
     def _row(self, sample: Sample) -> dict[str, Any]:
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         known = row(self.participant, self.years, self.member, sample)
-        return {**known, "commit": self.version, "date": date}
+        return {**known, "commit": self.version, "date": today()}
 
 
 def _complete(rows: Sequence[dict[str, Any]]) -> bool:
@@ -299,6 +297,4 @@ def parts(
     ]
 
 
-def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """All stored rows, of any version; none when the study was not run."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+stored = stored_rows(FOLDER, COLUMNS)

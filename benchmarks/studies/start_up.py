@@ -18,7 +18,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.store.provenance import ROOT, version
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.row_files import RowFiles, stored_rows
 
 COLUMNS: Mapping[str, type] = {
     "problem": str,
@@ -239,9 +239,7 @@ def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
     return [Part(start, files) for start in STARTS if start.cold == LONG]
 
 
-def stored(studies: Path, report: Callable[[str], None]) -> pd.DataFrame:
-    """Their rows."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+stored = stored_rows(FOLDER, COLUMNS)
 
 
 def _compiling(start: Start) -> float:

@@ -6,12 +6,12 @@ The truth is DOP853 on the accelerations that MuJoCo computes, which no integrat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import pandas as pd
 
 import galvi
+from benchmarks.checks.claim import Report
 from benchmarks.statistics.repeated_run import net_time
 from benchmarks.statistics.timing import interleaved
 from benchmarks.store.frames import failure
@@ -36,7 +36,6 @@ EXPLANATION = (
     "interleaved run of the finest steps, less what a call costs besides; the last column follows "
     "from both, beyond what was run where the error asked for is below the smallest."
 )
-Report = Callable[[str], None]
 
 
 class Tree(NamedTuple):

@@ -107,8 +107,7 @@ class NewtonEuler:
 
 def cross(a: Array, b: Array) -> Array:
     """a x b along the last axis; faster than numpy's for small arrays."""
-    result: Array = a.take(NEXT, -1) * b.take(LAST, -1) - a.take(LAST, -1) * b.take(NEXT, -1)
-    return result
+    return a.take(NEXT, -1) * b.take(LAST, -1) - a.take(LAST, -1) * b.take(NEXT, -1)
 
 
 @dataclass(frozen=True, eq=False)

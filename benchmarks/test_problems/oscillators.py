@@ -227,8 +227,7 @@ def _two_springs_potential(q: Array) -> float:
 
 
 def _two_springs_gradient(q: Array) -> Array:
-    slope: Array = _stiffness(q) * q
-    return slope
+    return _stiffness(q) * q
 
 
 def _hessian(q: Array) -> Array:

@@ -69,8 +69,7 @@ def problem() -> Problem:
 def exact(duration: float, samples: int) -> Array:
     """The exact q at evenly spaced times, (samples + 1, 12)."""
     turned, centre = falling(duration, samples)
-    places: Array = GROUP.join(turned, centre + turned @ POINT)
-    return places
+    return GROUP.join(turned, centre + turned @ POINT)
 
 
 def falling(duration: float, samples: int) -> tuple[Array, Array]:

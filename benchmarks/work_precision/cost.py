@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -162,7 +162,7 @@ def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
     yield Case(near, eight, 200.0, steps, apart)
     sun = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
     for force in sun:
-        system = replace(cast(galvi.NBody, outer.system), forces=[force])
+        system = replace(outer.system, forces=[force])
         name = f"{outer.name}, {type(force).__name__.lower()}"
         yield Case(replace(outer, system=system, name=name), eight, 200.0, steps)
     yield Case(outer, eight, 200.0, steps)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from benchmarks.checks.claim import Report
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     Participant,
@@ -18,7 +19,7 @@ from benchmarks.work_precision.problem import (
     fixed,
     galvi_label,
 )
-from benchmarks.work_precision.truths import Report, can_run, measure_of, size_of, truth_of
+from benchmarks.work_precision.truths import can_run, measure_of, size_of, truth_of
 from galvi import Problem
 from references import Contender, reference
 from references.newton import is_differenced

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 import galvi
+from benchmarks.checks.claim import Report
+from benchmarks.measures.errors import largest
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
     ATTITUDE,
@@ -27,7 +27,6 @@ from references.newton import is_differenced
 from references.rebound import ias15
 from references.scipy import ivp
 
-Report = Callable[[str], None]
 # What may be the truth, the best first, with its most accurate setting.
 TRUTHS: Mapping[str, Mapping[str, Any]] = {
     "oscillator, closed form": {},
@@ -136,23 +135,23 @@ def state_distance(
     _, distance = measure_of(problem)
     q, p = end
     size, unit = (
-        (size_of(problem, q), 0.0 if p is None else max(_largest(p), _largest(problem.p0)))
+        (size_of(problem, q), 0.0 if p is None else max(largest(p), largest(problem.p0)))
         if motion is None
-        else (_largest(motion.q), _largest(motion.p))
+        else (largest(motion.q), largest(motion.p))
     )
 
     def away(state: State) -> float:
         apart = distance(state[0], q)
         if p is None or state[1] is None or not unit:
             return apart
-        return max(apart, size / unit * _largest(state[1] - p))
+        return max(apart, size / unit * largest(state[1] - p))
 
     return away
 
 
 def size_of(problem: Problem, end: Array) -> float:
     """Of the configurations at start and end."""
-    return max(_largest(end), _largest(problem.q0)) or 1.0
+    return max(largest(end), largest(problem.q0)) or 1.0
 
 
 def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report: Report) -> Truth:
@@ -239,8 +238,4 @@ def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajecto
 
 
 def _rounding(end: Array) -> float:
-    return EPS * max(1.0, _largest(end))
-
-
-def _largest(x: Array) -> float:
-    return float(np.max(np.abs(x)))
+    return EPS * max(1.0, largest(end))

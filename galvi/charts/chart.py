@@ -61,8 +61,8 @@ class Cayley:
 
     name: ClassVar[str] = "Cayley"
     number: ClassVar[int] = CHARTS.index(cayley)
-    limit: ClassVar[float] = cayley.LIMIT
-    farthest: ClassVar[float] = cayley.FARTHEST
+    limit: ClassVar[float] = cayley.SINGULAR_ANGLE
+    farthest: ClassVar[float] = cayley.LARGEST_IN_STEP
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class Exponential:
 
     name: ClassVar[str] = "exponential"
     number: ClassVar[int] = CHARTS.index(exponential)
-    limit: ClassVar[float] = exponential.LIMIT
-    farthest: ClassVar[float] = exponential.FARTHEST
+    limit: ClassVar[float] = exponential.SINGULAR_ANGLE
+    farthest: ClassVar[float] = exponential.LARGEST_IN_STEP
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ class ModifiedRodrigues:
 
     name: ClassVar[str] = "modified Rodrigues"
     number: ClassVar[int] = CHARTS.index(modified_rodrigues)
-    limit: ClassVar[float] = modified_rodrigues.LIMIT
-    farthest: ClassVar[float] = modified_rodrigues.FARTHEST
+    limit: ClassVar[float] = modified_rodrigues.SINGULAR_ANGLE
+    farthest: ClassVar[float] = modified_rodrigues.LARGEST_IN_STEP
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
@@ -106,16 +106,6 @@ def tangent(chart: Chart, group: Group, xi: Any) -> Array:
     out = np.empty((len(rows), d, d))
     _tangent_all(group.layout, chart.number, rows, np.eye(d), out)
     return np.swapaxes(out, 1, 2).reshape(*xi.shape, d)
-
-
-def tangent_slope(chart: Chart, group: Group, xi: Any, eta: Any) -> Array:
-    """d(T(xi) eta)/dxi, (..., d, d), for xi and eta (..., d)."""
-    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
-    d = group.dimension
-    rows, rates = xi.reshape(-1, d).copy(), eta.reshape(-1, d).copy()
-    out = np.empty((len(rows), d, d))
-    _tangent_slope_all(group.layout, chart.number, rows, rates, np.eye(d), out)
-    return out.reshape(*xi.shape, d)
 
 
 def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
@@ -147,13 +137,6 @@ def _tangent_all(layout, chart, xi, units, out):  # type: ignore[no-untyped-def]
     for k in range(xi.shape[0]):
         for i in range(units.shape[0]):
             product.velocity(layout, chart, xi[k], units[i], out[k, i])
-
-
-@jit
-def _tangent_slope_all(layout, chart, xi, eta, units, out):  # type: ignore[no-untyped-def]
-    for k in range(xi.shape[0]):
-        for i in range(units.shape[0]):
-            product.momentum_slope(layout, chart, xi[k], eta[k], units[i], out[k, i])
 
 
 @jit

@@ -13,7 +13,6 @@ from galvi.arrays import Array
 from galvi.charts.chart import Chart, place, tangent
 from galvi.groups.group import Group
 from galvi.kernels.constants import COMPLEX_STEP, EPSILON
-from galvi.problem import Problem
 from galvi.spaces.space import Space
 
 
@@ -156,34 +155,6 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     return index, place - index, single
 
 
-class MovingPath(Protocol):
-    """The frame of a run."""
-
-    @property
-    def problem(self) -> Problem:
-        """That of the run."""
-
-    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
-        """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
-
-    def flow(self, w: Any, t: Any) -> Any:
-        """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
-
-    def times(self, number: Any, c: Array) -> tuple[Array, Array]:
-        """Times (k, P) since the centres of steps ``number`` (k, 1), at nodes c (P,), and dt/dc."""
-
-    def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
-        """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
-        times ``since`` (k, P) after their centres."""
-
-    def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
-        """q and v (k, d), and codes (k,) that are 0 where they are right, after times ``lengths``
-        (k,) since the starts of steps with these bases and numbers; None: not known here."""
-
-    def curves(self, number: int, base: Array) -> Curves:
-        """Those of a step that was done in the inertial frame, from time 0 on."""
-
-
 @dataclass(frozen=True, eq=False)
 class FrameCurves(OverTime):
     """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
@@ -194,7 +165,7 @@ class FrameCurves(OverTime):
     coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
                   was done in the inertial frame all but the first are NaN, and its base has (q, v)
     first         number of the first step since the problem's start
-    path          the frame
+    path          the frame, a `galvi.run.in_frame.curves.Path`
     """
 
     space: Space
@@ -203,7 +174,7 @@ class FrameCurves(OverTime):
     bases: Array
     coefficients: Array
     first: int
-    path: MovingPath
+    path: Any
 
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""

@@ -86,8 +86,7 @@ class RedoneCurves:
             curves = curves_of_steps(
                 self.problem, self.method, self.step, self.known[k], first, count
             )
-            values: Array = getattr(curves, name)(steps - first, tau[rows])
-            return values
+            return getattr(curves, name)(steps - first, tau[rows])
 
         return pieces, evaluate
 
@@ -110,7 +109,6 @@ class RedoneCurves:
             curves = curves_from(
                 self.problem, self.method, self.step, self.known[k], farthest, self.end
             )
-            values: Array = getattr(curves, name)(times[rows])
-            return values
+            return getattr(curves, name)(times[rows])
 
         return pieces, evaluate

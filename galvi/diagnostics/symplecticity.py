@@ -12,7 +12,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.chart import Exponential, coordinates, place
+from galvi.charts.chart import coordinates, place
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import FrameCurves
 from galvi.diagnostics.frame_derivative import frame_step_derivative
@@ -28,7 +28,7 @@ from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 from galvi.run.request import ROUND_OFF, check_types
 from galvi.systems.finite_differences import WEIGHTS
-from galvi.systems.lagrangian import velocity_at
+from galvi.systems.lagrangian import CHART, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, VectorSystem
 from galvi.trajectory import Trajectory
@@ -153,7 +153,6 @@ def _defect(DF: Array, W0: Array, W1: Array) -> float:
 
 
 STATE_DIFFERENCE, CLOCK_DIFFERENCE = 2.0**-6, 2.0**-7
-CHART = Exponential()
 
 
 def _differenced(end: Callable[[Array], Array], nudges: list[float]) -> Array:

@@ -136,9 +136,8 @@ class Parameters:
         return LawNumbers(constants, np.concatenate(masses)[every])
 
     def _symbolic_only(self) -> bool:
-        system: Any = self.problem.system
         return all(
-            isinstance(_at(system, path[:-1]), SYMBOLIC)
+            isinstance(_at(self.problem.system, path[:-1]), SYMBOLIC)
             for name in self.values
             for path in self.places[name]
         )

@@ -13,7 +13,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.events.entries import Entry, computed, later_entries
-from galvi.events.event import Event, ManyQuantities, Value
+from galvi.events.event import Distances, Event, Value
 from galvi.problem import Problem
 
 ENTRY_TOLERANCE = 1e-9  # of a function's values, to which those of entries are its own
@@ -130,7 +130,7 @@ class AskedPairs:
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.problem = event, number, problem
-        self.many = cast(ManyQuantities, event.function)
+        self.many = cast(Distances, event.function)
         self.pairs, self.names = self.many.pairs(problem), problem.body_names()
         self.of_pair = cache(self._of_pair)
 

@@ -32,23 +32,6 @@ class Quantity(Protocol):
         those of many states. ValueError for bodies or joints that are not there."""
 
 
-@runtime_checkable
-class ManyQuantities(Protocol):
-    """Several of them, each of two bodies, that are looked at together."""
-
-    def pairs(self, problem: Problem) -> Any:
-        """The numbers (n, 2) of the bodies of each; ValueError for bodies that are not there."""
-
-    def one_of(self, i: int, j: int) -> Quantity:
-        """That of two bodies."""
-
-    def name_of(self, i: Any, j: Any) -> str:
-        """The name of an event of two bodies with these names."""
-
-    def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounds (n, steps) of their functions, from those of the places (bodies, D, steps)."""
-
-
 @dataclass(frozen=True)
 class Event:
     """A zero of function(q, v, t), a number, along a motion.
@@ -60,14 +43,14 @@ class Event:
     name       for tables
     """
 
-    function: Callable[..., Any] | Quantity | ManyQuantities
+    function: Callable[..., Any] | Quantity | Distances
     direction: int = 0
     terminal: bool = False
     action: Change | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not (callable(self.function) or isinstance(self.function, Quantity | ManyQuantities)):
+        if not (callable(self.function) or isinstance(self.function, Quantity | Distances)):
             raise TypeError(
                 f"function must be a function of (q, v, t); received {shown(self.function)}."
             )
@@ -106,8 +89,7 @@ def several_events(events: Any) -> tuple[Event, ...]:
 
 def _body(problem: Problem, body: Any) -> int:
     """As `_number`, of point masses."""
-    system: Any = problem.system
-    if not isinstance(system, NBody):
+    if not isinstance(problem.system, NBody):
         raise ValueError(f"this event is of point masses; received {shown(problem)}.")
     return _number("a body", body, list(problem.body_names()))
 
@@ -206,8 +188,8 @@ ANY = "any"
 
 @dataclass(frozen=True)
 class Distances:
-    """As `Distance`, of all pairs of bodies, or of one body from all others: see
-    `galvi.events.within`.
+    """As `Distance`, of all pairs of bodies, or of one body from all others, that are looked at
+    together: see `galvi.events.within`.
 
     one, other  bodies, or ANY
     """
@@ -218,6 +200,7 @@ class Distances:
     hill: bool
 
     def pairs(self, problem: Problem) -> Any:
+        """The numbers (n, 2) of the bodies of each; ValueError for bodies that are not there."""
         _body(problem, 0)
         masses = cast(NBody, problem.system).masses
         every = np.argwhere(np.triu(np.ones((masses.size, masses.size), dtype=bool), 1))
@@ -231,12 +214,15 @@ class Distances:
         return every
 
     def one_of(self, i: int, j: int) -> Quantity:
+        """That of two bodies."""
         return Distance(i, j, self.far, self.hill)
 
     def name_of(self, i: Any, j: Any) -> str:
+        """The name of an event of two bodies with these names."""
         return f"{i} and {j} at {self.far:g}{' Hill radii' * self.hill}"
 
     def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
+        """Bounds (n, steps) of their functions, from those of the places (bodies, D, steps)."""
         i, j = pairs.T
         near, far = _squares(low[i] - high[j], high[i] - low[j])
         least: Any = self.far**2

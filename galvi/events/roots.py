@@ -67,15 +67,13 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
 
 def times_matrix(rows: Array, matrix: Array) -> Array:
     """rows @ matrix, one row after another: threads, which wait busily, would take longer."""
-    product: Array = np.matmul(rows[:, None], matrix)[:, 0]
-    return product
+    return np.matmul(rows[:, None], matrix)[:, 0]
 
 
 @lru_cache(maxsize=64)
 def _derivative(n: int) -> Array:
     """The matrix (n, n - 1) from the coefficients of a series to those of its derivative."""
-    matrix: Array = chebder(np.eye(n), axis=1).astype(np.float64)
-    return matrix
+    return chebder(np.eye(n), axis=1).astype(np.float64)
 
 
 @lru_cache(maxsize=64)

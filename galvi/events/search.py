@@ -18,7 +18,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.events.asked import Asked, AskedPairs, Function
 from galvi.events.block import CHUNK, Block, Piece, pieces, sign_of
-from galvi.events.event import Event, ManyQuantities, several_events
+from galvi.events.event import Distances, Event, several_events
 from galvi.events.roots import roots
 from galvi.events.shortened_steps import Shortened, shortened_steps
 from galvi.input_checks import shown
@@ -135,7 +135,7 @@ class Search:
     def __init__(self, problem: Problem, method: Galerkin, events: tuple[Event, ...]) -> None:
         self.problem, self.method, self.events = problem, method, events
         self.asked = [
-            (AskedPairs if isinstance(event.function, ManyQuantities) else Asked)(event, problem, k)
+            (AskedPairs if isinstance(event.function, Distances) else Asked)(event, problem, k)
             for k, event in enumerate(events)
         ]
         self.rows: list[Rows] = []

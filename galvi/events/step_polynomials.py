@@ -40,14 +40,12 @@ class Chebyshev:
 
     def basis(self, x: Array) -> Array:
         """(k, n) at x (k,)."""
-        values: Array = chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 1).astype(np.float64)
-        return values
+        return chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 1).astype(np.float64)
 
     def derivative(self, x: Array) -> Array:
         """By x, (k, n)."""
         slopes = chebyshev.chebder(np.eye(self.dimension), axis=0, scl=2.0)
-        values: Array = chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 2) @ slopes
-        return values
+        return chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 2) @ slopes
 
 
 class StepPolynomials(NamedTuple):
@@ -83,7 +81,7 @@ class StepPolynomials(NamedTuple):
         values = chebyshev.chebvander(y, series.shape[1] - 1)
         slopes = chebyshev.chebvander(y, series.shape[1] - 2)
         rates = chebyshev.chebder(series, axis=1, scl=2.0)
-        t: Array = self.begin[rows] + np.sum(values * series, axis=1)
+        t = self.begin[rows] + np.sum(values * series, axis=1)
         return t, np.sum(slopes * rates, axis=1)
 
     def at_points(self, rows: Any, points: int) -> tuple[Later, Later, Array]:
@@ -100,12 +98,10 @@ class StepPolynomials(NamedTuple):
             pace, t = times_matrix(lapses, to_slopes), begin + times_matrix(lapses, to_values)
 
         def place(i: int) -> Array:
-            values: Array = bases[:, i, None] + parts[:, i] @ places
-            return values
+            return bases[:, i, None] + parts[:, i] @ places
 
         def velocity(i: int) -> Array:
-            values: Array = parts[:, i] @ slopes / pace
-            return values
+            return parts[:, i] @ slopes / pace
 
         return place, velocity, t
 

@@ -101,19 +101,17 @@ class HarmonicFrame:
         return problem.q0.size
 
     def enter(self, problem: Problem, q: Array, v: Array) -> Array:
-        system: Any = problem.system
         F, _squares = _modes(self, problem)
         state = np.zeros((8, problem.q0.size))
         state[0], state[2] = q, v
-        state[4], state[6] = (system.momentum(x) @ F for x in (q, v))
+        state[4], state[6] = (problem.system.momentum(x) @ F for x in (q, v))
         return state
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         F, squares = _modes(self, problem)
-        system: Any = problem.system
         d, offsets = problem.q0.size, (c - 0.5) * step
         omega = np.sqrt(squares)[:, None]
-        rates, constants = _rates(system, d, traces(system))
+        rates, constants = _rates(problem.system, d, traces(problem.system))
         numbers = np.concatenate([
             F.ravel(), squares, _rotation(squares, step), _rotation(squares, 0.5 * step),
             np.cos(omega * offsets).ravel(), _sine(omega, offsets).ravel(), constants,

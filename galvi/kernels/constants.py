@@ -1,7 +1,5 @@
 """Numbers that the whole of galvi shares."""
 
-from __future__ import annotations
-
 import math
 
 EPSILON = 2.0**-52  # spacing of float64 numbers at 1, twice the unit roundoff

@@ -1,7 +1,5 @@
 """Bounds of coordinates on the curves of steps."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from numba import types

@@ -11,8 +11,6 @@ LARGEST          the measure if that sample is good; filled by `assess_errors`, 
 LIMIT            the measure after it
 """
 
-from __future__ import annotations
-
 import math
 
 from galvi.kernels.compile.jit import jit

@@ -17,7 +17,7 @@ from galvi.spaces.polynomials import legendre
 from galvi.spaces.space import Space
 from galvi.tableau import Tableau, assemble
 
-CLOSE = Decimal("1e-13")
+ROUNDED_APART = Decimal("1e-13")  # at most, of two equal numbers of about 1
 
 
 @lru_cache(maxsize=256)
@@ -46,7 +46,7 @@ def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
         for node, weight in zip(rule.exact_nodes, rule.exact_weights, strict=True):
             place, share = node * pieces, weight * pieces
             joint = int(place.to_integral_value())
-            if abs(place - joint) > CLOSE or joint in (0, pieces):
+            if abs(place - joint) > ROUNDED_APART or joint in (0, pieces):
                 k = min(int(place), pieces - 1)
                 parts[k].append((place - k, share))
                 continue
@@ -60,7 +60,7 @@ def _integrates(part: list[tuple[Decimal, Decimal]], degree: int) -> bool:
     terms = (weight * place**degree if degree else weight for place, weight in part)
     moment = sum(terms, Decimal(0))
     exact = Fraction(1, degree + 1)
-    return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < CLOSE
+    return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < ROUNDED_APART
 
 
 SPACE, FORCE_RULE, KINETIC_RULE = "space", "rule for the force", "rule for the kinetic energy"

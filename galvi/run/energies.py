@@ -123,9 +123,8 @@ def start_energies(problem: Problem, forces: bool = False) -> Start:
 
     forces  as for `energies`
     """
-    system: Any = problem.system
-    found = traces(system)
-    known = _start_energies if _is_fixed(system, found) else _start_energies.__wrapped__
+    found = traces(problem.system)
+    known = _start_energies if _is_fixed(problem.system, found) else _start_energies.__wrapped__
     return known(problem, forces, found)
 
 

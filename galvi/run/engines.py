@@ -20,28 +20,23 @@ from galvi.run.request import RunRequest, from_start
 from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offer
 
 
-class General:
-    """The engine of what others decline: `GENERAL_EQUAL_STEPS`, in a clock in transformed time."""
-
-    name = "general"
-
-    def offers(self, request: RunRequest) -> Stepper | ClockStepper | Declined:
-        """A stepper for all runs but those in moving frames."""
-        if request.method.clock is not None:
-            reason = "GALVI_FAST=0 leaves the clock's lanes out"
-            return in_transformed_time(request, self.name, reason, energy_at_start(request))
-        return GENERAL_EQUAL_STEPS.offers(request)
+def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
+    """A stepper for what the others decline, all runs but those in moving frames:
+    `GENERAL_EQUAL_STEPS`, in a clock in transformed time."""
+    if request.method.clock is not None:
+        reason = "GALVI_FAST=0 leaves the clock's lanes out"
+        return in_transformed_time(request, GENERAL.name, reason, energy_at_start(request))
+    return GENERAL_EQUAL_STEPS.offer(request)
 
 
-GENERAL = General()
+GENERAL = Engine("general", general_stepper)
 # The first that offers a stepper does the run. With GALVI_FAST=0 the general one is alone.
 ENGINES: tuple[Engine, ...] = (CLOCK, FRAME, LANES, GENERAL) if FAST else (GENERAL,)
 
 
 def stepper_for(request: RunRequest) -> Stepper | ClockStepper:
     """The stepper of the first engine that offers one; ValueError where none does."""
-    stepper: Stepper | ClockStepper = first_offer(ENGINES, request)
-    return stepper
+    return first_offer(ENGINES, request)
 
 
 def iterates(problem: Problem, method: Galerkin) -> bool:

@@ -45,7 +45,7 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
 
 
 STATES_BESIDE_START, STATE_DISTANCE = 3, 0.5  # looked at beside the start, and how far from it
-SOME = 1e-9  # of the masses, which is a coupling
+COUPLING = 1e-9  # least entry off the diagonal of a mass, over the geometric mean of its masses
 
 
 def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
@@ -72,7 +72,7 @@ def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
         masses = np.zeros((owner.size, owner.size))
     size = np.sqrt(np.abs(np.diag(masses)))
     with np.errstate(invalid="ignore"):
-        coupled = ~np.isfinite(masses) | (masses > SOME * np.outer(size, size))
+        coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(size, size))
     for i, j in np.argwhere(coupled):
         one, other = numbers[owner[i]], numbers[owner[j]]
         numbers[numbers == max(one, other)] = min(one, other)

@@ -14,6 +14,7 @@ from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
+from galvi.systems.user_functions import arguments
 
 ALIKE = 1e-10  # relative: values that differ by less come from rounding
 State = tuple[Array, Array, float]  # q, v, t
@@ -68,7 +69,7 @@ def _values(problem: Problem, clock: Any, state: State) -> Array | None:
                 found += [system.acceleration(q, t, v)] if system.forces else []
             elif isinstance(system, Lagrangian):
                 found += [] if system.brings_slopes else [system.value(q, v, t)]
-                found += [system.slopes(*system._arguments(q, v, t))] if system.slopes else []
+                found += [system.slopes(*arguments(system, q, v, t))] if system.slopes else []
             elif asks_functions(system) or getattr(system, "gradient", None) is not None:
                 given = getattr(system, "gradient", None) is not None
                 slope, energy = system.potential_gradient, system.potential_energy

@@ -216,23 +216,23 @@ class Declined(NamedTuple):
     reason: str = ""
 
 
-class Engine(Protocol):
-    """Who can do runs: see `galvi.run.engines.ENGINES`."""
+class Engine(NamedTuple):
+    """Who can do runs: see `galvi.run.engines.ENGINES`.
 
-    @property
-    def name(self) -> str:
-        """For `galvi.Trajectory.engine`."""
+    name   for `galvi.Trajectory.engine`
+    offer  what does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this
+           engine does not, a `Declined`; ValueError for a request that no engine can do
+    """
 
-    def offers(self, request: RunRequest) -> Any:
-        """What does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this
-        engine does not, a `Declined`; ValueError for a request that no engine can do."""
+    name: str
+    offer: Callable[[RunRequest], Any]
 
 
 def first_offer(engines: Sequence[Engine], request: RunRequest) -> Any:
     """The stepper of the first engine that offers one; ValueError where none does."""
     declined: list[str] = []
     for engine in engines:
-        offer = engine.offers(request)
+        offer = engine.offer(request)
         if not isinstance(offer, Declined):
             offer.engine_reason = "; ".join(filter(None, [offer.engine_reason, *declined]))
             return offer

@@ -35,8 +35,7 @@ class GeneralVectorKernel:
     """Steps by the general kernel."""
 
     def __init__(self, request: RunRequest, work: RunArrays) -> None:
-        system: Any = request.problem.system
-        field, force = _force(system, request.problem.q0.shape[-1])
+        field, force = _force(request.problem.system, request.problem.q0.shape[-1])
         self._kernel = (
             advance.compiled_advance() if field.compiled else interpreted(advance.advance)
         )
@@ -54,8 +53,7 @@ class GeneralVectorKernel:
 
 def reaching(request: RunRequest) -> Callable[..., None]:
     """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
-    system: Any = request.problem.system
-    field, force = _force(system, request.problem.q0.shape[-1])
+    field, force = _force(request.problem.system, request.problem.q0.shape[-1])
     kernel = compiled_reach() if field.compiled else interpreted(reach)
     tableau, solver = tuple(kernel_tableau(request.method.table)), CODES[request.checkpoint.solver]
     return partial(kernel, force, tableau, solver, request.checkpoint.tolerance, request.step)

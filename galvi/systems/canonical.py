@@ -25,14 +25,14 @@ from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import (
+    Function,
+    arguments,
     check_arguments,
     check_given,
     compiles,
     returned_array,
     values_at,
 )
-
-Function = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Canonical:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
         check_force_at(self, q, v, t)
-        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*arguments(self, q, t)))
         if not np.isfinite(value):
             raise ValueError(
                 f"the potential must be finite at the start; received {value} at q0. Check it, or "
@@ -131,7 +131,7 @@ class Canonical:
             )  # fmt: skip
 
         def energy(x: Array, s: float) -> float:
-            return input_checks.returned("potential", self.potential(*self._arguments(x, s)))
+            return input_checks.returned("potential", self.potential(*arguments(self, x, s)))
 
         def force(x: Array, s: float) -> float:
             return float(other @ self.potential_gradient(x, s))
@@ -172,15 +172,15 @@ class Canonical:
         """V at each of the configurations q (..., d) and times t (...)."""
         if self.builtin is not None:
             return self.builtin(q)
-        return values_at(lambda x, s: self.potential(*self._arguments(x, s)), q, t, 1)
+        return values_at(lambda x, s: self.potential(*arguments(self, x, s)), q, t, 1)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """dV/dq at one configuration, (d,)."""
-        return self._wrapped(self._gradient(), (q.size,), "gradient")(*self._arguments(q, t))
+        return self._wrapped(self._gradient(), (q.size,), "gradient")(*arguments(self, q, t))
 
     def potential_hessian(self, q: Array, t: float) -> Array:
         """d2V/dq2 at one configuration, (d, d)."""
-        return self._wrapped(self._hessian(), (q.size, q.size), "hessian")(*self._arguments(q, t))
+        return self._wrapped(self._hessian(), (q.size, q.size), "hessian")(*arguments(self, q, t))
 
     def acceleration(self, q: Array, t: float) -> Array:
         """-M^-1 dV/dq at one configuration, (d,)."""
@@ -204,7 +204,7 @@ class Canonical:
         is not differenced, infinite where no two lengths agree on it."""
         if self._known_gradient:
             return 0.0
-        return noise_of(self.potential, *self._arguments(q, t))
+        return noise_of(self.potential, *arguments(self, q, t))
 
     @property
     def _known_gradient(self) -> bool:
@@ -237,10 +237,6 @@ class Canonical:
         if self.mass.ndim == 2:
             return np.ascontiguousarray(np.linalg.inv(self.mass))
         return np.broadcast_to(1.0 / self.mass, (dimension,))[:, None].copy()
-
-    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
-        q = np.array(q, dtype=np.float64)
-        return (q, float(t)) if self.explicit_time else (q,)
 
     def _gradient(self) -> Function:
         if self.gradient is not None:

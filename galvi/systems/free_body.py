@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -15,11 +14,15 @@ from galvi.groups.group import SE3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.forces.external_force import check_force, with_force
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.rigid_body import Body, inverse, possible_inertia
+from galvi.systems.rigid_body import Body, possible_inertia
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import check_arguments, check_given, returned_array
-
-Function = Callable[..., Any]
+from galvi.systems.user_functions import (
+    Function,
+    arguments,
+    check_arguments,
+    check_given,
+    returned_array,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,7 @@ class FreeBody(Body):
         """The given dV/dq at one motion, (4, 4); 0 without one."""
         if self.gradient is None:
             return np.zeros((4, 4))
-        values = self.gradient(*self._arguments(q, t))
+        values = self.gradient(*arguments(self, q, t))
         return returned_array("gradient", values, (4, 4), "an array of shape (4, 4), dV/dq")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
@@ -116,11 +119,7 @@ class FreeBody(Body):
 
     def velocity(self, p: Array) -> Array:
         """v = (J^-1 p_w, p_v / mass), p of shape (..., 6)."""
-        return np.concatenate([p[..., :3] @ self._inverse, p[..., 3:] / self.mass], axis=-1)
-
-    @cached_property
-    def _inverse(self) -> Array:
-        return inverse(self.inertia)
+        return np.concatenate([p[..., :3] @ self.inverse_inertia, p[..., 3:] / self.mass], axis=-1)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V - mass g . x, (...), for q of shape (..., 4, 4) and times t (...)."""

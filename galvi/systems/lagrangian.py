@@ -27,9 +27,15 @@ from galvi.systems.finite_differences import (
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import check_arguments, check_given, compiles, returned_array
+from galvi.systems.user_functions import (
+    Function,
+    arguments,
+    check_arguments,
+    check_given,
+    compiles,
+    returned_array,
+)
 
-Function = Callable[..., Any]
 CHART = Exponential()
 NEIGHBOUR_DISTANCE = 0.1  # of the lengths of coordinates and velocities, to a state near another
 TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
@@ -116,7 +122,7 @@ class Lagrangian:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless L is a finite number with slopes of the right size, and regular."""
         check_force_at(self, q, v, t)
-        value = input_checks.returned("the Lagrangian", self.function(*self._arguments(q, v, t)))
+        value = input_checks.returned("the Lagrangian", self.function(*arguments(self, q, v, t)))
         if not np.isfinite(value):
             raise ValueError(
                 f"the Lagrangian must return a finite number; received {value} at the start. "
@@ -171,7 +177,7 @@ class Lagrangian:
                 return (moved(s), w, then) if row else (g, w + s * steps, then)
 
             def value(s: float) -> float:
-                given = self.function(*self._arguments(*state(s)))
+                given = self.function(*arguments(self, *state(s)))
                 return input_checks.returned("the Lagrangian", given)
 
             def terms(s: float) -> Array:
@@ -267,7 +273,7 @@ class Lagrangian:
         """L at one state; NaN where that is not finite."""
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             return np.nan
-        return float(self.function(*self._arguments(q, v, t)))
+        return float(self.function(*arguments(self, q, v, t)))
 
     def energy(self, q: Array, v: Array, t: Any) -> Array:
         """The energy v . dL/dv - L, (...)."""
@@ -346,10 +352,6 @@ class Lagrangian:
             return self.slopes
         return self.builtin.slopes
 
-    def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
-        q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
-        return (q, v, float(t)) if self.explicit_time else (q, v)
-
     def _checked(self, *qvt: Any) -> Array:
         known = self._slopes
         assert known is not None
@@ -360,9 +362,9 @@ class Lagrangian:
     def _left(self, q: Array, v: Array, t: float) -> Array:
         """(2, d): dL/dv, and the left-trivialised dL/dq, along q hat(e_a)."""
         if self._slopes is None:
-            return self._differenced(*self._arguments(q, v, t))
+            return self._differenced(*arguments(self, q, v, t))
         out = np.empty((2, self.group.dimension))
-        values = self._checked(*self._arguments(q, v, t))
+        values = self._checked(*arguments(self, q, v, t))
         flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
         lagrangian_derivatives.spread(
             values, lagrangian_derivatives.EUCLIDEAN, self.group.layout, flat, out
@@ -371,7 +373,7 @@ class Lagrangian:
 
     def _momentum(self, q: Array, v: Array, t: float) -> Array:
         if self._slopes is None:
-            return self._differenced_momentum(*self._arguments(q, v, t))
+            return self._differenced_momentum(*arguments(self, q, v, t))
         return self._left(q, v, t)[0]
 
     def _differenced_momentum(self, q: Array, v: Array, *time: float) -> Array:

@@ -14,7 +14,7 @@ from galvi.charts.chart import place
 from galvi.groups.group import Group
 from galvi.input_checks import shown
 from galvi.systems.forces.external_force import check_force, force_at
-from galvi.systems.lagrangian import CHART, Function, Lagrangian
+from galvi.systems.lagrangian import CHART, Lagrangian
 from galvi.systems.trees import mujoco_states
 from galvi.systems.trees.joint import JointDamping, Link
 from galvi.systems.trees.joint_forces import (
@@ -25,6 +25,7 @@ from galvi.systems.trees.joint_forces import (
     without_damping,
 )
 from galvi.systems.trees.rigid_tree import RigidTree
+from galvi.systems.user_functions import Function
 
 OF_JOINTS = ("damping", "stiffness", "armature")
 LIMIT_STATES = 9  # states of a step at which limits of actuators are looked at

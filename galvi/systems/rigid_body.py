@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, ClassVar
@@ -21,6 +20,8 @@ from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import (
+    Function,
+    arguments,
     check_arguments,
     check_given,
     compiles,
@@ -28,7 +29,6 @@ from galvi.systems.user_functions import (
     values_at,
 )
 
-Function = Callable[..., Any]
 SINGULAR_MOMENTS = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
 # By how much a thin body's largest moment may exceed the sum of the others.
 THIN_BODY_EXCESS = 1e-12
@@ -39,6 +39,7 @@ class Body:
     are those of a `Lagrangian` where they are traced or called."""
 
     group: ClassVar[SO3 | SE3]
+    inertia: Any
     potential: Any
     gradient: Any
     force: Any
@@ -72,7 +73,7 @@ class Body:
         check_force_at(self, q, v, t)
         if self.potential is None:
             return
-        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*arguments(self, q, t)))
         slope = self.potential_gradient(q, t)
         if not (np.isfinite(value) and np.all(np.isfinite(slope))):
             raise ValueError(
@@ -90,12 +91,13 @@ class Body:
     def untraced(self) -> str:
         return reasons(self)
 
-    def _potentials(self, q: Array, t: Array) -> Array:
-        return values_at(lambda x, s: self.potential(*self._arguments(x, s)), q, t, 2)
+    @cached_property
+    def inverse_inertia(self) -> Array:
+        """J^-1, (3, 3)."""
+        return inverse(self.inertia)
 
-    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
-        q = np.array(q, dtype=np.float64)
-        return (q, float(t)) if self.explicit_time else (q,)
+    def _potentials(self, q: Array, t: Array) -> Array:
+        return values_at(lambda x, s: self.potential(*arguments(self, x, s)), q, t, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +157,7 @@ class RigidBody(Body):
 
             def energy(s: float) -> float:
                 turned = R @ rotated(s * axis)
-                return input_checks.returned("potential", potential(*self._arguments(turned, then)))
+                return input_checks.returned("potential", potential(*arguments(self, turned, then)))
 
             def terms(s: float) -> Array:
                 turned = R @ rotated(s * axis)
@@ -199,11 +201,6 @@ class RigidBody(Body):
         """v = J^-1 p, p of shape (..., 3)."""
         return p @ self.inverse_inertia
 
-    @cached_property
-    def inverse_inertia(self) -> Array:
-        """J^-1, (3, 3)."""
-        return inverse(self.inertia)
-
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
         return 0.5 * np.sum(v * self.momentum(v), axis=-1)
@@ -220,7 +217,7 @@ class RigidBody(Body):
         """dV/dR at one rotation, (3, 3)."""
         if self.potential is None:
             return np.zeros((3, 3))
-        return self._checked(*self._arguments(q, t))
+        return self._checked(*arguments(self, q, t))
 
     def _checked(self, *Rt: Any) -> Array:
         return returned_array(

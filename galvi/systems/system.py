@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
@@ -109,7 +109,7 @@ class KnownMass(BuiltinLagrangian, Protocol):
         """d2L/dv2 (d, d) at one configuration."""
 
 
-class System(Protocol):
+class System(Hashable, Protocol):
     """A Lagrangian system; ``...`` are leading axes, ``shape`` the axes of one configuration."""
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:

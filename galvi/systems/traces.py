@@ -42,13 +42,13 @@ class Traces:
         return all(trace.holds for trace in self.found.values())
 
 
-NONE = Traces({}, {})
+NO_TRACES = Traces({}, {})
 TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that both end together
 
 
 def traces(system: Any) -> Traces:
     """The traces of a system; none where they were not sought."""
-    return vars(system).get(TRACES_ATTRIBUTE, NONE)
+    return vars(system).get(TRACES_ATTRIBUTE, NO_TRACES)
 
 
 def reasons(system: Any) -> str:
@@ -62,7 +62,7 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     anew  do it again if what was found does not hold any more
     """
     known = traces(system)
-    if not FAST or (known is not NONE and not (anew and not known.hold)):
+    if not FAST or (known is not NO_TRACES and not (anew and not known.hold)):
         return
     from galvi.tracing.laws_of_systems import finders_of  # tracing stands on systems
 

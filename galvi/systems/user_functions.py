@@ -12,6 +12,8 @@ from numba.extending import is_jitted
 from galvi.arrays import Array
 from galvi.input_checks import flag, shown
 
+Function = Callable[..., Any]
+
 
 def compiles(function: Callable[..., Any], signature: Any) -> bool:
     """Whether a function is jitted and, for the signature's arguments, returns its return type."""
@@ -55,6 +57,13 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
         function = getattr(system, name)
         if not callable(function) and (name == needed or function is not None):
             raise TypeError(f"{name} must be a function of {of}; received {shown(function)}.")
+
+
+def arguments(system: Any, *state: Any) -> tuple[Any, ...]:
+    """What a system's functions take at a state (..., t): copies of its arrays, and t where
+    ``explicit_time`` is set."""
+    copies = tuple(np.array(x, dtype=np.float64) for x in state[:-1])
+    return (*copies, float(state[-1])) if system.explicit_time else copies
 
 
 def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) -> None:

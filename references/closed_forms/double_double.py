@@ -112,8 +112,7 @@ class DoubleDouble:
         rest = self - other * first
         second = rest.hi / other.hi
         rest = rest - other * second
-        quotient: DoubleDouble = DoubleDouble(*_ordered_sum(first, second)) + rest.hi / other.hi
-        return quotient
+        return DoubleDouble(*_ordered_sum(first, second)) + rest.hi / other.hi
 
     __radd__ = __add__
     __rmul__ = __mul__

@@ -40,8 +40,7 @@ class Oscillator:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
         times = times_of_run(self, problem, duration, setting)
-        system: Any = problem.system
-        w = np.sqrt(system.potential.stiffness / system.mass)
+        w = np.sqrt(problem.system.potential.stiffness / problem.system.mass)
         phase = (times - problem.t0)[:, None] * np.broadcast_to(w, problem.q0.shape)
         cosine, sine = np.cos(phase), np.sin(phase)
         return as_trajectory(
@@ -96,8 +95,7 @@ class OscillatorStep:
     def energy_errors(self, steps: int) -> Array:
         """Relative energy errors after 0 to `steps` steps of a stable step, from q = 1, p = 0."""
         theta = math.acos(-self.a / self.b)
-        errors: Array = float(self.b**2 - self.a**2 - 1) * np.sin(np.arange(steps + 1) * theta) ** 2
-        return errors
+        return float(self.b**2 - self.a**2 - 1) * np.sin(np.arange(steps + 1) * theta) ** 2
 
 
 def oscillator_step(degree: int, step: int | Fraction) -> OscillatorStep:

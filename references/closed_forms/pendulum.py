@@ -148,12 +148,11 @@ class Pendulum:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
         times = times_of_run(self, problem, duration, setting)
-        system: Any = problem.system
-        masses = np.broadcast_to(system.mass, problem.q0.shape)
+        masses = np.broadcast_to(problem.system.mass, problem.q0.shape)
         states = np.empty((2, len(times), problem.q0.size))
         with localcontext(DIGITS):
             for k, start in enumerate(zip(masses, problem.q0, problem.v0, strict=True)):
-                moving = _motion(Decimal(system.potential.weight), *map(Decimal, start))
+                moving = _motion(Decimal(problem.system.potential.weight), *map(Decimal, start))
                 states[:, :, k] = np.array([moving(Decimal(t)) for t in times - problem.t0]).T
         return as_trajectory(
             problem, described(self.name, setting), times, *states, counts={"steps": 0}

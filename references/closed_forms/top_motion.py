@@ -127,9 +127,8 @@ class FreeTop:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
         times = times_of_run(self, problem, duration, setting)
-        system: Any = problem.system
         with localcontext(DIGITS):
-            moving = motion(system.inertia, problem.q0, problem.v0)
+            moving = motion(problem.system.inertia, problem.q0, problem.v0)
             states = [moving(t) for t in (times - problem.t0).tolist()]
         q, p = (np.array([x[k] for x in states], dtype=np.float64) for k in (0, 1))
         p[0] = problem.p0  # rounded as galvi rounds it

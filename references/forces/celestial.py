@@ -55,8 +55,7 @@ def _(force: galvi.Oblateness, system: galvi.NBody, q: Array, v: Array, t: float
         radial = 3 * force.J2 * (R / r) ** 2 * p2 + 5 * force.J4 * (R / r) ** 4 * p4
         slope = 3 * force.J2 * (R / r) ** 2 * sine
         slope += force.J4 * (R / r) ** 4 * (35 * sine**3 - 15 * sine) / 2
-        found: Array = mu / r**2 * (radial * up - slope * north)
-        return found
+        return mu / r**2 * (radial * up - slope * north)
 
     return _pairs(system, force.body, q, pull)
 
@@ -65,8 +64,7 @@ def _(force: galvi.Oblateness, system: galvi.NBody, q: Array, v: Array, t: float
 def _(force: galvi.PowerLaw, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
     def pull(x: Array) -> Array:
         r = length(x)
-        found: Array = force.strength * r**force.power * x / r
-        return found
+        return force.strength * r**force.power * x / r
 
     return _pairs(system, force.source, q, pull)
 
@@ -110,8 +108,7 @@ def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
             found[a] += mu[b] * x / r[a, b] ** 3 * bracket
             found[a] += mu[b] / r[a, b] ** 3 * (x @ (4 * v[a] - 3 * v[b])) * w
             found[a] += 3.5 * mu[b] * pull[b] / r[a, b]
-    result: Array = found / c**2
-    return result
+    return found / c**2
 
 
 @_of.register

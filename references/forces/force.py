@@ -122,8 +122,7 @@ class Force:
             here[i] += 1j * COMPLEX_STEP
             function(here, rest, time, self.numbers, column)
             here[i] = here[i].real
-        slopes: Array = columns.imag.T / COMPLEX_STEP
-        return slopes
+        return columns.imag.T / COMPLEX_STEP
 
 
 def by_formula(formula: Function, *numbers: Any) -> Force:
@@ -164,14 +163,12 @@ def _sum(first: Function, second: Function) -> Function:
         first(q, v, t, numbers[1:split], out)
         second(q, v, t, numbers[split:], out)
 
-    compiled: Function = njit(SIGNATURE, _nrt=False, **OPTIONS)(add)
-    return compiled
+    return njit(SIGNATURE, _nrt=False, **OPTIONS)(add)
 
 
 @lru_cache(maxsize=64)
 def _compiled(formula: Function, signature: Any) -> Function:
-    compiled: Function = cached(signature, _nrt=False, **OPTIONS)(formula)
-    return compiled
+    return cached(signature, _nrt=False, **OPTIONS)(formula)
 
 
 @lru_cache(maxsize=64)

@@ -50,8 +50,7 @@ class Written:
 
     def hypot(self, other: Any) -> Any:
         """The root of the sum of both squares."""
-        x: Any = self
-        return np.sqrt(x * x + other * other)
+        return np.sqrt(self * self + other * other)
 
 
 class WrittenArray(np.ndarray[Any, Any]):

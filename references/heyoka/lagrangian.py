@@ -123,8 +123,9 @@ class HeyokaChain(OnCoordinates):
 
     def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
         """As `OnCoordinates.integrator`."""
-        system: Any = problem.system
-        return _compiled_chain(system.function, self.precision, tolerance, accurate, compact)
+        return _compiled_chain(
+            problem.system.function, self.precision, tolerance, accurate, compact
+        )
 
 
 @lru_cache(maxsize=16)

@@ -107,10 +107,9 @@ def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
 
 def _as_rigid_motion(problem: Problem, R: Array, moving: Array) -> tuple[Array, Array]:
     """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, place, speed."""
-    system: Any = problem.system
     q = np.zeros((len(R), 4, 4))
     q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, moving[:, 3:6], 1.0
-    drift = system.mass * np.einsum("nji,nj->ni", R, moving[:, 6:])
+    drift = problem.system.mass * np.einsum("nji,nj->ni", R, moving[:, 6:])
     return q, np.concatenate([moving[:, :3], drift], axis=-1)
 
 

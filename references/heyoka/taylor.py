@@ -57,11 +57,10 @@ class HeyokaBatches:
         places; the integrator is compiled here."""
         import heyoka
 
-        system: Any = problem.system
         d, batch = q0.shape[1], heyoka.recommended_simd_size()
         x, v = (heyoka.make_vars(*(f"{letter}{i}" for i in range(d))) for letter in ("x", "v"))
         square = heyoka.sum([place * place for place in x])
-        pull = -(system.potential.mu / float(system.mass)) * square**-1.5
+        pull = -(problem.system.potential.mu / float(problem.system.mass)) * square**-1.5
         equations = [(x[i], v[i]) for i in range(d)] + [(v[i], pull * x[i]) for i in range(d)]
         starts = np.concatenate([q0, v0], axis=1).reshape(-1, batch, 2 * d).transpose(0, 2, 1)
         one = heyoka.taylor_adaptive_batch(

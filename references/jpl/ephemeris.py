@@ -74,8 +74,7 @@ def differences(run: Trajectory) -> Array:
     """
     require(JPL_EPHEMERIS, run.problem)
     q, _ = jpl.states(run.t - run.problem.t0, bodies=len(run.problem.q0))
-    distances: Array = np.linalg.norm(run.q - q, axis=-1)
-    return distances
+    return np.linalg.norm(run.q - q, axis=-1)
 
 
 JPL_EPHEMERIS = JplEphemeris()

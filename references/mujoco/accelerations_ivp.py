@@ -50,8 +50,7 @@ class MujocoAccelerations:
         def accelerations(qpos: Array, qvel: Array) -> Array:
             data.qpos[:], data.qvel[:] = qpos, qvel
             mujoco.mj_forward(model, data)
-            found: Array = data.qacc
-            return found
+            return data.qacc
 
         with mujoco_engine.silence():
             return integrated(

@@ -29,10 +29,9 @@ def of_user(contender: Kind, own: Any, problem: Problem) -> Kind:
     mine = replace(own, model=copy.copy(own.model))  # a run sets its integrator and step
 
     def made(asked: Problem) -> tuple[Any, Any, Any]:
-        system: Any = asked.system
         data = mine.data()
         if not (np.array_equal(asked.q0, problem.q0) and np.array_equal(asked.v0, problem.v0)):
-            data.qpos[:], data.qvel[:] = system.to_mujoco(asked.q0, asked.v0)
-        return system, mine.model, data
+            data.qpos[:], data.qvel[:] = asked.system.to_mujoco(asked.q0, asked.v0)
+        return asked.system, mine.model, data
 
     return replace(contender, made=made)

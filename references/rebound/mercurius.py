@@ -3,8 +3,6 @@
 Rein et al. (2019). Meant for one dominant mass. Options: r_crit_hill, safe_mode, as in REBOUND.
 """
 
-from __future__ import annotations
-
 from references.rebound.fixed_steps import ReboundSteps
 
 MERCURIUS = ReboundSteps(

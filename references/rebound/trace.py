@@ -4,8 +4,6 @@ Lu, Hernandez and Rein (2024). Meant for one dominant mass. Options: r_crit_hill
 peri_mode ("PARTIAL_BS", "FULL_BS" or "FULL_IAS15"), as in REBOUND.
 """
 
-from __future__ import annotations
-
 from references.rebound.fixed_steps import ReboundSteps
 
 TRACE = ReboundSteps(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> K
     made = _made(sim, problem, kept)
     if not isinstance(sim, Forced):
         return replace(contender, made=made)
-    system = cast(NBody, problem.system)
+    system = problem.system
     plain = NBody(system.masses, system.G)
 
     def fits(other: Problem) -> bool:

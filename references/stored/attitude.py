@@ -6,7 +6,6 @@ A file tells its problem by inertia, mass, centre of mass, weight and start, to 
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 import numpy as np
 
@@ -22,10 +21,9 @@ def _is_heavy(problem: Problem) -> bool:
 
 
 def _identity(problem: Problem) -> Identity:
-    system: Any = problem.system
-    weight = system.potential
+    weight = problem.system.potential
     return {
-        "inertia": system.inertia.ravel().tolist(),
+        "inertia": problem.system.inertia.ravel().tolist(),
         "mass": [float(weight.mass)],
         "centre": np.asarray(weight.centre, dtype=np.float64).tolist(),
         "g": np.asarray(weight.g, dtype=np.float64).tolist(),

@@ -6,7 +6,6 @@ A file tells its problem by links, gravity and start, to the last bit.
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 from galvi import Problem, problems
 from references.heyoka.lagrangian import HEYOKA_CHAIN_QUADRUPLE
@@ -15,8 +14,7 @@ from references.textbook.chain_equations import is_chain
 
 
 def _identity(problem: Problem) -> Identity:
-    system: Any = problem.system
-    chain = system.function
+    chain = problem.system.function
     return {
         "masses": chain.masses.tolist(),
         "lengths": chain.lengths.tolist(),

@@ -37,8 +37,7 @@ SAME = 1e-14  # of a start made on two processors, of its largest entry
 def sampled(horizon: float) -> Array:
     """The stored times since the start, 0 included, (20,)."""
     tenths = horizon * np.arange(1, 11) / 10
-    times: Array = np.array([0.0, *(horizon * np.arange(1, 10) / 100), *tenths])
-    return times
+    return np.array([0.0, *(horizon * np.arange(1, 10) / 100), *tenths])
 
 
 def table(case: str) -> str:

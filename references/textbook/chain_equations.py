@@ -74,8 +74,7 @@ def is_chain(problem: Problem, forced: bool = False) -> bool:
 
 
 def _own_slopes(system: Lagrangian, problem: Problem) -> bool:
-    chain: Any = system.function
-    equations, n = ChainEquations.of(chain), problem.q0.size
+    equations, n = ChainEquations.of(system.function), problem.q0.size
 
     def known(state: Array) -> Array:
         q, v = state[:n], state[n:]

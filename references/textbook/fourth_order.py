@@ -1,7 +1,5 @@
 """Two methods of fourth order for q'' = a(q, t): Kutta's and Forest and Ruth's."""
 
-from __future__ import annotations
-
 from references.textbook.nystrom import Nystrom, splitting
 
 # The classical Runge-Kutta method on (q, v)' = (v, a) (Hairer, Norsett and Wanner, Solving ODEs I,

@@ -158,12 +158,11 @@ def landings(
     The moment of a contact is the root of the end of a step, found by Newton's method. Raises
     RuntimeError where the steps became too small or contacts did not end.
     """
-    system: Any = problem.system
-    drag, mass = external_force(problem), float(system.mass)
+    drag, mass = external_force(problem), float(problem.system.mass)
     starts = np.ascontiguousarray(np.column_stack([q0, v0, t0]))
     ends = np.zeros((len(starts), 8))
     e = -1.0 if restitution is None else float(restitution)
-    gravity = -float(system.potential.force[2]) / mass
+    gravity = -float(problem.system.potential.force[2]) / mass
     compiled()(
         drag.function, drag.numbers, 1.0 / mass, gravity, starts, until, tolerance, (e, slowest),
         dop853_tableau(), ends,

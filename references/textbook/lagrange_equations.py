@@ -114,16 +114,15 @@ def _shortest(ratio: Any) -> Any:
 def _of_canonical(problem: Problem) -> LagrangeEquations | None:
     import sympy
 
-    system: Any = problem.system
     d = problem.q0.size
     pull = _conservative(problem)
-    if pull is not None and system.force is not None:
+    if pull is not None and problem.system.force is not None:
         push = _external(problem)
         pull = push and tuple(x + y for x, y in zip(pull, push, strict=True))
     if pull is None:
         return None
     q, v = symbols(d)
-    mass = system.mass
+    mass = problem.system.mass
     if mass.ndim == 2:
         rows = tuple(tuple(sympy.Rational(x) for x in row) for row in mass.tolist())
         momenta = tuple(sum(m * w for m, w in zip(row, v, strict=True)) for row in rows)

@@ -99,8 +99,7 @@ def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps,
 @cache
 def compiled() -> Callable[..., Any]:
     """One compilation, kept on disk, for every formula and every user's jitted functions."""
-    kernel: Callable[..., Any] = njit(SIGNATURE, _nrt=False, **OPTIONS)(advance)
-    return kernel
+    return njit(SIGNATURE, _nrt=False, **OPTIONS)(advance)
 
 
 # Explicit methods of fixed step for q'' = a(q, t), as tableaus that one compiled loop runs.

@@ -207,8 +207,7 @@ def compiled(name: str) -> Callable[..., Any]:
     """'rk4' or 'dop853', compiled once and kept on disk."""
     sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
     source, signature = sources[name]
-    kernel: Callable[..., Any] = njit(signature, **OPTIONS)(source.py_func)
-    return kernel
+    return njit(signature, **OPTIONS)(source.py_func)
 
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C

@@ -39,11 +39,9 @@ WIDTH = 120  # columns when output is not a terminal
 SHORTENED: Mapping[str, Any] = {"max_width": 28, "no_wrap": True, "overflow": "ellipsis"}
 
 
-def show(seen: Summary, console: Console | None = None) -> None:
+def show(seen: Summary) -> None:
     """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = _console()
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("claim", "quantity", "bound", "measured", "verdict", "expected"):
         table.add_column(
@@ -68,13 +66,11 @@ def show(seen: Summary, console: Console | None = None) -> None:
     console.print(Text(str(seen)))
 
 
-def show_changes(changed: Sequence[Change], console: Console | None = None) -> None:
+def show_changes(changed: Sequence[Change]) -> None:
     """Print the changes since the earlier rows, at most MOST of them."""
     if not changed:
         return
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = _console()
     table = Table(
         box=None, pad_edge=False, header_style="bold", title="Changed since the rows before"
     )
@@ -93,12 +89,10 @@ def show_engines(engines: Engines) -> None:
         print(sentence)
 
 
-def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame, console: Console | None = None) -> None:
+def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
     """Print a table of times at matched error for each problem; of more than FEW problems those of
     the headlines alone."""
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = _console()
     problems = list(ratios["problem"].unique()) if len(ratios) else []
     if len(problems) > FEW:
         problems = [name for one in HEADLINES for name in one.options["panels"] if name in problems]
@@ -117,13 +111,11 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame, console: Console | Non
         console.print(table)
 
 
-def show_targets(frame: pd.DataFrame, console: Console | None = None) -> None:
+def show_targets(frame: pd.DataFrame) -> None:
     """Print the targets with their remarks; nothing when there are none."""
     if frame.empty:
         return
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = _console()
     shown, numbers = readable_targets(frame)
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in PRINTED:
@@ -135,3 +127,11 @@ def show_targets(frame: pd.DataFrame, console: Console | None = None) -> None:
     for _, row in frame[frame["remark"] != ""].iterrows():
         console.print(Text(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
     console.print(Text(summary(frame)))
+
+
+def _console() -> Console:
+    """The terminal, or lines of WIDTH columns in a file."""
+    console = Console()
+    if not console.is_terminal:
+        console.width = WIDTH
+    return console

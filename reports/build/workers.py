@@ -223,7 +223,5 @@ def _begin() -> None:
 
 
 def _end_with_the_build() -> None:
-    build = parent_process()
-    assert build is not None
-    wait([build.sentinel])
+    wait([parent_process().sentinel])
     os._exit(1)

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -69,7 +69,7 @@ class Invocation:
 
 def invocation(context: typer.Context) -> Invocation:
     """Of the command that has this context."""
-    return cast(Invocation, context.obj)
+    return context.obj
 
 
 def typed(context: typer.Context, parameter: str) -> bool:

@@ -1,7 +1,5 @@
 """The figures a reader sees first: planets, rigid bodies, encounters, beside other codes."""
 
-from __future__ import annotations
-
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import Shown, headline
 from reports.results.section import Figure

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
@@ -20,8 +19,7 @@ GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
 
 def in_frame(artist: Artist, frame: int, frames: int) -> None:
     """Show the artist in a frame only, counted from 0."""
-    figure: Any = artist.get_figure(root=True)
-    known = sum(1 for one in _moving(figure))
+    known = len(_moving(artist.get_figure(root=True)))
     artist.set_gid(f"frame-{frame}-of-{frames}-{known}")
 
 
@@ -33,7 +31,6 @@ def hide_all_but_last(figure: Figure) -> None:
     """Before the PNG is written."""
     for artist in _moving(figure):
         found = NAME.match(artist.get_gid() or "")
-        assert found is not None
         artist.set_visible(int(found[1]) == int(found[2]) - 1)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.claims.statements import EFFECTS, FALSE, STATUSES, counted, statements
+from benchmarks.claims.statements import EFFECTS, FALSE, PAPERS, STATUSES, counted, statements
 from benchmarks.store.atomic import write
 from reports.page.render import ASSETS, PARTS, Part, render, script, style
 
@@ -57,9 +57,6 @@ def grid(
             for k, line in enumerate(frame.itertuples(index=False, name=None))
         ),
     )
-
-
-PAPERS = ("H", "M")
 
 
 def ledger() -> dict[str, Any]:

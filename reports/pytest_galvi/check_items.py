@@ -44,7 +44,6 @@ class OtherProcess:
         """Its answer. Raises UsageError for what cannot be loaded, and where it ended."""
         requests = [request] if self.process else [self.asked, request]
         process = self.process or self._start()
-        assert process.stdin is not None and process.stdout is not None
         with suppress(BrokenPipeError):  # it may have said why it ended
             for message in requests:
                 print(json.dumps(message), file=process.stdin, flush=True)
@@ -77,7 +76,6 @@ class OtherProcess:
         process, self.process = self.process, None
         if process is None:
             return
-        assert process.stdin is not None and process.stdout is not None
         for close in (process.stdin.close, process.stdout.close, self.printed.close):
             with suppress(BrokenPipeError):  # it has ended
                 close()

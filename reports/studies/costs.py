@@ -1,7 +1,5 @@
 """The sections on what runs cost: from nothing, and of a brownout cloud."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from benchmarks.applications.brownout import cost

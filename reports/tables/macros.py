@@ -5,7 +5,6 @@ r"""The numbers of README and pages as macros of LaTeX: numbers.tex.
 
 from __future__ import annotations
 
-import datetime
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.cells import read_csv
-from benchmarks.store.provenance import commit
+from benchmarks.store.provenance import commit, today
 from galvi.interop.citations import entries
 from galvi.interop.release import galvi_version
 from reports.results.origins import read_origins
@@ -50,8 +49,7 @@ def numbers(out: Path) -> str:
 def bibliography() -> str:
     """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
     found = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
-    today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    entry = f"@misc{{galvi,\n  date = {{{today}}},\n  note = {{commit {commit()[:12]}}},"
+    entry = f"@misc{{galvi,\n  date = {{{today()}}},\n  note = {{commit {commit()[:12]}}},"
     return found.replace("@software{galvi,", entry).replace("@software{", "@misc{") + "\n"
 
 

@@ -4,12 +4,13 @@ A B B A, so that disturbances affect both alike."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from benchmarks.checks.claim import Report
 from benchmarks.statistics.rank_test import samples_needed
 from benchmarks.timings.case import LONG, UNTIMED, Case
 from benchmarks.work_precision.participants import sampled
@@ -26,8 +27,6 @@ LONG_RUNS = 50  # times the ordinary duration, of an integrator without a step
 LONG_SECONDS = 10.0  # of a long run, judged on the speed of the ordinary one
 LONG_ROUNDING = 1e-3  # of the floor of errors, times steps^1.5: a phase that errs at random
 LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothing
-
-Report = Callable[[str], None]
 
 
 @dataclass

@@ -18,7 +18,7 @@ RUN = """
 import numpy as np
 import galvi
 from galvi.run.engines import ENGINES
-from galvi.systems.traces import NONE, traces
+from galvi.systems.traces import NO_TRACES, traces
 
 assert [engine.name for engine in ENGINES] == {engines!r}
 method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
@@ -33,7 +33,7 @@ for problem, chosen in ((own, method), (ready.kepler(0.6), clocked)):
     run = galvi.integrate(problem, chosen, 0.05, 20)
     assert run.success, run.status
     print(repr(float(np.sum(run.q[-1]))))
-assert (traces(own.system) is NONE) is not galvi.FAST
+assert (traces(own.system) is NO_TRACES) is not galvi.FAST
 """
 REFUSED = """
 import galvi

@@ -86,8 +86,7 @@ def frequencies(rng: np.random.Generator) -> Array:
 def filtered(memory: float, scale: float, noise: Array) -> Array:
     from scipy.signal import lfilter  # 0.4 s, in each process that collects the tests
 
-    found: Array = lfilter([scale], [1.0, -memory], noise)
-    return found
+    return lfilter([scale], [1.0, -memory], noise)
 
 
 def stationary(seed: int) -> Iterator[Array]:

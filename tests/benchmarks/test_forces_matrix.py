@@ -1,7 +1,5 @@
 """Forces and integrators: quadruple runs have theory's rates, planted faults are seen."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mutants: which are found, which tests are asked, and that a compiled line reaches its callers."""
 
-from __future__ import annotations
-
 import ast
 import json
 from dataclasses import replace

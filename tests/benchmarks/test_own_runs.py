@@ -379,7 +379,7 @@ def test_a_time_is_the_engines_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
     converted = as_trajectory.momentum_at
     monkeypatch.setattr(as_trajectory, "momentum_at", slow)
-    monkeypatch.setattr("benchmarks.applications.judging.scan.time.perf_counter", clock)
+    monkeypatch.setattr("benchmarks.applications.judging.clock.time.perf_counter", clock)
     assert engine_clock.time.perf_counter is clock
     sim = star_last()
     for found in (judged(sim, 5.0), judged_model(hinge(0.1), 0.2)):

@@ -1,7 +1,5 @@
 """Which code takes which kind of problem of one's own, and which is its truth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -153,7 +153,7 @@ def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     q, v, t = cloud.starts()
     law, rates = cloud.rates
     run = FOLLOW(
-        v25.gauss(v25.galvi.Galerkin, 2), q, v, t, np.tile(rates, (500, 1)), law, 1 / 64, 6.0,
+        v25.collocation(v25.galvi.Galerkin, 2), q, v, t, np.tile(rates, (500, 1)), law, 1 / 64, 6.0,
         gravity=9.80665, saves=24, wind=still,
     )  # fmt: skip
     assert np.nanmax(run.places[:, :, 2]) < v25.thrown()

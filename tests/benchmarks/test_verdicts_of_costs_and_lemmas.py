@@ -146,7 +146,7 @@ def test_curves_that_keep_pace_are_not_accused() -> None:
     table = quick(V33)
     for steps in curves.COUNTS:
         ours = table["study"] == curves.IN_N % steps
-        ends, curve = (table["quantity"] == name for name in curves.QUANTITIES)
+        ends, curve = (table["quantity"] == name for name in curves.ENDS_AND_CURVE)
         table.loc[ours & curve, "value"] = 2.5 * table.loc[ours & ends, "value"].to_numpy()
     found = verdicts(V33, table)
     name = "base of the step ends' error over the curve's"
@@ -157,7 +157,7 @@ def test_curves_that_keep_pace_are_not_accused() -> None:
 @WHOLE_STUDY
 def test_a_curve_that_is_worse_from_the_start_is_seen() -> None:
     table = quick(V33)
-    late = (table["study"] == curves.IN_N % 100) & (table["quantity"] == curves.QUANTITIES[1])
+    late = (table["study"] == curves.IN_N % 100) & (table["quantity"] == curves.ENDS_AND_CURVE[1])
     table.loc[late, "value"] *= 1.1 ** table.loc[late, "n"]
     name = "base of the step ends' error over the curve's before n = 33, 100 steps"
     assert name in accused(V33, table)
@@ -166,7 +166,7 @@ def test_a_curve_that_is_worse_from_the_start_is_seen() -> None:
 @WHOLE_STUDY
 def test_a_method_that_does_not_converge_is_seen_in_every_base() -> None:
     table = quick(V33)
-    ends = (table["study"] == curves.IN_N % 10) & (table["quantity"] == curves.QUANTITIES[0])
+    ends = (table["study"] == curves.IN_N % 10) & (table["quantity"] == curves.ENDS_AND_CURVE[0])
     table.loc[ends, "value"] = 1e-3
     assert "base of the step ends' error over the curve's, 10 steps" in accused(V33, table)
 
@@ -184,7 +184,7 @@ QUOTIENT = (
 def test_a_curve_whose_own_error_is_hidden_is_what_h_saw(times: float, verdict: str) -> None:
     table = quick(V33)
     tenth = table["study"] == "h-refinement, 10 steps"
-    ends, curve = (tenth & (table["quantity"] == name) for name in curves.QUANTITIES)
+    ends, curve = (tenth & (table["quantity"] == name) for name in curves.ENDS_AND_CURVE)
     table.loc[curve, "value"] = times * table.loc[ends, "value"].to_numpy()
     assert verdicts(V33, table)[OWN] == verdict
 

@@ -98,8 +98,7 @@ def turn_about(axis: Array, angles: Array) -> Array:
     x, y, z = axis / np.linalg.norm(axis)
     hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sines, versines = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
-    found: Array = np.eye(3) + sines * hat + versines * (hat @ hat)
-    return found
+    return np.eye(3) + sines * hat + versines * (hat @ hat)
 
 
 @pytest.mark.parametrize("angle", [0.3, 2.9, 3.1, 3.2, 5.0])

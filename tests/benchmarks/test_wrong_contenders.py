@@ -1,7 +1,5 @@
 """`verify` of contenders that are wrong, remember or ask for too much: none passes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Problems with a law for lanes of members, and starts near their own."""
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 import sympy

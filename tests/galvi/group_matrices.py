@@ -4,8 +4,6 @@ An element of R^n is [[I, x], [0, 1]], one of a product is block-diagonal. v (d,
 of galvi's documentation, g' = g hat(v).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 from scipy.linalg import block_diag

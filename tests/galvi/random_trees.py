@@ -1,7 +1,5 @@
 """Random trees of rigid bodies as MJCF, without contacts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 FLAGS = '<flag contact="disable"/>'

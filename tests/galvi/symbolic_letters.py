@@ -1,7 +1,5 @@
 """Symbols and a method, for the tests of Lagrangians from SymPy."""
 
-from __future__ import annotations
-
 import pytest
 
 import galvi

@@ -114,7 +114,7 @@ def test_what_no_mass_couples_is_solved_as_if_alone(size: float, solver: str) ->
 
 def test_the_floor_is_what_makes_them_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: all factors are taken for coupled."""
-    monkeypatch.setattr(group_system, "SOME", -1.0)
+    monkeypatch.setattr(group_system, "COUPLING", -1.0)
     group_system._coupled_layout.cache_clear()
     with pytest.raises(AssertionError):
         test_what_no_mass_couples_is_solved_as_if_alone(1e12, "newton")

@@ -1,7 +1,5 @@
 """One sand particle in the rotor's wind: its physics, other engines, stiffness and bad input."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

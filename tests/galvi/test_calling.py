@@ -1,7 +1,5 @@
 """Functions that a kernel calls by their address."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numba import njit, types

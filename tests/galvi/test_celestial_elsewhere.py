@@ -1,7 +1,5 @@
 """What else meets point masses with forces: frames, exports, files and references."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

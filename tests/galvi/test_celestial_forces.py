@@ -1,7 +1,5 @@
 """Celestial forces: their formulas, what they keep, their order and their refusals."""
 
-from __future__ import annotations
-
 import re
 
 import numba

@@ -1,7 +1,5 @@
 """Derivatives of functions that are given without: a length for each coordinate, and an error."""
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The end of a step is computed with twice the digits of its parts."""
 
-from __future__ import annotations
-
 import mpmath as mp
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """What the status of a completed run on a Lagrangian says of its energy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One way to run: what differs between vector spaces and Lie groups is in two values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -10,8 +10,7 @@ import pytest
 
 import galvi
 from galvi.run import engines
-from galvi.run.request import RunRequest
-from galvi.run.stepper import Declined
+from galvi.run.stepper import Declined, Engine
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 ready = galvi.problems
@@ -65,16 +64,11 @@ def test_a_run_says_which_engine_did_it_and_why(case: str, tmp_path: Path) -> No
 
 
 def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Lazy:
-        name = "lazy"
-
-        def offers(self, request: RunRequest) -> Declined:
-            return Declined("it is tired")
-
-    monkeypatch.setattr(engines, "ENGINES", (Lazy(), engines.GENERAL))
+    lazy = Engine("lazy", lambda request: Declined("it is tired"))
+    monkeypatch.setattr(engines, "ENGINES", (lazy, engines.GENERAL))
     run = galvi.integrate(ready.kepler(0.3), EIGHT, 0.2, 3)
     assert run.engine == "general" and run.engine_reason == "lazy: it is tired"
-    monkeypatch.setattr(engines, "ENGINES", (Lazy(),))
+    monkeypatch.setattr(engines, "ENGINES", (lazy,))
     with pytest.raises(ValueError, match="it is tired"):
         galvi.integrate(ready.kepler(0.3), EIGHT, 0.2, 3)
     assert np.all(np.isfinite(run.q))

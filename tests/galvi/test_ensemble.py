@@ -1,7 +1,5 @@
 """Many initial conditions at once: the runs are those of one by one, whatever becomes of some."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """A member has the same bits in every ensemble, lane, batch, thread, process and order."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 

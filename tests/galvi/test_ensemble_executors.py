@@ -1,7 +1,5 @@
 """Ensembles on the workers of an executor and in a folder lose nothing and change nothing."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import random

@@ -1,7 +1,5 @@
 """Many at once: what is refused, and which problem is named."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numba

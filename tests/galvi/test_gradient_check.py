@@ -1,7 +1,5 @@
 """Given derivatives are compared with their functions when a problem is made."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Laws on groups in lanes: their maps, what they keep, and faults that are seen."""
 
-from __future__ import annotations
-
 import mpmath as mp
 import numpy as np
 import pytest

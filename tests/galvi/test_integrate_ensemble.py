@@ -1,7 +1,5 @@
 """Members of an ensemble are the runs of one by one, whatever law, method, step and parameters."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

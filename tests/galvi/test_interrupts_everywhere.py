@@ -1,7 +1,5 @@
 """No Ctrl-C is lost: whichever call of a user's function or moment of a compilation it meets."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from functools import cache

@@ -1,7 +1,5 @@
 """Forces on trees: a user's own, and those that a MuJoCo model has, by MuJoCo's accelerations."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 

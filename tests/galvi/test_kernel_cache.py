@@ -1,7 +1,5 @@
 """Compiled kernels on disk: missing, stale, damaged, not writeable, or written by two at once."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

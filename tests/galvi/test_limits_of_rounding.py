@@ -1,7 +1,5 @@
 """Steps whose coordinates, or whose motion, are near the ends of what float64 can hold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numba import njit

@@ -1,7 +1,5 @@
 """Momenta of symmetries are kept to rounding in every step, however long it is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings

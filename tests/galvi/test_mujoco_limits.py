@@ -1,7 +1,5 @@
 """What is no tree, or has more than one, is refused in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Files that are no saved run, or one whose parts do not fit, are refused in one sentence."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

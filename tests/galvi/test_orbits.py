@@ -1,7 +1,5 @@
 """Orbits, and the outer planets."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Chains of links: their slopes against SymPy's, their motions against closed forms."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

@@ -96,7 +96,7 @@ def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
 @pytest.mark.parametrize("share", [0.0, *(s / 2 for s in DECADES), 0.7, 0.86, 0.9999999, 1.0])
 def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share):
     module = dispatch.CHARTS[chart.number]
-    u = (share * module.REACH_IN_LANES) ** 2
+    u = (share * module.LARGEST_IN_LANES) ** 2
     with mp.workdps(150):
         x = mp.mpf(u) or mp.mpf(10) ** -30
         _, turn, inverse = exact_radial(chart, x)
@@ -108,7 +108,7 @@ def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share)
 
 
 def test_a_series_for_lanes_that_is_shorter_is_caught(monkeypatch):
-    assert exponential.REACH_IN_LANES == 2.0
+    assert exponential.LARGEST_IN_LANES == 2.0
     sound = float(exponential.stumpff(np.array(4.0))[0])
     assert abs(sound / (np.sin(2.0) / 2.0) - 1.0) < 1e-15
     monkeypatch.setattr(exponential, "LANE_SERIES", [x[:-4] for x in exponential.LANE_SERIES])

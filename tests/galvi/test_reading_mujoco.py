@@ -1,7 +1,5 @@
 """Models of MuJoCo are read whole, or refused by the name of what is not understood."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Simulations with REBOUNDx's forces, read by name and compared by accelerations and by runs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

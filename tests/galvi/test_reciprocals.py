@@ -1,7 +1,5 @@
 """1 / x, 1 / sqrt(x) and x^(-7/4) with the processor's estimates, and where it has none."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

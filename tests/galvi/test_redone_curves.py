@@ -1,7 +1,5 @@
 """Curves of runs that kept none: the same to the bit as those of runs that did."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

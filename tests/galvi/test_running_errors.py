@@ -1,7 +1,5 @@
 """Bounds of rounding errors: what an operation makes of its arguments' errors, from both sides."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

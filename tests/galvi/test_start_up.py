@@ -1,7 +1,5 @@
 """What a fresh process waits for, what a long run keeps, and that two processes agree."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

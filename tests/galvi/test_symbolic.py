@@ -1,7 +1,5 @@
 """Lagrangians from SymPy move as hand-written ones and as equations derived by hand."""
 
-from __future__ import annotations
-
 import pickle
 
 import mpmath

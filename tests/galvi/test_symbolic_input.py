@@ -1,7 +1,5 @@
 """Lagrangians from SymPy: input, code, kinks."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Trees of rigid bodies: accelerations, energies, states and motions against MuJoCo's."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Models that others wrote, as trees: what they have beyond, and their motion against MuJoCo's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

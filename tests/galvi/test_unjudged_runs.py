@@ -1,7 +1,5 @@
 """A run keeps what it computed when its energy cannot be judged, and says why it was not."""
 
-from __future__ import annotations
-
 import signal
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """An error seen over a part is relied on only where the whole run is the same motion."""
 
-from __future__ import annotations
-
 import importlib
 import math
 

@@ -3,8 +3,6 @@
 M a = ad*_v mu + dL/dq + f - (d mu / dq) q',   the last term by a complex step.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.trees import tree

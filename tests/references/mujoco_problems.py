@@ -1,7 +1,5 @@
 """Bodies that MuJoCo takes, skew and tilted ones among them, for its tests."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

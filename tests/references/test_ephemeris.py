@@ -1,7 +1,5 @@
 """DE421 as a trajectory, and what point masses miss of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Settings, and contenders in fixed steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numba import njit

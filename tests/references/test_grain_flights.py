@@ -1,7 +1,5 @@
 """The reference for grains that meet the ground: closed forms, SciPy's events and heyoka's."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """heyoka in double and quadruple precision."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

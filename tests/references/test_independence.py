@@ -1,7 +1,5 @@
 """References evaluate forces by formulas of their own, which agree with galvi's potentials."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """MuJoCo's bodies, energies and versions; what it does not take is a sentence."""
 
-from __future__ import annotations
-
 import sys
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Trees as MuJoCo's models, its integrators on them, and DOP853 on its accelerations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

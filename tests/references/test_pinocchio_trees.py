@@ -1,7 +1,5 @@
 """Trees of rigid bodies in Pinocchio: accelerations and motions, those of galvi and MuJoCo."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """REBOUND's other integrators: that options arrive, orders hold, and limits are sentences."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Names, defaults and forces of references; remedies for what users tried first."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

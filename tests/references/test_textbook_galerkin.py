@@ -1,7 +1,5 @@
 """The integrator of one page against galvi, on R^d and on SO(3), and faults in its parts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

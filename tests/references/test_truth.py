@@ -1,7 +1,5 @@
 """The stored truths of the planets: whose they are, what they hold, and that they can be remade."""
 
-from __future__ import annotations
-
 import decimal
 
 import numpy as np

@@ -4,8 +4,6 @@ c, b (s,) nodes and weights of a rule on [0, 1]; psi (s, m) the functions of a s
 constant, which vanish at 0, at the nodes, slope (s, m) their derivatives there, end (m,) at 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.optimize import root

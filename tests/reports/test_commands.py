@@ -1,7 +1,5 @@
 """The command line: exit statuses, what is written, one sentence for what was mistyped."""
 
-from __future__ import annotations
-
 import json
 import platform
 import subprocess

@@ -1,7 +1,5 @@
 """Somebody else's integrator beside ours: the page's example, and every way of going wrong."""
 
-from __future__ import annotations
-
 import re
 import sys
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Somebody else's contender in every table and figure that compares integrators, or named there."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """`galvi convergence`: files, what the terminal shows, exit status and refusals."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

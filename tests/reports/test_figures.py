@@ -1,7 +1,5 @@
 """Every figure of the catalogue draws, from good frames and from bad ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

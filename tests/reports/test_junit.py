@@ -1,7 +1,5 @@
 """JUnit XML: what CI services read of a command."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree as tree
 
 from reports.cli.commands import run

@@ -1,7 +1,5 @@
 """A problem of one's own in work-precision: settings and truth that are found, and refusals."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`build --scheduler`: studies without timings run on the workers of a Dask scheduler."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest

@@ -1,7 +1,5 @@
 """`verify` for CI: what a forge reads, engines that must be there, rows that stay, what changed."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from xml.etree import ElementTree as tree

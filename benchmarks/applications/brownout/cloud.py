@@ -92,5 +92,4 @@ def optical_depth(q: Array, diameter: float) -> Array:
     seen = near * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
     grain = SAND * math.pi * diameter**3 / 6.0
     area = EXTINCTION * math.pi * diameter**2 / 4.0
-    share: Array = area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))
-    return share
+    return area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))

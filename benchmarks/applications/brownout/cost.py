@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -24,8 +23,8 @@ from benchmarks.applications.brownout.cloud import (
 )
 from benchmarks.applications.brownout.statistics import answers, total
 from benchmarks.statistics.timing import interleaved, once
-from benchmarks.store.provenance import version
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.provenance import today, version
+from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.run.ensemble import processors
 
@@ -38,7 +37,7 @@ STEPS = 200
 ROUNDS = 3
 GRAINS, QUICK_GRAINS = 6000, 1000
 MILLION, FOLDER = 1_000_000, "brownout-cloud"
-CLOUD, ALONE = "cloud", "a run of its own"
+CLOUD = "cloud"
 BESIDE = (100e-6, 400e-6)  # m, diameters of single runs
 OTHERS = (1, 4)  # degrees beside 2, at 100 micrometres
 EXPLANATION = (
@@ -139,7 +138,7 @@ class Part:
             **_row(BY_REYNOLDS, self.diameter, 2, run), "runs": CLOUD, "threads": processors(),
             "microseconds": 1e6 * seconds / int(run.steps.sum()), "single": math.nan,
             "optical_depth": seen.value, "uncertainty": seen.uncertainty, "commit": self.code,
-            "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
+            "date": today(),
         }  # fmt: skip
         self.files.write(self.name, pd.DataFrame([row], columns=list(COLUMNS)))
 
@@ -150,6 +149,4 @@ def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
     return [Part(diameter, files, code) for diameter in DIAMETERS]
 
 
-def stored(studies: Path, report: Callable[[str], None]) -> pd.DataFrame:
-    """All stored rows; none when the study was not run."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+stored = stored_rows(FOLDER, COLUMNS)

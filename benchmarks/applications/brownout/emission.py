@@ -118,5 +118,4 @@ def _on_grid(emission: Emission) -> Array:
     """Its density at the middles of PANELS x PANELS rectangles of radius and time."""
     middles = (np.arange(PANELS) + 0.5) / PANELS
     r = INNER + (OUTER - INNER) * middles
-    values: Array = emission.density(r[:, None], emission.until * middles[None, :])
-    return values
+    return emission.density(r[:, None], emission.until * middles[None, :])

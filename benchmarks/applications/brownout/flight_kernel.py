@@ -25,8 +25,6 @@ saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the
            failure, and of a grain that does not start
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -323,8 +323,9 @@ def _extrapolation(known: Array, asked: Array) -> Array:
     """Values of a polynomial at the times asked for, from those at as many times as it has
     coefficients."""
     n = len(known)
-    values: Array = np.vander(asked, n, increasing=True)
-    return values @ np.linalg.inv(np.vander(known, n, increasing=True))
+    return np.vander(asked, n, increasing=True) @ np.linalg.inv(
+        np.vander(known, n, increasing=True)
+    )
 
 
 @lru_cache(maxsize=64)

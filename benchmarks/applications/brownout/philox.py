@@ -37,5 +37,4 @@ def uniforms(grains: Any, attempt: int, seed: int) -> Array:
     grain = np.asarray(grains, dtype=np.uint64)
     zero = np.zeros_like(grain)
     words = philox((grain & LOW, grain >> HALF, zero + np.uint64(attempt), zero), (seed, 0))
-    numbers: Array = (words.astype(np.float64) + 0.5) / 2.0**32
-    return numbers
+    return (words.astype(np.float64) + 0.5) / 2.0**32

@@ -65,8 +65,7 @@ def _depth(run: Flights, cloud: Cloud) -> Array:
 def _height(run: Flights, cloud: Cloud) -> Array:
     """All that was lifted counts, with 0 on the ground."""
     masses = [Emission(d, UNTIL, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
-    share: Array = cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
-    return share
+    return cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
 
 
 def total(shares: Array) -> Estimate:

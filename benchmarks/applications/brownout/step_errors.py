@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-import galvi
 from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud
 from benchmarks.applications.brownout.cost_at import cost_at
 from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT, Answers, answers, total
 from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.measures.refinement import collocation
 from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import number, row, series
 from benchmarks.store.frames import rows as rows_of
@@ -38,14 +38,14 @@ def step_errors(
     clouds = {diameter: Cloud(diameter, grains=np.arange(grains)) for diameter in DIAMETERS}
     s, steps = QUICK_FINEST if quick else FINEST
     report(f"statistics, degree {s} in {steps} steps")
-    best, found = answers(clouds, _gauss(make_method, s), steps), []
+    best, found = answers(clouds, collocation(make_method, s), steps), []
     for quantity in (DEPTH, HEIGHT):
         seen = total(best.of(quantity))
         values = {quantity: seen.value, SAMPLING: seen.uncertainty or 0.0, GRAINS: best.grains}
         found += rows_of(values, study=quantity)
     for s, steps in (*compared(), *TOO_LONG.items()):
         report(f"statistics, degree {s} in {steps} steps")
-        run = answers(clouds, _gauss(make_method, s), steps)
+        run = answers(clouds, collocation(make_method, s), steps)
         where = {"n": s + 1, "steps": steps, "step": UNTIL / steps}
         found.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
         if TOO_LONG.get(s) == steps:
@@ -70,10 +70,6 @@ def _error_of_step(
     apart = total(run.of(quantity) - best.of(quantity))
     values = {OF_STEP: apart.value, f"{SAMPLING} of it": apart.uncertainty or 0.0}
     return rows_of(values, study=quantity, **where)
-
-
-def _gauss(make_method: MakeMethod, s: int) -> Any:
-    return make_method(galvi.Polynomials(s), galvi.gauss(s))
 
 
 def sampling_error(table: pd.DataFrame, quantity: str, grains: float | None = None) -> float:

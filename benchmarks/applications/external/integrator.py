@@ -142,21 +142,19 @@ class ExternalIntegrator:
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
         """The largest error it claims; None when it claims none, or, with a fault, no answer."""
-        claimed: float | None = self._ask_about(
+        return self._ask_about(
             problem, "asked for the error that it claims", "claimed error", problem, duration,
             dict(setting),
         )  # fmt: skip
-        return claimed
 
     def memory_growth(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
         """Bytes that repeated runs leave in its process, see `external.worker.memory_growth`; NaN
         where a run takes too long for that, None, and a fault, when it does not answer."""
-        growth: float | None = self._ask_about(
+        return self._ask_about(
             problem, "run repeatedly", "memory growth", problem, duration, dict(setting)
         )
-        return growth
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """One run in its process; a failed trajectory when it returned none."""
@@ -287,7 +285,6 @@ class ExternalIntegrator:
         try:
             if self._pool is None:
                 self._start()
-            assert self._pool is not None
             asked = (self.path, question, *arguments)
             return self._pool.schedule(answer, asked, timeout=self.limit).result()
         except TimeoutError:

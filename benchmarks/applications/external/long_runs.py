@@ -199,5 +199,4 @@ def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
 
 def angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
     """The angular momentum (k, ...) at states (k, ...), by the suite's own formula."""
-    system: Any = problem.system
-    return independent_invariants.angular_momentum(problem, q, system.velocity(p))
+    return independent_invariants.angular_momentum(problem, q, problem.system.velocity(p))

@@ -34,7 +34,6 @@ def own_check_problem(path: str) -> CheckProblem:
         truth = truth_of(problem, duration, lambda sentence: None)
     except ValueError as error:
         raise ContenderError(str(error).rstrip(".")) from None
-    assert truth.source is not None
     name = truth.source[0]
     contender = reference(name)
     setting = truth_setting(contender, problem)

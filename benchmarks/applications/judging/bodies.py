@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from benchmarks.applications.judging.truth import time_text
 from benchmarks.work_precision.galvi_methods import gauss_collocation, in_clock
 from benchmarks.work_precision.problem import galvi_label
 from benchmarks.work_precision.problems.encounters import clock_label
-from galvi import NBody, Problem, Trajectory
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.interop.rebound import check_reading, simulation_of
 from galvi.interop.rebound_forces import Forced, inexact
@@ -71,7 +71,7 @@ def model(problem: Problem) -> Model:
 
 def shortest_period(problem: Problem) -> float:
     """The shortest period of two bodies that are bound to each other; of none, that of circles."""
-    system = cast(NBody, problem.system)
+    system = problem.system
     bound, circles = [], []
     for i in np.flatnonzero(system.masses):
         gm = system.G * np.delete(system.masses[i] + system.masses, i)
@@ -103,7 +103,7 @@ def own(model: Model, name: str) -> Contender:
 def label(contender: Contender, options: Mapping[str, Any]) -> str:
     """The integrator with those of its options that are not REBOUND's defaults; coordinates always,
     where it has a choice."""
-    usual = defaults(cast(Any, contender).integrator)
+    usual = defaults(contender.integrator)
     words = [f"{name} {value}".lower() for name, value in options.items()
              if name == "coordinates" or usual.get(name) != value]  # fmt: skip
     return ", ".join([contender.name, *words])
@@ -111,7 +111,7 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 def states(problem: Problem, duration: float) -> int:
     """How many states of the truth are needed to find encounters."""
-    if not meeting(cast(NBody, problem.system).masses):
+    if not meeting(problem.system.masses):
         return 1
     return min(math.ceil(PER_ORBIT * abs(duration) / shortest_period(problem)), MOST_STATES)
 
@@ -165,14 +165,14 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     if not _named(problem, "length"):
         found.append(
             f"Lengths and times are in the units of the simulation, in which G = "
-            f"{cast(NBody, problem.system).G:g}: sim.units is not set."
+            f"{problem.system.G:g}: sim.units is not set."
         )
     if difference := _inexact(model):
         found.append(
             f"{difference}: runs of galvi are of the motion as read, and no other engine is a "
             f"source of the truth."
         )
-    masses, labels = cast(NBody, problem.system).masses, names(problem)
+    masses, labels = problem.system.masses, names(problem)
     star = int(np.argmax(masses))
     integrator = getattr(own.contender, "integrator", "")
     other = "what it is compared with has it first"
@@ -258,13 +258,12 @@ def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
     """The distance of each body from its true place, (saved, bodies)."""
-    found: Array = np.linalg.norm(run.q - truth.q, axis=-1)
-    return found
+    return np.linalg.norm(run.q - truth.q, axis=-1)
 
 
 def size(truth: Trajectory) -> float:
     """The largest distance from the heaviest body; also where each state is at the same phase."""
-    centre = int(np.argmax(cast(NBody, truth.problem.system).masses))
+    centre = int(np.argmax(truth.problem.system.masses))
     return float(np.max(np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=-1)))
 
 
@@ -288,7 +287,7 @@ def names(problem: Problem) -> list[str]:
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
     """Of each body, its largest and its last error, and by how much of a turn it is ahead."""
     off = errors(run, truth)
-    system = cast(NBody, run.problem.system)
+    system = run.problem.system
     centre = int(np.argmax(system.masses))
     lead = np.zeros(off.shape[1])
     turned = [galvi.orbital_elements(one).mean_longitude[-1] for one in (run, truth)]
@@ -320,7 +319,7 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
     outputs         states of the user's archive that fall into it, where output goes on as there
     """
     every = truth.problem.parameters.get("output_every")
-    system = cast(NBody, truth.problem.system)
+    system = truth.problem.system
     masses, centre = system.masses, int(np.argmax(system.masses))
     labels, rows = names(truth.problem), []
     reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -247,9 +247,9 @@ def kind_of(problem: Problem) -> Kind:
     if isinstance(problem.system, NBody):
         if problem.system.masses.size < 2:
             raise ValueError("judge needs at least two bodies; received one.")
-        return cast(Kind, bodies)
+        return bodies
     if isinstance(problem.system, Multibody):
-        return cast(Kind, trees)
+        return trees
     raise ValueError(
         f"judge takes a model of point masses or a tree of rigid bodies; received a "
         f"{type(problem.system).__name__}."
@@ -314,9 +314,7 @@ def _own(
     mine = Candidate(f"{own.name}{YOURS}", own.contender, own.options, steps)
     if steps is not None:  # what a first call costs is not its speed
         steps_of(mine, problem, span, samples, 2)
-    begun = time.perf_counter()
-    run, seconds = timed(mine, problem, span, samples)
-    wall = time.perf_counter() - begun
+    run, seconds, wall = timed(mine, problem, span, samples)
     finer = (len(truth.t) - 1) // samples
     if finer > 1 and seconds < LONG:
         run = mine.run(problem, span, samples * finer)

@@ -23,8 +23,7 @@ def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
     shifted = kind.shifted(problem, known, signs)
     run = source.run(shifted, float(truth.t[-1] - truth.t[0]), len(truth.t) - 1)
-    found: Array = kind.errors(run, truth).max(axis=1)
-    return found
+    return kind.errors(run, truth).max(axis=1)
 
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -107,7 +105,7 @@ def scan(
     again = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
     report("times, in turns")
     times = race(
-        [cast(Candidate, rows[k].candidate) for k in again], [rows[k].wall for k in again],
+        [rows[k].candidate for k in again], [rows[k].wall for k in again],
         truth.problem, span, search.samples, limits.spread,
     )  # fmt: skip
     taken = {k: quartiles(one) for k, one in zip(again, times, strict=True) if one.size}
@@ -172,9 +170,7 @@ class Search:
         )  # fmt: skip
 
     def _tried(self, candidate: Candidate) -> Tried:
-        begun = time.perf_counter()
-        run, seconds = timed(candidate, self.truth.problem, self.span, self.samples)
-        wall = time.perf_counter() - begun
+        run, seconds, wall = timed(candidate, self.truth.problem, self.span, self.samples)
         found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
                       seconds=seconds, wall=wall, status=run.status)  # fmt: skip
         if not run.success:
@@ -195,7 +191,6 @@ class Search:
     ) -> tuple[Candidate | None, str]:
         """What to try next in so many seconds; or None, and why nothing."""
         last = rows[-1]
-        assert last.candidate is not None
         many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
             goes_on = many and rest >= 0.0 and all(row.reached for row in rows)
@@ -220,7 +215,7 @@ class Search:
 
     def _coarser(self, last: Tried, many: int) -> Candidate | None:
         """Half as many steps as the last run's, unless it is hopeless."""
-        candidate = cast(Candidate, last.candidate)
+        candidate = last.candidate
         coarser = replace(candidate, steps=-(-many // 2))
         order = getattr(candidate.contender, "order", 0)
         hopeless = order > LOW and 2.0**order * last.error > self.wanted
@@ -230,11 +225,11 @@ class Search:
         """Twice as many steps as the most so far, where Newton's method did some of these."""
         most = max(
             (row for row in rows if row.candidate is not None),
-            key=lambda row: cast(Candidate, row.candidate).count(self.samples),
+            key=lambda row: row.candidate.count(self.samples),
         )
         if not (most.hard and most.reached and rest > most.wall and len(rows) < MOST_RUNS):
             return None
-        candidate = cast(Candidate, most.candidate)
+        candidate = most.candidate
         return replace(candidate, steps=2 * candidate.count(self.samples))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ import pandas as pd
 from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
-from galvi import Multibody, Problem, Trajectory
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.interop.mujoco_model import check_reading
 from references import Contender
@@ -95,7 +95,7 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 def more(model: Model) -> str:
     """For trees without forces beside springs and damping of joints, which Pinocchio runs alone."""
-    return MORE if cast(Multibody, model.problem.system).given_force[0] is None else ""
+    return MORE if model.problem.system.given_force[0] is None else ""
 
 
 def check(model: Model, truth: Trajectory) -> None:
@@ -112,7 +112,7 @@ def unit(problem: Problem, dimension: str) -> str:
 
 def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     """That a floating model falls, or drifts, as one rigid body."""
-    system = cast(Multibody, truth.problem.system)
+    system = truth.problem.system
     inner = np.array([joint.type != "free" for joint in system.tree.joints])
     if inner.all() or not inner.any() or _moved(truth)[inner].max() > STILL:
         return []
@@ -156,7 +156,7 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
 
 def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
     """The problem from angles and lengths that differ by this amount, relatively above 1."""
-    system = cast(Multibody, problem.system)
+    system = problem.system
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
     moved = qpos + amount * np.maximum(np.abs(qpos), 1.0) * signs[: qpos.size]
     return problem.with_initial_state(*system.from_mujoco(moved, qvel))
@@ -164,7 +164,7 @@ def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
     """How far each joint is off, (saved, joints): an angle, a length, or the larger of both."""
-    system = cast(Multibody, run.problem.system)
+    system = run.problem.system
     one, other = (system.to_mujoco(each.q, _rates(each))[0] for each in (run, truth))
     columns, at = [], 0
     for joint in system.tree.joints:
@@ -187,8 +187,7 @@ def size(truth: Trajectory) -> float:
 def _moved(truth: Trajectory) -> Array:
     """The largest distance of each joint from its start."""
     start = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
-    found: Array = errors(truth, start).max(axis=0)
-    return found
+    return errors(truth, start).max(axis=0)
 
 
 def _rates(run: Trajectory) -> Array:
@@ -205,7 +204,7 @@ def _angle(one: Array, other: Array) -> Array:
 
 def names(problem: Problem) -> list[str]:
     """The joints by their names, or where they have none by their links."""
-    system = cast(Multibody, problem.system)
+    system = problem.system
     found = []
     for k, link in enumerate(system.links):
         of = link.name or f"link {k}"
@@ -220,7 +219,7 @@ def names(problem: Problem) -> list[str]:
 
 def entries(problem: Problem) -> list[str]:
     """The entries of qpos by their joints."""
-    system = cast(Multibody, problem.system)
+    system = problem.system
     found = []
     for joint, name in zip(system.tree.joints, names(problem), strict=True):
         count = ENTRIES[joint.type]

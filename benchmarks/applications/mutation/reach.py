@@ -95,8 +95,7 @@ class Reach:
 
     @cached_property
     def _durations(self) -> dict[str, float]:
-        known: dict[str, float] = json.loads((self.folder / "durations.json").read_text())
-        return known
+        return json.loads((self.folder / "durations.json").read_text())
 
     @cached_property
     def _lines(self) -> dict[str, dict[int, set[str]]]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Mapping, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,9 +17,10 @@ import pandas as pd
 from benchmarks.applications.mutation.mutants import Mutant, sampled
 from benchmarks.applications.mutation.reach import Reach, copied, recorded
 from benchmarks.applications.mutation.trial import KILLED, Outcome, tried
-from benchmarks.store.provenance import ROOT, version
+from benchmarks.checks.claim import Report
+from benchmarks.store.provenance import ROOT, today, version
 from benchmarks.store.result_cache import digest_of_sources
-from benchmarks.store.row_files import RowFiles
+from benchmarks.store.row_files import RowFiles, stored_rows
 
 COLUMNS: Mapping[str, type] = {
     "sample": str,
@@ -51,7 +51,6 @@ ENGINES = "rebound", "mujoco", "heyoka", "pinocchio"  # whose tests are skipped 
 BATCH = 50
 SAME = "equivalent"  # an outcome, of those in EQUIVALENT
 EQUIVALENT = Path(__file__).with_name("equivalent.csv")
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,6 @@ class Part:
         known = self._known()
         reach = _reach(self.files.folder / "reach" / self.tests, report)
         left = [one for one in self.mutants if one.code not in known]
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         with (
             tempfile.TemporaryDirectory(prefix="galvi-mutants-") as place,
             ThreadPoolExecutor(os.cpu_count()) as pool,
@@ -94,7 +92,7 @@ class Part:
             outcomes = pool.map(lambda one: self._tried(one, reach, sources), left)
             for mutant, outcome in zip(left, outcomes, strict=True):
                 report(f"{outcome.outcome}: {mutant}")
-                known[mutant.code] = self._row(mutant, outcome, date)
+                known[mutant.code] = self._row(mutant, outcome)
                 rows = [known[one.code] for one in self.mutants if one.code in known]
                 self.files.write(self.name, pd.DataFrame(rows, columns=list(COLUMNS)))
 
@@ -114,7 +112,7 @@ class Part:
     def _tried(self, mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
         return Outcome(SAME, "", 0.0) if _equivalent(mutant) else tried(mutant, reach, sources)
 
-    def _row(self, mutant: Mutant, outcome: Outcome, date: str) -> dict[str, object]:
+    def _row(self, mutant: Mutant, outcome: Outcome) -> dict[str, object]:
         return {
             "sample": self.sample,
             "file": mutant.file,
@@ -129,7 +127,7 @@ class Part:
             "tests": self.tests,
             "seed": SEED,
             "commit": version(),
-            "date": date,
+            "date": today(),
         }
 
 
@@ -150,9 +148,7 @@ def parts(studies: Path, report: Report, seed: int = SEED) -> list[Part]:
     return found
 
 
-def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """All stored rows; none when the study was not run."""
-    return row_files(studies, report).all()
+stored = stored_rows(FOLDER, COLUMNS)
 
 
 def row_files(studies: Path, report: Report) -> RowFiles:

@@ -28,8 +28,7 @@ def cayley_rate(path: Array, omega: Array) -> tuple[Array, Array]:
     skew, trace = _parts(path)
     xi: Array = 2.0 * skew / (1.0 + trace)[:, None]
     along = np.sum(xi * omega, axis=1)[:, None]
-    rate: Array = omega + 0.5 * np.cross(xi, omega) + 0.25 * along * xi
-    return xi, rate
+    return xi, omega + 0.5 * np.cross(xi, omega) + 0.25 * along * xi
 
 
 def distance_of_polynomials(path: Array, omega: Array, degree: int) -> float:

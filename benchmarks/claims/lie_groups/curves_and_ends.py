@@ -11,7 +11,6 @@ from benchmarks.claims.lie_groups.pendulum_motion import TRUTH
 from references import Contender
 
 ENDS, CURVE = "one-step error", "curve error"
-ORACLES = "distance between the two references"
 STEP, DURATIONS, NS = 0.5, (5.0, 50.0, 500.0), range(3, 11)
 SAME = 2.0  # "the same error": one line in a plot over ten decades
 BOTH = "the Galerkin curves have the same error as the one-step map"

@@ -23,9 +23,10 @@ def problem() -> Problem:
 
 def _heavier(problem: Problem) -> Problem:
     """One moment larger by a millionth."""
-    system: Any = problem.system
-    moments = system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
-    return Problem(galvi.RigidBody(moments, system.potential), problem.q0, problem.v0, problem.t0)
+    moments = problem.system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
+    return Problem(
+        galvi.RigidBody(moments, problem.system.potential), problem.q0, problem.v0, problem.t0
+    )
 
 
 OTHER_MOTIONS = (

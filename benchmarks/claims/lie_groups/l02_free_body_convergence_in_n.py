@@ -7,7 +7,6 @@ from benchmarks.claims.lie_groups.curves_and_ends import (
     CURVE,
     DURATIONS,
     ENDS,
-    ORACLES,
     between,
     rows_of,
     scan,

@@ -19,7 +19,6 @@ NS = (3, 4, 5, 6)
 QUANTITY, AT_END = "one-step error", "error at the end"
 BODY_STUDY, PENDULUM = "h-refinement, T = 5", "h-refinement, pendulum"
 FEW, EXACT = "h-refinement, Clenshaw-Curtis", "h-refinement, Clenshaw-Curtis on V alone"
-ORACLES = "distance between the two references"
 POINTS: Mapping[str, Any] = {
     "n - 1": lambda n: n - 1,
     "n": lambda n: n,

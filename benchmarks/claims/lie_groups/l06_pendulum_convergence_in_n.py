@@ -5,7 +5,6 @@ from __future__ import annotations
 from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups.curves_and_ends import (
     DURATIONS,
-    ORACLES,
     between,
     rows_of,
     scan,
@@ -17,7 +16,6 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     METHOD,
     MOTION,
     OTHER_MOTIONS,
-    QUANTITIES,
     START,
     STEP,
     TRUTH,
@@ -52,7 +50,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def judge(table: DataFrame) -> list[Row]:
     """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
-    for quantity in QUANTITIES:
+    for quantity in ENDS_AND_CURVE:
         decay = readings.decay(table, FLOOR, FROM, study="n-refinement", quantity=quantity)
         rows += [
             L6.row(

@@ -8,7 +8,6 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     METHOD,
     MOTION,
     OTHER_MOTIONS,
-    QUANTITIES,
     TRUTH,
     refinement,
 )
@@ -39,7 +38,7 @@ def judge(table: DataFrame) -> list[Row]:
 def _orders(table: DataFrame, n: int) -> list[Row]:
     ends, curve = (
         readings.order(table, FLOOR, study=FIXED_TIME, quantity=quantity, n=n)
-        for quantity in QUANTITIES
+        for quantity in ENDS_AND_CURVE
     )
     setup, order = SETUP % n, 2 * (n - 1)
     return [

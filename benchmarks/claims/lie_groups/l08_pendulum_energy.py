@@ -13,7 +13,6 @@ from references.scipy.rigid_ivp import RIGID_DOP853
 
 N, STEP, STEPS = 8, 1.5, 5000
 QUANTITY = "energy error"
-ORACLES = "distance between the two references"
 REFINED = "h-refinement"
 ORDER = f"order of the largest {QUANTITY}, n = {N}"
 DURATION = 300.0  # of the refinement: 200 steps of 1.5, some 70 swings

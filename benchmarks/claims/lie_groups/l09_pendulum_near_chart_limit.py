@@ -25,7 +25,6 @@ from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
 STEPS = 200  # H gives no number
-CAYLEY = galvi.Cayley()
 WIDE = tuple(chart for chart in CHARTS if chart.limit > CAYLEY.limit)
 HELD, LIGHT, HEAVY = (21.0, 22.0, 23.0), 9.81, 29.43
 DRAWN = 22.0  # in the figures
@@ -33,7 +32,6 @@ WEIGHTS = (5.0, 8.0, LIGHT, 12.0, 15.0, 18.0, 20.0, *HELD, *(float(w) for w in r
 QUICK_WEIGHTS = (LIGHT, 20.0, *HELD, 24.0, 26.0, 30.0)
 ENERGY, DONE = "energy error", "steps done"
 CURVE, ENDS = "centre of mass on the curve", "centre of mass at step ends"
-ORACLES = "distance between the two references"
 SHOWN = 50  # steps whose curve is kept
 NEAR = 0.9 * np.pi  # "almost through an angle of pi": within a tenth of it
 SMALL = 1e-3  # of the energy: 1 pixel in a picture of 1,000 that shows the energy from 0

@@ -102,8 +102,7 @@ def _slope(chart: Chart, R: Array, xi: Array, rate: Array) -> Array:
 
 def _directions(count: int, rng: np.random.Generator) -> Array:
     v = rng.standard_normal((count, 3))
-    result: Array = v / np.linalg.norm(v, axis=1)[:, None]
-    return result
+    return v / np.linalg.norm(v, axis=1)[:, None]
 
 
 def _steps(make_method: MakeMethod) -> list[dict[str, Any]]:

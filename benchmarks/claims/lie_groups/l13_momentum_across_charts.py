@@ -42,8 +42,7 @@ def _discrete(run: Trajectory, n: int, kernel: str) -> list[dict[str, Any]]:
     before, after = discrete_momenta(run, n, N)
 
     def apart(mine: Array, other: Array) -> Array:
-        result: Array = np.linalg.norm(mine - other, axis=-1) / size
-        return result
+        return np.linalg.norm(mine - other, axis=-1) / size
 
     return [
         *_rows(run, FIRST + kernel, run.t[:-1], apart(before, run.p[:-1])),
@@ -55,8 +54,7 @@ def _discrete(run: Trajectory, n: int, kernel: str) -> list[dict[str, Any]]:
 
 def _change(run: Trajectory, R: Array, p: Array) -> Array:
     start = spatial_momentum(run.problem.q0[None], run.problem.p0[None])
-    change: Array = np.linalg.norm(spatial_momentum(R, p) - start, axis=-1) / np.linalg.norm(start)
-    return change
+    return np.linalg.norm(spatial_momentum(R, p) - start, axis=-1) / np.linalg.norm(start)
 
 
 def _rows(run: Trajectory, quantity: str, t: Array, values: Array) -> list[dict[str, Any]]:

@@ -21,7 +21,6 @@ DURATION = 5.0
 FLOOR = 2e-12  # of fits, ten times the largest distance of two oracles; 4.4e-14 was measured
 QUANTITY = "one-step error"
 CAYLEY, EXPONENTIAL = galvi.Cayley(), galvi.Exponential()
-ORACLES = "distance between the two references"
 TURNED, STOPPED = "error after a turn", "run stopped"
 SPIN = 16  # basis functions of the steady turn, and 1.3, the size of its axis' moment
 TURNS = np.round(np.arange(0.1, 7.51, 0.1), 10)  # rad, in one step
@@ -54,8 +53,7 @@ class Case:
 
 
 def _pendulum(truth: Any) -> Array:
-    place: Array = truth.run(pendulum_motion.problem(), DURATION, {"samples": 1}).q[-1]
-    return place
+    return truth.run(pendulum_motion.problem(), DURATION, {"samples": 1}).q[-1]
 
 
 def _thrown() -> Problem:

@@ -10,10 +10,8 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     TRUTH,
     problem,
 )
-from benchmarks.measures.boundary_motion import distance
+from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N, distance
 
-IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
-ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
 STEP = 1.0
 NS = (3, 4, 5, 6)
 FLOOR = {ENDS: 5e-15, CURVE: 1e-14}

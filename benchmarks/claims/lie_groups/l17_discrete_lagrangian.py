@@ -5,7 +5,13 @@ from __future__ import annotations
 from benchmarks.claims.kit import *
 from benchmarks.claims.lie_groups import free_body, pendulum_motion
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials
-from benchmarks.claims.vector_spaces.step_actions import action_along, discrete_lagrangian
+from benchmarks.claims.vector_spaces.step_actions import (
+    ACTION,
+    IN_N,
+    STEPPED,
+    action_along,
+    discrete_lagrangian,
+)
 from benchmarks.measures.boundary_motion import between
 from benchmarks.work_precision.with_settings import WithSettings
 from references import Contender
@@ -13,12 +19,9 @@ from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
-ACTION, STEPPED = "error of L_d", "error of one step"
 BEST = "distance of the motion from polynomials"
-APART = "distance between the two references"
 FREE, PENDULUM, STEADY = "free body", "3D pendulum", "steady turning"
 LOBATTO = f"{FREE}, Lobatto rule of n - 1 points"
-IN_N = "n-refinement"
 NS, LOBATTO_NS, STEADY_NS = (3, 4, 5), (4, 5), (3, 5)
 ROUND_OFF = 2e-16  # of the steady turning's actions, below 3.4
 FLOOR: Mapping[str, float] = {ACTION: 1e-14, STEPPED: 2e-15}  # actions, of 0.3 to 4; entries of R
@@ -61,9 +64,8 @@ def exact_lagrangian(case: Case, last: Array, h: float) -> float:
     exact = between(case.problem, last, h, case.truth, samples=1)
     if exact is None:
         return math.nan
-    system: Any = case.problem.system
-    if system.potential is None:
-        return float(0.5 * h * exact.problem.v0 @ system.inertia @ exact.problem.v0)
+    if case.problem.system.potential is None:
+        return float(0.5 * h * exact.problem.v0 @ case.problem.system.inertia @ exact.problem.v0)
     return action_along(exact.problem, h, case.truth)[0]
 
 
@@ -85,7 +87,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         report(f"{name}, {IN_N}")
         found += _in_n(name, case, make_method)
         for h in (case.step, *sizes[::4]):
-            found.append(row(study=name, quantity=APART, step=h, value=_apart(case, h)))
+            found.append(row(study=name, quantity=ORACLES, step=h, value=_apart(case, h)))
     sizes = [2.0 ** (-j / 4) for j in CASES[FREE].powers]
     for n in LOBATTO_NS:
         report(f"{LOBATTO}, n = {n}")
@@ -142,7 +144,7 @@ def _turnings(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 def judge(table: DataFrame) -> list[Row]:
     """Orders of both errors, the printed bounds in h and n, and the constants."""
-    apart = readings.largest_of(table, quantity=APART)
+    apart = readings.largest_of(table, quantity=ORACLES)
     judged = [
         *(_order(table, name, n, what) for what in (ACTION, STEPPED) for name in CASES for n in NS),
         *(_limited(table, n, quantity) for quantity in (ACTION, STEPPED) for n in LOBATTO_NS),
@@ -150,7 +152,7 @@ def judge(table: DataFrame) -> list[Row]:
         *(row for name in CASES for row in _in_numbers(table, name)),
         *(_constant(table, n) for n in STEADY_NS),
         L17.row(
-            APART,
+            ORACLES,
             Finding(AtMost(FLOOR[ACTION])),
             apart,
             source="H thm. 3.1.1",
@@ -308,7 +310,7 @@ L17 = Claim(
         ),
         Fault(
             "a coarse reference",
-            {APART}.__eq__,
+            {ORACLES}.__eq__,
             wrong={
                 f"{__name__}.OTHER": lambda sound: WithSettings(
                     RIGID_DOP853, {"rtol": 1e-8, "atol": 1e-8}

@@ -14,7 +14,6 @@ BODY = (
 START = "R0 = I, body velocity (0.5, -0.5, 0.4)"
 METHOD = "Polynomials(n - 1), gauss(n) (H states no number of points), Cayley chart"
 MOTION = f"{BODY}, m g = {WEIGHT:g} (H gives none); {START}"
-QUANTITIES = ("one-step error", "curve error")
 STEP, DURATION = 0.5, 5.0
 FLOOR = 8e-15  # entries of R after T = 5; 1e-15 was measured at n = 9 and above
 TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple precision at T = 5
@@ -30,7 +29,7 @@ def refinement(
 ) -> list[dict[str, Any]]:
     """Series of the one-step and the curve error."""
     options = (make_method, report, method_on_group)
-    return refine(study, problem(), TRUTH, cases, QUANTITIES, *options)
+    return refine(study, problem(), TRUTH, cases, ENDS_AND_CURVE, *options)
 
 
 def _heavier(problem: Problem) -> Problem:

@@ -24,8 +24,7 @@ def lagrangian(moments: Array, xi: Array, rate: Array, pairs: tuple[int, ...] = 
     """(3.50) in coordinates, I_i with the phi of `pairs`."""
     size = 1.0 + np.sum(xi * xi, axis=-1)
     squares = phi(xi, rate)[..., pairs] ** 2
-    result: Array = 2.0 / size**2 * np.sum(moments * squares, axis=-1)
-    return result
+    return 2.0 / size**2 * np.sum(moments * squares, axis=-1)
 
 
 def trace_lagrangian(J_d: Array, xi: Array, rate: Array) -> float:
@@ -105,11 +104,10 @@ def inverse_cayley(R: Array) -> Array:
 
 def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
     """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
-    system: Any = problem.system
-    weight = system.potential
+    weight = problem.system.potential
 
     def value(R: Array, w: Array) -> Any:
-        twice = w @ system.inertia @ w
+        twice = w @ problem.system.inertia @ w
         fall = weight.mass * (weight.g @ R @ weight.centre) if weight is not None else 0.0
         return 0.5 * twice + fall
 

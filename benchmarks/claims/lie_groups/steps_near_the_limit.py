@@ -78,8 +78,7 @@ def medians(table: pd.DataFrame, chart: str) -> Array:
     """The median change of energy of the solved steps in each of BINS; NaN for an empty one."""
     steps = steps_of(table, chart).dropna(subset=[CHANGE])
     inside = pd.cut(steps[TURN], BINS, right=False)
-    found: Array = steps.groupby(inside, observed=False)[CHANGE].median().to_numpy(np.float64)
-    return found
+    return steps.groupby(inside, observed=False)[CHANGE].median().to_numpy(np.float64)
 
 
 def least_growth(table: pd.DataFrame, chart: str) -> float:

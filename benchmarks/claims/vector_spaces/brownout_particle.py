@@ -103,9 +103,8 @@ def crossing_time(start: str) -> float:
 
 def relative_velocity(problem: Problem) -> float:
     """The vertical w at the start of a motion along the axis, from the drag -k |w| w [m/s]."""
-    system: Any = problem.system
     drag = external_force(problem)(problem.q0, problem.v0, problem.t0)[2]
-    return -float(np.sign(drag) * np.sqrt(abs(drag) / system.force.factor))
+    return -float(np.sign(drag) * np.sqrt(abs(drag) / problem.system.force.factor))
 
 
 def trajectory_error(run: Trajectory, exact: Array) -> float:

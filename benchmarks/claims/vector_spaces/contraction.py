@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from benchmarks.claims.kit import *
 
+REACH, SPREAD = "reach of the iterates over rho", "|q| of the iterates over rho"
+SAME = "galvi's step less the fixed point"
 PASSES = 400
 DONE = 1e-9  # of the first pass: below it differences are rounded
 LOST = 1e9

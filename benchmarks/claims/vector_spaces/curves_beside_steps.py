@@ -15,7 +15,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     problem,
     truths,
 )
-from benchmarks.claims.vector_spaces.v04_kepler_curve_error_in_n import FROM, POWER, QUANTITIES
+from benchmarks.claims.vector_spaces.v04_kepler_curve_error_in_n import FROM, POWER
 from references.closed_forms.kepler import KEPLER
 
 IN_N = "Kepler, %d steps"
@@ -24,7 +24,7 @@ FLOORS = dict(zip(COUNTS, (1e-14, 1e-13, 2e-11), strict=True))  # round-off of t
 AS_GOOD, SMALL = 0.5, 0.1  # step ends are better than half the curve; errors in the asymptote
 RESOLUTION = 0.005  # of a base, as for those that H prints
 NS = (3, 4, 5, 6)
-IN_H = {10: QUANTITIES, STEPS: (QUANTITIES[1], "angular momentum error along the curve")}
+IN_H = {10: ENDS_AND_CURVE, STEPS: (ENDS_AND_CURVE[1], "angular momentum error along the curve")}
 IN_H_FLOOR = 1e-13  # round-off of the errors in 100 short steps
 OWN, SEEN = 2.0, 10.0  # curve over step ends: up to twice is not its own error, ten times is
 
@@ -36,7 +36,7 @@ def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> li
     for steps in COUNTS:
         cases = [Case(n, STEP, steps) for n in range(12, 51, 2 if quick else 1)]
         study = IN_N % steps
-        found += refine(study, problem(), KEPLER, cases, QUANTITIES, make_method, report)
+        found += refine(study, problem(), KEPLER, cases, ENDS_AND_CURVE, make_method, report)
     for steps, quantities in IN_H.items():
         cases = in_as_many_steps(NS, steps, quick)
         named = fixed_number(steps)
@@ -107,7 +107,7 @@ def worst(steps: int) -> float:
 def _both(table: DataFrame, steps: int) -> tuple[Array, Array, Array]:
     """(n, error of step ends, their error over the curve's), above round-off."""
     (n, ends), (_, curve) = (
-        series(table, "n", study=IN_N % steps, quantity=quantity) for quantity in QUANTITIES
+        series(table, "n", study=IN_N % steps, quantity=quantity) for quantity in ENDS_AND_CURVE
     )
     kept = ends > 10.0 * FLOORS[steps]
     return n[kept], ends[kept], ends[kept] / curve[kept]
@@ -168,7 +168,7 @@ def _own(table: DataFrame, n: int) -> float:
     """The largest quotient of both errors above round-off, in 10 steps."""
     (_, ends), (_, curve) = (
         series(table, "step", study=fixed_number(10), quantity=quantity, n=n)
-        for quantity in QUANTITIES
+        for quantity in ENDS_AND_CURVE
     )
     kept = ends >= 10.0 * IN_H_FLOOR
     return readings.largest(curve[kept] / ends[kept])

@@ -34,8 +34,7 @@ def explicit_slope(truth: Trajectory) -> float:
 def symplectic_change(run: Trajectory, h: float) -> Array:
     """E - E(0) of a run of symplectic Euler up to h^2, from its own states: (k,)."""
     power = work(run)[1]
-    change: Array = -0.5 * h * (power - power[0])
-    return change
+    return -0.5 * h * (power - power[0])
 
 
 def _accelerations(problem: Problem, q: Array) -> Array:

@@ -118,8 +118,7 @@ def two_body(
 
 def bodies(system: Problem) -> tuple[str, ...]:
     """The names of the bodies."""
-    names: tuple[str, ...] = system.parameters["bodies"]
-    return names
+    return system.parameters["bodies"]
 
 
 def energy_of(system: Problem) -> float:

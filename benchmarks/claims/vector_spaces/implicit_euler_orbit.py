@@ -13,8 +13,7 @@ from benchmarks.claims.kit import *
 
 def least_solvable(mu: Array, h: Array) -> Array:
     """3/2 (2 h^2 mu)^(1/3): the least |q + h v| from which a step has a solution."""
-    least: Array = 1.5 * np.cbrt(2.0 * h**2 * mu)
-    return least
+    return 1.5 * np.cbrt(2.0 * h**2 * mu)
 
 
 def distances(size: Array, a: Array) -> tuple[Array, Array]:
@@ -44,8 +43,7 @@ class Orbits:
     @property
     def escaped(self) -> Array:
         """Whether every step was solved and the last energy is above 0."""
-        away: Array = (self.unsolved < 0) & (self.last > 0.0)
-        return away
+        return (self.unsolved < 0) & (self.last > 0.0)
 
 
 def follow(

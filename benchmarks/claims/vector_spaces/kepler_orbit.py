@@ -13,7 +13,6 @@ ORBIT = "Kepler, GM = 1, e = 0.6, q0 = (0.4, 0), v0 = (0, 2)"
 METHOD = "Polynomials(n - 1), gauss(2 n)"
 SETUP = f"{ORBIT}; {METHOD}; h = {STEP:g}, {STEPS} steps"
 FLOOR = 2e-11  # round-off of the phase after 32 revolutions; 8e-12 was measured at n = 56
-APART = "distance between the two references"
 
 # Where the complex distance vanishes, 1 - e cos E = 0, Kepler's equation is stationary in E, so
 # that E and with it q = (cos E - e, sqrt(1 - e^2) sin E) have branch points (t - t*)^(1/2), at
@@ -48,15 +47,15 @@ def convergence_of_polynomials(start: float, h: float) -> float:
 
 
 def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
-    """The row APART: largest component by which IAS15 departs from the closed form."""
+    """The row ORACLES: largest component by which IAS15 departs from the closed form."""
     ends = [c.run(problem(), duration, {"samples": samples}).q for c in (KEPLER, IAS15)]
     apart = float(np.max(np.abs(ends[0] - ends[1])))
-    return [row(study=study, quantity=APART, value=apart)]
+    return [row(study=study, quantity=ORACLES, value=apart)]
 
 
 def truths(table: DataFrame) -> str:
     """Both oracles and their measured distance, as a row's reference."""
-    return f"{KEPLER.name}; {IAS15.name} agrees to {number(table, quantity=APART):.0e}"
+    return f"{KEPLER.name}; {IAS15.name} agrees to {number(table, quantity=ORACLES):.0e}"
 
 
 def n_refinement(

@@ -36,7 +36,6 @@ def force(q: Array) -> Array:
 def exact_motion(q0: Array, v0: Array) -> Motion:
     """The ellipse through (q0, v0), rounded once."""
     known = orbit(Decimal(1), [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
-    assert known is not None
     start = [DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0)]
 
     def at(t: Array) -> tuple[Array, Array]:
@@ -132,6 +131,6 @@ def step_of(problem: Problem, run: Trajectory, points: int) -> Step | None:
     """The step beside its exact motion, where both were found."""
     if not run.success:
         return None
-    exact: Any = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
+    exact = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
     found = exact.arriving_at(run.q[1])
     return None if found is None else Step(run, points, found)

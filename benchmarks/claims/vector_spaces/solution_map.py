@@ -82,8 +82,7 @@ class Stability:
     def path(self, du: Array, dp: Array) -> Array:
         """The largest |d|_X."""
         root = math.sqrt(self.h)
-        found: Array = (abs(du) / root + 3.0 * root / self.mass * abs(dp)) / (1.0 - self.eta)
-        return found
+        return (abs(du) / root + 3.0 * root / self.mass * abs(dp)) / (1.0 - self.eta)
 
     def momentum(self, du: Array, dp: Array) -> Array:
         """The largest |dp_h|."""

@@ -16,15 +16,17 @@ from references import Contender
 from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import oscillator_action
 
+ACTION, STEPPED = "error of L_d", "error of one step"
+IN_N = "n-refinement"
+
 SAMPLES = 1024  # of the step, for the integral; a power of 2
 
 
 def discrete_lagrangian(run: Trajectory) -> float:
     """L_d of a run's first step, from its curve and the nodes and weights of its rule."""
-    rule: Any = run.method.rule
     h = float(run.t[1] - run.t[0])
-    t = run.t[0] + h * rule.nodes
-    return h * math.fsum(rule.weights * lagrangian(run.problem, run(t), run.velocity(t)))
+    t = run.t[0] + h * run.method.rule.nodes
+    return h * math.fsum(run.method.rule.weights * lagrangian(run.problem, run(t), run.velocity(t)))
 
 
 def exact_lagrangian(problem: Problem, q0: Array, q1: Array, h: float) -> float:
@@ -55,5 +57,4 @@ def lagrangian(problem: Problem, q: Array, v: Array) -> Array:
     system: Any = problem.system
     turning = isinstance(system, RigidBody)
     p = v @ system.inertia if turning else float(system.mass) * v
-    twice: Array = np.sum(v * p, axis=-1)
-    return twice - independent_invariants.energy(problem, q, v)
+    return np.sum(v * p, axis=-1) - independent_invariants.energy(problem, q, v)

@@ -12,7 +12,6 @@ SETUP = (
     "harmonic oscillator m = k = 1, q0 = 1, v0 = 0; Polynomials(n - 1), gauss(2 n); "
     f"h = {STEP:g}, {STEPS} steps"
 )
-QUANTITIES = ("one-step error", "curve error")
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -20,14 +19,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     cases = [Case(n, STEP, STEPS) for n in (range(14, 31) if quick else range(8, 31))]
     problem = galvi.problems.harmonic_oscillator()
     return frame(
-        refine("n-refinement", problem, OSCILLATOR, cases, QUANTITIES, make_method, report)
+        refine("n-refinement", problem, OSCILLATOR, cases, ENDS_AND_CURVE, make_method, report)
     )
 
 
 def judge(table: DataFrame) -> list[Row]:
     """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
-    for quantity in QUANTITIES:
+    for quantity in ENDS_AND_CURVE:
         decay = readings.decay(table, FLOOR, study="n-refinement", quantity=quantity)
         rows += [
             V1.row(f"base of the {quantity}", Geometric(), decay, claimed="geometric convergence"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from benchmarks.claims.kit import *
 from benchmarks.claims.vector_spaces.kepler_orbit import (
-    APART,
     FLOOR,
     METHOD,
     ORBIT,
@@ -72,9 +71,9 @@ def judge(table: DataFrame) -> list[Row]:
             reason=f"{THEORY}; one step has no factor n^-g.",
         ),
         V3.row(
-            APART,
+            ORACLES,
             Finding(AtMost(FLOOR / 10)),
-            number(table, quantity=APART),
+            number(table, quantity=ORACLES),
             claimed="none: a tenth of the smallest error fitted",
             reason="Both solve the same problem, one by formula and one by steps.",
         ),

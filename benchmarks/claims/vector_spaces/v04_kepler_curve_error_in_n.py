@@ -18,7 +18,6 @@ from references.closed_forms.kepler import KEPLER
 
 CLAIMED, RESOLUTION = 0.74, 0.005
 FROM, ABOUT = 33, 4  # "about 32" is read as within a tenth or so
-QUANTITIES = ("one-step error", "curve error")
 
 # Legendre coefficients of q', singular like (t - t*)^(-1/2), are of size n^0 r^-n. The curve leaves
 # out what lies above degree n - 1: its error is near the integral of P_(n - 1), of size n^(-3/2)
@@ -30,15 +29,15 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step and the curve error; the distance between the two
     references, at step ends."""
     ns = range(14, 63, 3) if quick else range(7, 62)
-    found = n_refinement(ns, QUANTITIES, make_method, report)
+    found = n_refinement(ns, ENDS_AND_CURVE, make_method, report)
     return frame([*found.to_dict("records"), *oracles("oracles", STEP * STEPS, STEPS)])
 
 
 def judge(table: DataFrame) -> list[Row]:
     """The base from n = 33 on, and the n at which the two fitted lines cross."""
     where = {"study": "n-refinement"}
-    ends = readings.base(table, FLOOR, quantity=QUANTITIES[0], power=v03.POWER, **where)
-    curve = readings.base(table, FLOOR, FROM, quantity=QUANTITIES[1], power=POWER, **where)
+    ends = readings.base(table, FLOOR, quantity=ENDS_AND_CURVE[0], power=v03.POWER, **where)
+    curve = readings.base(table, FLOOR, FROM, quantity=ENDS_AND_CURVE[1], power=POWER, **where)
     return [
         V4.row(
             "base of the curve error",

@@ -19,7 +19,6 @@ from references.closed_forms.kepler import KEPLER
 NS = (3, 4, 5, 6)
 NUMBER = 10
 FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
-QUANTITIES = ("one-step error", "curve error")
 FIXED_NUMBER = fixed_number(NUMBER)
 PROTOCOLS = protocols(NUMBER)
 CANDIDATE = f"{FIXED_TIME}, Clenshaw-Curtis n"
@@ -35,9 +34,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     found = [
         row
         for name, those in cases.items()
-        for row in refine(name, problem(), KEPLER, those, QUANTITIES, make_method, report)
+        for row in refine(name, problem(), KEPLER, those, ENDS_AND_CURVE, make_method, report)
     ]
-    where = (CANDIDATE, problem(), KEPLER, cases[FIXED_TIME], QUANTITIES[:1], make_method, report)
+    where = (
+        CANDIDATE,
+        problem(),
+        KEPLER,
+        cases[FIXED_TIME],
+        ENDS_AND_CURVE[:1],
+        make_method,
+        report,
+    )
     return frame([*found, *refine(*where, _with_clenshaw_curtis)])
 
 
@@ -63,7 +70,7 @@ def claimed_order(n: int) -> int:
 def _against_h(table: DataFrame, n: int, name: str) -> Row:
     claimed, order = claimed_order(n), 2 * (n - 1)
     fixed, steps = PROTOCOLS[name]
-    instead: Order | AtLeast = Order(order)
+    instead: Bound = Order(order)
     reason = (
         f"Polynomials of degree {n - 1} with a rule this exact have the order of Gauss collocation "
         f"with {n - 1} points, 2 (n - 1) = {order}."

@@ -40,7 +40,7 @@ ESCAPING = INNER[:3]  # H's caption
 REFINED, HALVINGS = 0.02, 7  # years; h = 0.005 / 2^k
 SAMPLES = 400  # of the true motion, for an integral over it
 ORDER, SECOND = "position error", "energy change beyond first order in h"
-ENERGY, APART = "energy error", "distance between the two references"
+ENERGY = "energy error"
 EXPLICIT, IMPLICIT, SYMPLECTIC = "explicit Euler", "implicit Euler", "symplectic Euler"
 BLIND = "implicit Euler, unconverged steps accepted"
 FAR, LATER = "distance to the Sun after 3 years", 3.0
@@ -123,7 +123,7 @@ def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str
     other = DOP853.run(system, duration, {"samples": 1, **TIGHT})
     apart = float(np.max(np.linalg.norm(truth.q[-1] - other.q[-1], axis=-1)))
     slope = explicit_slope(truth) / abs(energy_of(system))
-    found = [row(study=label, quantity=APART, value=apart)]
+    found = [row(study=label, quantity=ORACLES, value=apart)]
     for k in range(HALVINGS):
         steps = round(REFINED / STEP) * 2**k
         h = duration / steps
@@ -190,7 +190,7 @@ def judge(table: DataFrame) -> list[Row]:
             for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)
         ),
         V11.row(
-            f"{APART} after {REFINED:g} years, over the smallest position error",
+            f"{ORACLES} after {REFINED:g} years, over the smallest position error",
             Finding(AtMost(0.1)),
             _apart(table),
             claimed="no claim: check of the reference",
@@ -323,7 +323,7 @@ def _share(seen: Array) -> float:
 
 def _apart(table: DataFrame) -> float:
     """The distance of the two truths, over the smallest error measured by them."""
-    apart = readings.largest_of(table, quantity=APART)
+    apart = readings.largest_of(table, quantity=ORACLES)
     return apart / readings.least_of(table, quantity=ORDER)
 
 

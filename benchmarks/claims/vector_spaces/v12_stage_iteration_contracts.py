@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.claims.kit import *
-from benchmarks.claims.vector_spaces.contraction import Passes, passes
+from benchmarks.claims.vector_spaces.contraction import REACH, SAME, SPREAD, Passes, passes
 from benchmarks.measures.independent_space import (
     gauss_points,
     lagrange_at_chebyshev,
@@ -23,8 +23,6 @@ ROUND_OFF = 1e-10  # 8e-14 was measured
 STUDY = "oscillator"
 SHARES = (0.5, 0.9)  # of H's bound, for passes of nonlinear oscillators
 RATIO = "ratio of successive passes over H's factor"
-REACH, SPREAD = "reach of the iterates over rho", "|q| of the iterates over rho"
-SAME = "galvi's step less the fixed point"
 AGREE = 1e-12  # places of size 1; 6e-14 was measured, at n = 20
 PASSED = (
     "Lagrange basis and rows as for the oscillator; {}; passes from w = q0 at {} of H's bound with "

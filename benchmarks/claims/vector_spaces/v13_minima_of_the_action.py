@@ -98,9 +98,8 @@ def _step(name: str, case: Case, method: Any, h: float) -> list[dict[str, Any]]:
     run = galvi.integrate(case.problem, method, h, 1)
     found = dict.fromkeys((LEAST, FORM, NORM, FARTHEST), float("nan"))
     if run.success:
-        table: Any = method.table
-        q = run.curves.bases[0, 0] + table.psi @ run.curves.coefficients[0, 0]
-        found = _variation(table, method.space, h, case.second(q), case.widest)
+        q = run.curves.bases[0, 0] + method.table.psi @ run.curves.coefficients[0, 0]
+        found = _variation(method.table, method.space, h, case.second(q), case.widest)
         found[FARTHEST] = float(np.max(np.abs(q)))
     return rows(found, study=name, n=N, step=h, steps=1, status=failure(run))
 

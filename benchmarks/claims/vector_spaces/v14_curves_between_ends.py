@@ -12,12 +12,10 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     problem,
     truths,
 )
-from benchmarks.measures.boundary_motion import BoundaryValueMotion
+from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N, BoundaryValueMotion
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 
-IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
-ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
 LARGEST = "distance of the curve in L^infinity"
 STEP, GAIN = 2.0, 0.4  # each n multiplies the error by 0.33 to 0.35
 RESOLUTION = 0.005  # of a base, as for those that H prints

@@ -86,13 +86,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def _angular(run: Trajectory) -> Array:
     v = run.problem.system.velocity(run.p)
     total = independent_invariants.angular_momentum(run.problem, run.q, v)
-    change: Array = total - total[0]
-    return change
+    return total - total[0]
 
 
 def _linear(run: Trajectory) -> Array:
-    change: Array = np.sum(run.p - run.p[0], axis=1)
-    return change
+    return np.sum(run.p - run.p[0], axis=1)
 
 
 def _angular_size(run: Trajectory) -> float:
@@ -107,8 +105,7 @@ def _linear_size(run: Trajectory) -> float:
 
 def _norms(places: Array) -> Array:
     """Lengths (k, bodies) of vectors (k, bodies, d), or of numbers (k, bodies)."""
-    lengths: Array = np.abs(places) if places.ndim == 2 else np.linalg.norm(places, axis=-1)
-    return lengths
+    return np.abs(places) if places.ndim == 2 else np.linalg.norm(places, axis=-1)
 
 
 def _in_roundings(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from scipy.linalg import eigvalsh
 
 from benchmarks.claims.kit import *
-from benchmarks.claims.vector_spaces.contraction import passes
+from benchmarks.claims.vector_spaces.contraction import REACH, SAME, SPREAD, passes
 from benchmarks.measures.independent_space import (
     Grams,
     all_of_degree,
@@ -33,9 +33,7 @@ SHARES = (0.25, 0.5, 0.99)  # of M's bound, for runs
 EXACT = "exact"
 SHARE = 0.9  # of M's bound, for passes of nonlinear oscillators
 RATIO = "ratio of successive passes over eta C_N^2"
-REACH, SPREAD = "reach of the iterates over rho", "|q| of the iterates over rho"
 LIMIT = "measured limit over M's bound"
-SAME = "galvi's step less the fixed point"
 AGREE = 1e-12  # places of size 1; 7e-16 was measured
 PASSED = (
     "{}; m = 1; polynomials of degree N = {} to {}; {} nodes; passes from u = q0 with h at {:g} of "
@@ -315,8 +313,7 @@ def _nonlinear_rows(table: DataFrame, case: NonlinearOscillator) -> list[Row]:
 def _share(table: DataFrame, name: str) -> Array:
     """The contraction of a pass over eta C_N^2, at the same h^2 K / m, for each degree."""
     bound = 3.0 * _of(table, name, CONSTANT) ** 2 / z0() ** 2
-    share: Array = _of(table, name, PASS) / bound
-    return share
+    return _of(table, name, PASS) / bound
 
 
 def _every(table: DataFrame, quantity: str) -> Array:

@@ -17,7 +17,6 @@ DEGREES, RULED = (1, 2, 3, 4), (2, 3, 4)
 FLOOR, ENDS_FLOOR = 1e-12, 3e-13  # of norms, and of Kepler's positions
 INTEGRAL = "error of the rule"
 NODES, INTEGRAL_FLOOR = 3, 1e-30  # errors of integrals in extended precision
-APART = "distance between the two references"
 ORBIT, SPAN = galvi.problems.kepler(eccentricity=0.3), 4.0
 SLIP = "Index slip, safe direction"
 RULE_SETUP = "int_0^h e^t dt, h = 1 to 1/128, in 50 digits"
@@ -134,10 +133,10 @@ def _oracles() -> list[dict[str, Any]]:
             now = problem.system.velocity(run.p[-1:])[0]
             gap = max(gap, abs(float(run.q[-1, 0] - q[0])), abs(float(now[0] - v[0])))
             problem = Problem(problem.system, run.q[-1], now, end)
-        found.append(row(study=name, quantity=APART, value=gap))
+        found.append(row(study=name, quantity=ORACLES, value=gap))
     runs = (KEPLER.run(ORBIT, SPAN, {"samples": 1}), DOP853.run(ORBIT, SPAN, CHECK))
     gap = float(np.max(np.abs(runs[0].q[-1] - runs[1].q[-1])))
-    return [*found, row(study="Kepler", quantity=APART, value=gap)]
+    return [*found, row(study="Kepler", quantity=ORACLES, value=gap)]
 
 
 def _approximations(
@@ -336,9 +335,9 @@ def _ours(table: DataFrame) -> list[Row]:
 
 def _apart(table: DataFrame, name: str) -> Row:
     return V22.row(
-        f"{APART}, {name}",
+        f"{ORACLES}, {name}",
         Finding(AtMost(0.1 * (ENDS_FLOOR if name == "Kepler" else FLOOR))),
-        number(table, study=name, quantity=APART),
+        number(table, study=name, quantity=ORACLES),
         setup="Kepler, e = 0.3, T = 4" if name == "Kepler" else CASES[name].setting,
         claimed="no claim: check of the reference",
         reason="At most a tenth of the smallest error that a row rests on.",

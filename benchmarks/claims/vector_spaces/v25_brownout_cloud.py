@@ -53,11 +53,6 @@ def words(diameter: float) -> str:
 LABELS = tuple(map(words, DIAMETERS))
 
 
-def gauss(make_method: MakeMethod, s: int) -> Any:
-    """Degree s with s Gauss points."""
-    return make_method(galvi.Polynomials(s), galvi.gauss(s))
-
-
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Paths of grains against DOP853, balances, statistics and places for pictures.
 
@@ -88,7 +83,7 @@ def _paths(make_method: MakeMethod, quick: bool, study: str, cloud: Cloud) -> li
     found = []
     for s in DEGREES:
         for steps in QUICK_STEPS if quick else STEPS:
-            run = cloud.flights(gauss(make_method, s), steps)
+            run = cloud.flights(collocation(make_method, s), steps)
             values = {
                 ERROR: float(np.median(np.linalg.norm(run.q - truth.q, axis=1))),
                 FATES: float(np.sum((run.status == LANDED) != truth.landed)),
@@ -111,7 +106,7 @@ def balance(cloud: Cloud, run: Flights) -> tuple[float, float]:
 
 
 def _balances(make_method: MakeMethod, quick: bool) -> list[dict[str, Any]]:
-    method, found, highest = gauss(make_method, 2), [], []
+    method, found, highest = collocation(make_method, 2), [], []
     grains, differ = np.arange(QUICK_SAMPLED if quick else SAMPLED), 0
     for diameter in DIAMETERS:
         for ground in (Ground(), REBOUNDING):
@@ -129,7 +124,7 @@ def _places(make_method: MakeMethod) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for k, diameter in enumerate(DIAMETERS):
         cloud = Cloud(diameter, grains=np.arange(PICTURED) + k * PICTURED)
-        run = cloud.flights(gauss(make_method, 2), 384, saves=FRAMES)
+        run = cloud.flights(collocation(make_method, 2), 384, saves=FRAMES)
         for part in range(FRAMES + 1):
             t, all_places = UNTIL * part / FRAMES, run.places[:, part]
             flying = np.isfinite(all_places[:, 0]) & (all_places[:, 2] > 0.0)

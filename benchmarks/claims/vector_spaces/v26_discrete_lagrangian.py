@@ -11,6 +11,9 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import problem as kepler
 from benchmarks.claims.vector_spaces.step_actions import (
+    ACTION,
+    IN_N,
+    STEPPED,
     action_along,
     discrete_lagrangian,
     exact_lagrangian,
@@ -20,10 +23,7 @@ from references import Contender
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 
-ACTION, STEPPED = "error of L_d", "error of one step"
 SQUARE = "error of L_d over |u - u_N|^2 in X"
-APART = "distance between the two references"
-IN_N = "n-refinement"
 FLOOR = 1e-14  # of actions up to 4, each rounded to 4e-16
 LEAST_SQUARE = 1e-10  # actions with a larger error are compared with the square of a distance
 RESOLUTION = 0.005  # of a base, as for those that H prints
@@ -72,7 +72,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         for h in (STEP, *sizes[name][::4]):
             along, end = action_along(problem, h, TRUTHS[name])
             apart = abs(along - exact_lagrangian(problem, problem.q0, end, h))
-            found.append(row(study=name, quantity=APART, step=h, value=apart))
+            found.append(row(study=name, quantity=ORACLES, step=h, value=apart))
     return frame(found)
 
 
@@ -97,7 +97,7 @@ def _steps(
 
 def judge(table: DataFrame) -> list[Row]:
     """Orders and bases of both errors, the printed bounds, and the constants."""
-    apart = readings.largest_of(table, quantity=APART)
+    apart = readings.largest_of(table, quantity=ORACLES)
     judged = [
         *(
             _order(table, name, n, quantity)
@@ -111,7 +111,7 @@ def judge(table: DataFrame) -> list[Row]:
         _square(table),
         *(_constant(table, n) for n in NS["oscillator"][:3]),
         V26.row(
-            APART,
+            ORACLES,
             Finding(AtMost(FLOOR / 10)),
             apart,
             source="H sec. 2.1.1",
@@ -259,7 +259,7 @@ V26 = Claim(
         ),
         Fault(
             "the potential's sign, which no step sees",
-            {f"order of the {ACTION}, Kepler, n = 3", APART},
+            {f"order of the {ACTION}, Kepler, n = 3", ORACLES},
             wrong={
                 "benchmarks.claims.vector_spaces.step_actions.lagrangian": lambda sound: (
                     lambda p, q, v: np.sum(v * v, axis=-1) - sound(p, q, v)
@@ -268,7 +268,7 @@ V26 = Claim(
         ),
         Fault(
             "oracles that differ",
-            {APART},
+            {ORACLES},
             wrong={f"{__name__}.exact_lagrangian": scaled(1.0 + 1e-12)},
         ),
     ),

@@ -45,28 +45,24 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         report(name)
         truth = DOP853.run(problem, duration, {"samples": 1, "tolerance": 1e-13}).q[-1]
         for degree in DEGREES:
-            method = _method(make_method, degree, chart)
+            method = collocation(make_method, degree, chart)
             slope = _slope(problem, method, longest, duration, truth)
             found[f"{ORDER}, {name}, {degree} stages"] = slope
-        method = _method(make_method, 3, chart)
+        method = collocation(make_method, 3, chart)
         exact = galvi.step_derivative(problem, method, longest)
         DF = map_derivative(problem, method, longest)
         found[f"{FROM_EXACT}, {name}"] = canonical_defect(exact)
         found[f"{DEFECT}, {name}"] = canonical_defect(DF)
         found[f"{APART}, {name}"] = float(np.max(np.abs(exact - DF)))
     report("oscillator")
-    found[EXACT] = _oscillation(_method(make_method, 1, galvi.HarmonicFrame()))
+    found[EXACT] = _oscillation(collocation(make_method, 1, galvi.HarmonicFrame()))
     report("planets")
-    found |= _planets(_method(make_method, 8, galvi.KeplerFrame()), quick)
-    few = _planets(_method(make_method, 8, galvi.KeplerFrame(passes=2)), quick)
+    found |= _planets(collocation(make_method, 8, galvi.KeplerFrame()), quick)
+    few = _planets(collocation(make_method, 8, galvi.KeplerFrame(passes=2)), quick)
     found[TWICE] = few[ENERGY] / found[ENERGY] if found[ENERGY] else math.nan
     report("planets, nearby starts")
-    found[NOISE] = _noise(_method(make_method, 8, galvi.KeplerFrame()), quick)
+    found[NOISE] = _noise(collocation(make_method, 8, galvi.KeplerFrame()), quick)
     return found
-
-
-def _method(make_method: MakeMethod, degree: int, chart: Any) -> Any:
-    return make_method(galvi.Polynomials(degree), galvi.gauss(degree), chart)
 
 
 def _slope(problem: Problem, method: Any, longest: float, duration: float, truth: Array) -> float:
@@ -76,7 +72,7 @@ def _slope(problem: Problem, method: Any, longest: float, duration: float, truth
         float(np.max(np.abs(galvi.integrate(problem, method, duration / k, k).q[-1] - truth)))
         for k in counts
     ]
-    return float(-np.polyfit(np.log(counts), np.log(errors), 1)[0])
+    return -convergence_fits.slope(counts, errors)
 
 
 def _oscillation(method: Any) -> float:

@@ -50,7 +50,6 @@ PROVED, PRINTED = "left side over right side", "printed left side over right sid
 PROOF, PLACE = "the proof's bound on F", "|u - u_N|_(0,N) / (h |u - u_N|_X)"
 TERMS = (PROVED, PRINTED, PROOF, PLACE)
 ROUND_OFF = 1e-11
-APART = "distance between the two references"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -63,7 +62,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         for h in STEPS:
             found += rows(_exact(motions, h, data), label=name, step=h)
     found += [row(quantity=GROWS, step=h, value=_growth(h)) for h in STEPS]
-    found.append(row(quantity=APART, value=_apart()))
+    found.append(row(quantity=ORACLES, value=_apart()))
     for name, rule in RULES.items():
         report(name)
         for degree in DEGREES[1 if name == "Lobatto N" else 0 :]:
@@ -151,7 +150,7 @@ EXPLICIT = {
 def _first(table: DataFrame) -> list[Row]:
     where = f"h = {', '.join(f'{h:g}' for h in STEPS)}, eta up to 0.97; random data and differences"
     setups = {"oscillator": "V = u^2 / 2", "pendulum": "V = -cos u, K = 1 on the whole line"}
-    apart = number(table, quantity=APART)
+    apart = number(table, quantity=ORACLES)
     swung = f"SciPy DOP853; the closed form agrees to {apart:.0e}"
     return [
         *(
@@ -179,7 +178,7 @@ def _first(table: DataFrame) -> list[Row]:
             reference="closed form",
         ),
         V30.row(
-            f"{APART}, pendulum",
+            f"{ORACLES}, pendulum",
             Finding(AtMost(1e-12)),
             apart,
             source="M thm. 1",
@@ -385,7 +384,7 @@ V30 = Claim(
         ),
         Fault(
             "another motion of the pendulum",
-            {f"{APART}, pendulum"},
+            {f"{ORACLES}, pendulum"},
             wrong={
                 f"{__name__}.swings": lambda sound: lambda u, v, t: sound(u, v, (1.0 + 1e-11) * t),
                 **FEW,

@@ -26,7 +26,6 @@ COUNTS = tuple(round(8.0 * 2.0 ** (j / 2)) for j in range(13))
 QUICK_COUNTS = COUNTS[:11]
 PLACE, MOMENTUM = "error of q", "error of p"
 FLOOR = 5e-13  # of p up to 7; 4e-16 was measured
-APART = "distance between the two references"
 RULES: Mapping[str, Any] = {
     "Gauss N": lambda degree: galvi.gauss(degree),
     "Gauss N + 1": lambda degree: galvi.gauss(degree + 1),
@@ -60,7 +59,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                 for h in SIZES:
                     where = {"n": degree + 1, "step": h, "label": f"g = {growth:g}"}
                     found += rows(_linear(name, degree, growth, h), study=name, **where)
-    found += [row(quantity=APART, label=timed.name, value=_apart(timed)) for timed in TIMED]
+    found += [row(quantity=ORACLES, label=timed.name, value=_apart(timed)) for timed in TIMED]
     return frame(found)
 
 
@@ -186,9 +185,9 @@ def _constants(table: DataFrame) -> list[Row]:
 
 def _oracle(table: DataFrame, timed: TimedOscillator) -> Row:
     return V31.row(
-        f"{APART}, {timed.name}",
+        f"{ORACLES}, {timed.name}",
         Finding(AtMost(0.1 * FLOOR)),
-        number(table, quantity=APART, label=timed.name),
+        number(table, quantity=ORACLES, label=timed.name),
         setup=f"{timed.where}; u and p at T = {DURATION:g}",
         claimed="no claim: check of the reference",
         reason="At most a tenth of the smallest error that a row rests on.",
@@ -223,7 +222,7 @@ V31 = Claim(
         ),
         Fault(
             "wrong closed forms",
-            {f"{APART}, {timed.name}" for timed in TIMED},
+            {f"{ORACLES}, {timed.name}" for timed in TIMED},
             wrong={
                 f"{__name__}.TIMED": lambda sound: tuple(
                     replace(timed, motion=lambda t, of=timed.motion: of((1.0 + 1e-9) * t))

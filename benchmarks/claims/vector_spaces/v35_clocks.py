@@ -65,9 +65,9 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
         for degree in DEGREES:
             errors = [np.max(np.abs(run.q[-1] - truth[-1])) for run in runs(degree)]
-            found[f"{ORDER}, {name}, {degree} stages"] = _slope(sizes, errors)
+            found[f"{ORDER}, {name}, {degree} stages"] = convergence_fits.slope(sizes, errors)
         errors = [np.max(np.abs(run(duration * times) - truth)) for run in runs(4)]
-        found[f"{CURVE}, {name}, 4 stages"] = _slope(sizes, errors)
+        found[f"{CURVE}, {name}, 4 stages"] = convergence_fits.slope(sizes, errors)
         method = _method(make_method, 2, clock)
         found[f"{DEFECT}, {name}"] = galvi.symplecticity_defect(problem, method, longest)
         found[f"{BACK}, {name}"] = galvi.round_trip_error(problem, method, longest, 20)
@@ -100,11 +100,6 @@ def _truth(problem: Problem, duration: float) -> Array:
         return KEPLER.run(problem, duration, {"samples": SAMPLES}).q
     known = LAGRANGIAN_DOP853 if isinstance(problem.system, galvi.Lagrangian) else DOP853
     return known.run(problem, duration, {"samples": SAMPLES, "tolerance": 1e-13}).q
-
-
-def _slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    """The slope of the errors' logarithms."""
-    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 def _checks() -> Iterator[Check]:

@@ -30,23 +30,19 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     found: dict[str, float] = {}
     report("orders")
     for stages in STAGES:
-        method, late, early = _gauss(make_method, stages), [], []
+        method, late, early = collocation(make_method, stages), [], []
         sizes = [2.0 * math.pi / parts for parts in PARTS]
         for step in sizes:
             on_step, on_curve = _passages(method, step)
             late.append(on_step)
             early.append(on_curve)
-        found[f"{ORDER}, {stages} stages"] = _slope(sizes, late)
-        found[f"{CURVE}, {stages} stages"] = _slope(sizes, early)
+        found[f"{ORDER}, {stages} stages"] = convergence_fits.slope(sizes, late)
+        found[f"{CURVE}, {stages} stages"] = convergence_fits.slope(sizes, early)
     report("pendulum")
     found |= _crossings(make_method, FEW if quick else CROSSINGS)
     report("ends of steps and pairs")
     found[ENDS], found[PAIRS] = _at_ends(make_method), _in_pairs(make_method)
     return found
-
-
-def _gauss(make_method: MakeMethod, stages: int) -> Any:
-    return make_method(galvi.Polynomials(stages), galvi.gauss(stages))
 
 
 def _passages(method: Any, step: float) -> tuple[float, float]:
@@ -96,7 +92,7 @@ def _crossings(make_method: MakeMethod, wanted: int) -> dict[str, float]:
         quarter = float(Modulus(square, 1 - square).quarter)
     problem = galvi.problems.planar_pendulum(2.0 * math.asin(k))
     run = galvi.integrate(
-        problem, _gauss(make_method, 8), 4.0 * quarter / PER_PERIOD,
+        problem, collocation(make_method, 8), 4.0 * quarter / PER_PERIOD,
         math.ceil((0.5 * wanted + 0.1) * PER_PERIOD),
     )  # fmt: skip
     times = galvi.find_events(run, galvi.events.angle(0, 0.0)).t
@@ -137,7 +133,7 @@ def _pair(q: Array, v: Array, t: float, middle: float, half: float) -> Any:
 def _uniform(make_method: MakeMethod) -> Trajectory:
     """A free body in steps of a binary fraction: its places are exact."""
     problem = Problem(galvi.NBody([1.0]), [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]], name="free")
-    return galvi.integrate(problem, _gauss(make_method, 3), STEP, 16)
+    return galvi.integrate(problem, collocation(make_method, 3), STEP, 16)
 
 
 def _checks() -> Iterator[Check]:
@@ -218,10 +214,6 @@ def _on_curves(run: Trajectory, found: Any) -> tuple[Any, Array]:
         return slice(None), found.t
     across = np.array([-found.q[0, 1], found.q[0, 0]])
     return slice(None), _on_curve(run, across, found.t)
-
-
-def _slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 V36 = scalars(

@@ -4,8 +4,6 @@ Vector code is generated with the builders of ``cgutils``; kernels are compiled 
 galvi.kernels.compile.parts has it, and cached as galvi.kernels.compile.cache has it.
 """
 
-from __future__ import annotations
-
 from numba.core import cgutils, errors, event
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary

@@ -5,8 +5,6 @@ modules of its package in alphabetical order. Nothing else branches on charts or
 the functions do see galvi.kernels.lie.charts and galvi.kernels.lie.groups.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -43,4 +41,4 @@ half_turn = by_number("half_turn", CHARTS)
 from_quaternion = by_number("from_quaternion", CHARTS)
 angle_of = by_number("angle", CHARTS)
 coordinate_of = by_number("coordinate", CHARTS)
-REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
+REACHES = tuple(chart.LARGEST_IN_LANES for chart in CHARTS)

@@ -8,8 +8,6 @@ g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebr
 For the functions of each factor see galvi.kernels.lie.groups.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc

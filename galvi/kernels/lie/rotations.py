@@ -4,8 +4,6 @@ R    (3, 3)  matrix, three rows
 T    (3, 3)  tangent map, R^T R' = hat(T xi'), T xi' = a xi' - b xi x xi' + c (xi . xi') xi
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc

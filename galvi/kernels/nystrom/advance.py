@@ -8,8 +8,6 @@ counts        (7,)     iterations, force and Hessian evaluations, linear solves,
                        see galvi.kernels.nystrom.solve
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -10,8 +10,6 @@ solver_state  (4,)     [LAST_STEP, GUESS or RATES; steps left to this kernel; do
 turned        (1,)     rotation angle of a step that left the chart
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

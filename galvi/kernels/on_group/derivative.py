@@ -4,8 +4,6 @@ It affects only the convergence of Newton's iteration, not its limit. Its linear
 solved by Gaussian elimination with partial pivoting, without allocation.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_noalloc

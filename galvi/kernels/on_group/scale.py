@@ -6,8 +6,6 @@ scale  (d,)  of each component: 1 for rotations, one for all positions of a fact
              less may be round-off of that
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_noalloc

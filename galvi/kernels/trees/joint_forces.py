@@ -15,8 +15,6 @@ world   12 numbers for each frame, its rotation by rows and its place in the wor
 motors  (d,) from zeros, what actuators exert through joints
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit

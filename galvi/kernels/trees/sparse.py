@@ -3,8 +3,6 @@
 For lanes, numbers, complex numbers and arrays; kernels compile the plain operations.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, in_kernels

@@ -21,8 +21,6 @@ work  STRIDE numbers for each frame, at the places below, from zeros
 q, v  entries and velocities of all joints
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit

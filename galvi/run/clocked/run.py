@@ -32,7 +32,7 @@ from galvi.run.point_masses.pairs import costly_pair
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import has_massless
 from galvi.run.status import completed, notes_on_energy
-from galvi.run.stepper import Declined
+from galvi.run.stepper import Declined, Engine
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Ending, Trajectory
@@ -70,27 +70,22 @@ def in_transformed_time(
     return ClockStepper(request, motion, engine, f"{motion.reason}, since {reason}")
 
 
-class Clock:
-    """The engine of runs in a clock: by lanes for point masses, else in transformed time."""
-
-    name = "clock"
-
-    def offers(self, request: RunRequest) -> ClockStepper | Declined:
-        """A stepper for a method with a clock."""
-        start, method = request.checkpoint, request.method
-        if method.clock is None:
-            return Declined()
-        energy = energy_at_start(request)
-        if start.solver == "newton" or start.tolerance != ROUND_OFF:
-            settings = "the clock's lanes iterate to round-off, and other settings were asked for"
-            return in_transformed_time(request, self.name, settings, energy)
-        motion = motion_in_lanes(request.problem, method, told_energy(request))
-        if isinstance(motion, Declined):
-            return in_transformed_time(request, self.name, motion.reason, energy)
-        return ClockStepper(request, motion, self.name, motion.reason)
+def stepper_in_clock(request: RunRequest) -> ClockStepper | Declined:
+    """A stepper for a method with a clock: by lanes for point masses, else in transformed time."""
+    start, method = request.checkpoint, request.method
+    if method.clock is None:
+        return Declined()
+    energy = energy_at_start(request)
+    if start.solver == "newton" or start.tolerance != ROUND_OFF:
+        settings = "the clock's lanes iterate to round-off, and other settings were asked for"
+        return in_transformed_time(request, CLOCK.name, settings, energy)
+    motion = motion_in_lanes(request.problem, method, told_energy(request))
+    if isinstance(motion, Declined):
+        return in_transformed_time(request, CLOCK.name, motion.reason, energy)
+    return ClockStepper(request, motion, CLOCK.name, motion.reason)
 
 
-CLOCK = Clock()
+CLOCK = Engine("clock", stepper_in_clock)
 
 
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:

@@ -172,7 +172,7 @@ class TransformedTime:
         iterates = constant and method.rule == gauss(method.stages)
         if not self.driven:
             asked = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = any(not isinstance(x.offers(asked), Declined) for x in EQUAL_STEPS)
+            iterates = any(not isinstance(x.offer(asked), Declined) for x in EQUAL_STEPS)
         if solver == "fixed_point" and not iterates:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
         in_lanes = not self.driven and iterates

@@ -33,13 +33,12 @@ def _from_pairs(problem: Problem, method: Galerkin) -> Array:
     w = np.zeros((d + 1, 2, d))
     w[:, 0] = 1.0 + np.eye(d + 1, d, -1)
     q = frame_of(method).flow(problem, w, np.zeros(d + 1)).reshape(d + 1, d)
-    matrix: Array = (q[1:] - q[0]).T
-    return np.ascontiguousarray(matrix)
+    return np.ascontiguousarray((q[1:] - q[0]).T)
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The curves' frame, see `galvi.curves.curves.MovingPath`."""
+    """The frame of a run, of which `galvi.curves.curves.FrameCurves` are the curves."""
 
     problem: Problem
     method: Galerkin
@@ -48,7 +47,8 @@ class Path:
     stretch: float
 
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
-        """See `MovingPath`: inverts what galvi.lanes.frames.rows.place_nodes does."""
+        """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start, by which
+        galvi.lanes.frames.rows.place_nodes is inverted."""
         turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return tau, np.ones_like(tau)
@@ -73,8 +73,8 @@ class Path:
         return 0.5 * (1.0 + y), slope
 
     def times(self, number: Any, c: Array) -> tuple[Array, Array]:
-        """Times since a step's centre and weights of the nodes c, as in the kernel; of several
-        steps (k, 1) they are (k, P) unless they are the same."""
+        """Times (k, P) since the centres of steps ``number`` (k, 1), at nodes c (P,), and dt/dc,
+        the nodes' weights, as in the kernel; (P,) where they are the same for all steps."""
         turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return (c - 0.5) * self.step, np.full(c.size, self.step)
@@ -87,10 +87,12 @@ class Path:
         return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
 
     def flow(self, w: Array, t: Array) -> Array:
+        """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
         return frame_of(self.method).flow(self.problem, w, t)
 
     def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
-        """See `MovingPath`."""
+        """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
+        times ``since`` (k, P) after their centres."""
         psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
         psi = (psi[:-1] - psi[-1]).reshape(*c.shape, -1)
         bases, parts = curves.bases[index], curves.coefficients[index]
@@ -110,7 +112,8 @@ class Path:
         return np.matmul(_from_pairs(self.problem, self.method), places)
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
-        """See `MovingPath`."""
+        """q and v (k, d), and codes (k,) that are 0 where they are right, after times ``lengths``
+        (k,) since the starts of steps with these bases and numbers; None: not known here."""
         if not isinstance(self.method.chart, KeplerFrame):
             return None
         motion = motion_of(self.problem, self.method, self.step)
@@ -129,5 +132,6 @@ class Path:
         return states[0], states[1], codes
 
     def curves(self, number: int, base: Array) -> Curves:
+        """Those of a step that was done in the inertial frame, from time 0 on."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
         return inertial_curves(self.problem, self.step, t, q, v)

@@ -19,7 +19,7 @@ from galvi.run.in_frame.passes import checks_of
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import RunArrays, State
-from galvi.run.stepper import Declined, Stepper, Substeps
+from galvi.run.stepper import Declined, Engine, Stepper, Substeps
 from galvi.systems.nbody import NBody
 
 ELSEWHERE = (
@@ -115,23 +115,18 @@ def frame_kernel(request: RunRequest, work: RunArrays) -> FrameKernel:
     return FrameKernel(request, work, np.array(checks))
 
 
-class Frame:
-    """The engine of moving frames."""
-
-    name = "frame"
-
-    def offers(self, request: RunRequest) -> Stepper | Declined:
-        """A stepper for a method whose chart is a frame; ValueError where that does not apply."""
-        problem, method = request.problem, request.method
-        if not method.in_frame:
-            return Declined()
-        refuse(problem, method)
-        if request.checkpoint.solver == "newton":
-            raise ValueError(
-                "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
-            )
-        reason = f"the method's chart is the {frame_of(method).name}"
-        return Stepper(request, IN_FRAME, self.name, reason, frame_kernel, InertialKernel)
+def stepper_in_frame(request: RunRequest) -> Stepper | Declined:
+    """A stepper for a method whose chart is a frame; ValueError where that does not apply."""
+    problem, method = request.problem, request.method
+    if not method.in_frame:
+        return Declined()
+    refuse(problem, method)
+    if request.checkpoint.solver == "newton":
+        raise ValueError(
+            "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
+        )
+    reason = f"the method's chart is the {frame_of(method).name}"
+    return Stepper(request, IN_FRAME, FRAME.name, reason, frame_kernel, InertialKernel)
 
 
-FRAME = Frame()
+FRAME = Engine("frame", stepper_in_frame)

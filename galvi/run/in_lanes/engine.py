@@ -7,31 +7,27 @@ from galvi.run.in_lanes.lagrangian import group_kernel
 from galvi.run.in_lanes.nystrom import vector_kernel
 from galvi.run.on_group import CountedByNewton
 from galvi.run.request import RunRequest
-from galvi.run.stepper import Declined, Stepper
+from galvi.run.stepper import Declined, Engine, Stepper
 from galvi.run.vector_space import VECTOR_SPACE
 
 
-class Lanes:
-    """The engine of equal steps in vector instructions, by fixed-point iteration."""
-
-    name = "lanes"
-
-    def offers(self, request: RunRequest) -> Stepper | Declined:
-        """A stepper where the forces are known as expressions: built in, from SymPy or traced."""
-        problem, method = request.problem, request.method
-        if method.in_frame or method.clock is not None:
-            return Declined()
-        if request.checkpoint.solver == "newton":
-            return Declined("steps are iterated there, and the solver newton was asked for")
-        formulation = inertial_formulation(problem, method)
-        vector = formulation is VECTOR_SPACE
-        kernel = vector_kernel(request) if vector else group_kernel(request)
-        if isinstance(kernel, str):
-            return Declined(kernel)
-        return Stepper(
-            request, formulation, self.name, "its forces are known as expressions", kernel,
-            kernel if vector else CountedByNewton,
-        )  # fmt: skip
+def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
+    """A stepper of equal steps in vector instructions, by fixed-point iteration, where the forces
+    are known as expressions: built in, from SymPy or traced."""
+    problem, method = request.problem, request.method
+    if method.in_frame or method.clock is not None:
+        return Declined()
+    if request.checkpoint.solver == "newton":
+        return Declined("steps are iterated there, and the solver newton was asked for")
+    formulation = inertial_formulation(problem, method)
+    vector = formulation is VECTOR_SPACE
+    kernel = vector_kernel(request) if vector else group_kernel(request)
+    if isinstance(kernel, str):
+        return Declined(kernel)
+    return Stepper(
+        request, formulation, LANES.name, "its forces are known as expressions", kernel,
+        kernel if vector else CountedByNewton,
+    )  # fmt: skip
 
 
-LANES = Lanes()
+LANES = Engine("lanes", stepper_in_lanes)

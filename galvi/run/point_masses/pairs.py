@@ -16,8 +16,7 @@ PACED_STATES, SPARSELY = 32, 8  # states, of up to 1024, at which the pair is lo
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
     """The pairs i, j of bodies, and G (m_i + m_j) / r^3 of them, (pairs, n), at flat q (n, r)."""
-    system: Any = problem.system
-    i, j, mass = _pairs(system)
+    i, j, mass = _pairs(problem.system)
     places = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
     gaps = places[:, i] - places[:, j]
     square = (gaps * gaps).sum(axis=0)

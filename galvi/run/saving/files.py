@@ -33,7 +33,7 @@ from galvi.whole_files import write_whole
 
 VERSION = 6
 OF_EVENTS = ("t", "step", "value", "index", "q", "v")
-KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
+STATE_FIELDS = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # of a checkpoint
 UNREADABLE = (
     KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
@@ -84,7 +84,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     if run.again is not None:
         known = [one.first for one in run.again.known]
         facts["again"] = {"total": run.again.total, "done": run.again.done, "known": known}
-        for name in (*KNOWN, "clock"):
+        for name in (*STATE_FIELDS, "clock"):
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.events is not None:
         found = run.events
@@ -242,7 +242,7 @@ def _curves_again(
     if "again" not in facts:
         return None
     about, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
-    held = zip(*(arrays[f"known_{name}"] for name in (*KNOWN, "clock")), strict=True)
+    held = zip(*(arrays[f"known_{name}"] for name in (*STATE_FIELDS, "clock")), strict=True)
     known = tuple(
         Checkpoint(first, state, stages, numbers, solver, tolerance, clock=clock)
         for first, (state, stages, numbers, clock) in zip(about["known"], held, strict=True)

@@ -117,8 +117,7 @@ class Acting:
             def called(q: Array, v: Array, t: float) -> Array:
                 rest = self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
                 with np.errstate(invalid="ignore"):  # NaN where a body without mass is pushed
-                    found: Array = masses * rest
-                return found
+                    return masses * rest
 
             return called
         for one in self.functions:

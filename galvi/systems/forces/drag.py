@@ -96,8 +96,7 @@ class RotorDrag:
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         w = v - np.array(rotor_wind.rotor_wind(q[0], q[1], q[2], t))
-        result: Array = -self.factor * self.drag_law(np.sqrt(w @ w)) * w
-        return result
+        return -self.factor * self.drag_law(np.sqrt(w @ w)) * w
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with the factor and the law's numbers for constants."""

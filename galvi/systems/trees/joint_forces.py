@@ -148,7 +148,7 @@ class JointForces:
     wind: Any = (0.0, 0.0, 0.0)
     drives: tuple[Drive, ...] = ()
     controls: Any = ()
-    tree: RigidTree | None = field(default=None, repr=False, compare=False)
+    tree: Any = field(default=None, repr=False, compare=False)
     damping: Any = field(default=(), repr=False, compare=False)
     varied: bool = field(default=False, compare=False)
     limited: bool = True
@@ -211,7 +211,6 @@ class JointForces:
 
     def _frame(self, link: int | None) -> tuple[int, Array, Array]:
         """The number of a link's frame in the tree, its place there and its axes."""
-        assert self.tree is not None
         return (0, np.zeros(3), np.eye(3)) if link is None else self.tree.frames[link]
 
     @property
@@ -256,7 +255,6 @@ class JointForces:
     @cached_property
     def structure(self) -> dict[int, float]:
         """Those of the constants behind the tree's that are part of the law: place -> number."""
-        assert self.tree is not None
         first, (numbers, known, of_masses, of_controls, _) = self.first, self._written
         left_open = of_masses if "masses" in self.tree.varied else set()
         left_open = left_open | (of_controls if "ctrl" in self.tree.varied else set())
@@ -272,12 +270,10 @@ class JointForces:
     @property
     def first(self) -> int:
         """Place of the first constant behind the tree's."""
-        assert self.tree is not None
         return int(self.tree.numbers.size)
 
     @cached_property
     def _written(self) -> Written:
-        assert self.tree is not None
         rows = [
             *self._rows_of_pulls(), *self._rows_of_weights(), *self._rows_of_pushes(),
             *self._rows_in_a_medium(),
@@ -328,7 +324,6 @@ class JointForces:
 
     def _rows_of_weights(self) -> Iterator[Row]:
         """Those of weights that are held up."""
-        assert self.tree is not None
         for link, share in self.weights:
             (frame, r, C), own = self._frame(link), self.tree.links[link]
             numbers = [[frame, share * own.mass], r + C @ own.centre]
@@ -343,7 +338,6 @@ class JointForces:
             yield Row.of(numbers, (0,), of_control=of_control, begins=True)
 
     def _rows_in_a_medium(self) -> Iterator[Row]:
-        assert self.tree is not None
         for link, axes, medium in self.wet:
             (frame, r, C), own = self._frame(link), self.tree.links[link]
             drag = drag_coefficients(own, axes, medium)
@@ -352,7 +346,6 @@ class JointForces:
 
     def beyond(self, q: Array, v: Array) -> str:
         """What is beyond its limits at a state, in words; "" where all is within."""
-        assert self.tree is not None
         for pull in self.pulls:
             if np.any(np.isnan(self._alone(pulls=(pull,))(q, v, 0.0))):
                 return f"the force of {pull.name} is beyond its limits {list(pull.limits)}"

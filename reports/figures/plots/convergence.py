@@ -206,8 +206,7 @@ def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndar
         return
 
     def rate(x: np.ndarray) -> np.ndarray:
-        decay: np.ndarray = claimed**x if fit.kind == "geometric" else x**claimed
-        return decay
+        return claimed**x if fit.kind == "geometric" else x**claimed
 
     ends = np.array(fit.window)
     low, high = axes.get_ylim()

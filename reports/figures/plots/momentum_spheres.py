@@ -137,8 +137,7 @@ def _in_front(y: np.ndarray) -> np.ndarray:
     """Which points are on the near side."""
     up, around = np.radians(UP), np.radians(ROUND)
     eye = np.array([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)])
-    near: np.ndarray = y @ eye >= 0.0
-    return near
+    return y @ eye >= 0.0
 
 
 def _line(axes: Axes, y: np.ndarray, color: str, width: float) -> None:

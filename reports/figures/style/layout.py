@@ -103,7 +103,7 @@ def panels(
 
     keywords  of `Figure.add_subplot`
     """
-    canvas = _canvas(axes)
+    canvas = axes.get_figure(root=True)
     wide, high = canvas.natural
     across = canvas.get_figwidth()
     rows = math.ceil(count / (columns or max(1, min(count, int(across / least)))))
@@ -118,7 +118,7 @@ def panels(
 
 def share_y_label(places: Sequence[Axes], label: str) -> None:
     """The label of a vertical axis that panels have in common, at the first of each row."""
-    columns = _canvas(places[0]).columns
+    columns = places[0].get_figure(root=True).columns
     for one in places[::columns]:
         one.set_ylabel(label)
 
@@ -129,7 +129,7 @@ def legend(
     """Entries of the figure's legend, which is outside all axes; those of the axes by default."""
     if handles is None or labels is None:
         handles, labels = axes.get_legend_handles_labels()
-    _canvas(axes).entries.update(zip(labels, handles, strict=True))
+    axes.get_figure(root=True).entries.update(zip(labels, handles, strict=True))
 
 
 def mark_rounding(axes: Axes) -> None:
@@ -149,7 +149,7 @@ def label_ends(axes: Axes, labels: Sequence[Label]) -> None:
         )
         for label in labels
     ]  # fmt: skip
-    _canvas(axes).ends.append((axes, notes, labels))
+    axes.get_figure(root=True).ends.append((axes, notes, labels))
 
 
 def finish(canvas: Canvas) -> None:
@@ -192,12 +192,6 @@ def wrapped(text: str, letters: int) -> str:
     whole = re.sub(r" (?=\[[^]]{1,12}\]|\$[^$]{1,3}\$$)", UNBROKEN, whole)  # units and symbols
     lines = textwrap.wrap(whole.replace("\n", " "), max(letters, 8), break_long_words=False)
     return "\n".join(lines).replace(UNBROKEN, " ")
-
-
-def _canvas(axes: Axes) -> Canvas:
-    canvas = axes.get_figure(root=True)
-    assert isinstance(canvas, Canvas)
-    return canvas
 
 
 def _height(natural: tuple[float, float], width: float) -> float:

@@ -2,9 +2,9 @@
 
 With u = |xi|^2 and angles in radians, the rotation is about the axis xi / |xi|:
 
-LIMIT            angle at which the chart or its tangent map becomes singular
-FARTHEST         largest |xi| of a rotation within a step
-REACH_IN_LANES   largest |xi| for which functions of u are accurate in lanes, and lanes are used
+SINGULAR_ANGLE     at which the chart or its tangent map becomes singular
+LARGEST_IN_STEP    largest |xi| of a rotation within a step: one by 0.995 of that angle
+LARGEST_IN_LANES   largest |xi| for which functions of u are accurate in lanes, and lanes are used
 rotation(u)      (sine, cosine):  R = I + sine hat(xi) + cosine hat(xi)^2
 tangent(u)       ((a, b, c), (a1, b1, c1), (a2, b2, c2)):  R^T R' = hat(T xi'),
                  T = a I - b hat(xi) + c xi xi^T, with a1 = da/du, a2 = d^2a/du^2, and so on

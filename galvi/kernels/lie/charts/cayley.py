@@ -3,17 +3,15 @@
 sine = a = 1 / (1 + u / 4), cosine = b = a / 2, c = 0, V = (I - hat(xi) / 2)^-1.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, square_root
 
-LIMIT = math.pi
-FARTHEST = 2.0 * math.tan(0.5 * 0.995 * math.pi)
-REACH_IN_LANES = 20.0  # a rotation by nearly pi
+SINGULAR_ANGLE = math.pi
+LARGEST_IN_STEP = 2.0 * math.tan(0.5 * 0.995 * math.pi)
+LARGEST_IN_LANES = 20.0  # a rotation by nearly pi
 
 
 @generic

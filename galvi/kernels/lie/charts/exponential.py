@@ -6,8 +6,6 @@ functions c_k = sum_j (-u)^j / (2 j + k)!,  dc_k/du = (k c_{k+2} - c_{k+1}) / 2.
 In lanes, c6 and c7 are polynomials, and the others follow from them.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 
@@ -15,9 +13,9 @@ import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, in_kernels, polynomial
 
-LIMIT = 2.0 * math.pi
-FARTHEST = 0.995 * LIMIT
-REACH_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
+SINGULAR_ANGLE = 2.0 * math.pi
+LARGEST_IN_STEP = 0.995 * SINGULAR_ANGLE
+LARGEST_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
 STUMPFF_TERMS = 12  # terms of the series of c6 and c7, for u up to SERIES_REACH
 SERIES_REACH = 9.0  # largest u at which the series are summed
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * STUMPFF_TERMS)])
@@ -56,7 +54,7 @@ def stumpff_of_number(u):
 
 @in_kernels(stumpff_of_number)
 def stumpff(u):
-    """c1 to c7 at u >= 0, as a tuple; for lanes, at u up to REACH_IN_LANES^2."""
+    """c1 to c7 at u >= 0, as a tuple; for lanes, at u up to LARGEST_IN_LANES^2."""
     if isinstance(u, float):
         return stumpff_of_number(u)
     c6, c7 = (polynomial(series, u) for series in LANE_SERIES)

@@ -8,17 +8,15 @@ V = (I - hat(xi) / 4)^-2:  e = n^2 / 2, f = (3 + m) n^2 / 16,   and dn/du = -n^2
 Schaub and Junkins, J. Astronautical Sciences 44 (1996) 1, whose parameters are xi / 4.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic
 
-LIMIT = 2.0 * math.pi
-FARTHEST = 4.0 * math.tan(0.25 * 0.995 * LIMIT)
-REACH_IN_LANES = 40.0  # a rotation by nearly 2 pi
+SINGULAR_ANGLE = 2.0 * math.pi
+LARGEST_IN_STEP = 4.0 * math.tan(0.25 * 0.995 * SINGULAR_ANGLE)
+LARGEST_IN_LANES = 40.0  # a rotation by nearly 2 pi
 
 
 @generic

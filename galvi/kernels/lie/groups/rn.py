@@ -1,7 +1,5 @@
 """R^n under addition."""
 
-from __future__ import annotations
-
 from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
 
 

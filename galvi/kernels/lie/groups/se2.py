@@ -6,8 +6,6 @@ V = (1 - f x^2) I + e x J, J = [[0, -1], [1, 0]], and e and f at u = x^2
 body's velocity is (s x', R^T (V' v x' + V v')).
 """
 
-from __future__ import annotations
-
 from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
 from galvi.kernels.lie.dispatch import translation_radial
 from galvi.kernels.lie.groups import so2

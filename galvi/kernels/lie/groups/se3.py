@@ -10,8 +10,6 @@ R^T d(V v)/dt = R^T (D(w, w') v + V v'), where D is the derivative of V along w'
 V^T and D^T have -e in place of e. xi = (w, v), eta = (w', v').
 """
 
-from __future__ import annotations
-
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.arithmetic import cross, dot, generic, larger_size, two_sum
 from galvi.kernels.lie.dispatch import translation_radial

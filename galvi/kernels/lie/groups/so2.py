@@ -4,8 +4,6 @@ Their angle is that of rotations of space about a fixed axis, with coordinate x 
 cos = 1 - cosine u, sin = sine x, d angle/dx = a + c u (galvi.kernels.lie.charts).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import generic, square_root, two_sum

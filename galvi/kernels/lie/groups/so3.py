@@ -1,7 +1,5 @@
 """Rotations of space: matrices (3, 3), and three angular velocities of the body."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from galvi.kernels.compile.jit import jit
