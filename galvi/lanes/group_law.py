@@ -55,8 +55,9 @@ from numba import types
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
 from galvi.kernels.lie import product
-from galvi.kernels.lie.arithmetic import generic, in_kernels, larger, square_root, where
+from galvi.kernels.lie.arithmetic import generic, in_kernels, larger, where
 from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.lie.elementary import sqrt
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
@@ -90,8 +91,8 @@ def begin_countdown(history):
 @generic
 def rate_of(change, last, second, first):
     """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
-    guess = where(second < np.inf, larger(change / last, last / second), square_root(change / last))
-    return where(first < np.inf, square_root(square_root(change / first)), guess)
+    guess = where(second < np.inf, larger(change / last, last / second), sqrt(change / last))
+    return where(first < np.inf, sqrt(sqrt(change / first)), guess)
 
 
 def number_is_true(condition):

@@ -21,6 +21,7 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie.arithmetic import generic, where
+from galvi.kernels.lie.elementary import sqrt
 from galvi.kernels.trees import tree
 from galvi.kernels.trees.sparse import (
     cross,
@@ -31,7 +32,6 @@ from galvi.kernels.trees.sparse import (
     minus,
     plus,
     scaled,
-    sqrt,
     sum_of,
     times,
     triple,

@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from galvi.kernels.lie.arithmetic import generic, square_root
+from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.elementary import sqrt
 
 LIMIT = math.pi
 FARTHEST = 2.0 * math.tan(0.5 * 0.995 * math.pi)
@@ -45,7 +46,7 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    length = square_root(1.0 + 0.25 * u)
+    length = sqrt(1.0 + 0.25 * u)
     return 0.5 / length, -0.25 * u / (length * (length + 1.0))
 
 
