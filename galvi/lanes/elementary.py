@@ -68,14 +68,12 @@ def inverse(x):
     return 1.0 / x if reciprocals is None else reciprocals.reciprocal(x)
 
 
-def inverse_quarters(x, n):
-    """x^(-n/4); by an estimate of 1 / sqrt(x) where the kernel has `_reciprocals`."""
-    if not isinstance(x, Lane):
-        return x ** (-0.25 * n)
+def inverse_seven_quarters(x):
+    """x^(-7/4) of a lane; by an estimate of 1 / sqrt(x) where its kernel has `_reciprocals`."""
     reciprocals = _reciprocals(x)
     if reciprocals is None:
-        return functions.inverse_fourth_root(x).power_by_products(2 * n)
-    return reciprocals.quarters(x, n)
+        return functions.inverse_fourth_root(x).power_by_products(14)
+    return reciprocals.quarters(x, 7)
 
 
 def _reciprocals(x):

@@ -21,7 +21,8 @@ from llvmlite import ir
 
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.constants import EPSILON
-from galvi.kernels.lie.arithmetic import larger, square_root, where
+from galvi.kernels.lie.arithmetic import larger, where
+from galvi.kernels.lie.elementary import sqrt
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, gives_low_parts
 from galvi.lanes.values import Lane, Truth
@@ -48,8 +49,8 @@ def begin_countdown(history):
 
 def rate_of(change, last, second, first):
     """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
-    guess = where(second < np.inf, larger(change / last, last / second), square_root(change / last))
-    return where(first < np.inf, square_root(square_root(change / first)), guess)
+    guess = where(second < np.inf, larger(change / last, last / second), sqrt(change / last))
+    return where(first < np.inf, sqrt(sqrt(change / first)), guess)
 
 
 def count_down(change, tolerance, history):

@@ -73,7 +73,7 @@ class Lane:
             builder.store((1.0 / self._made(builder.load(place))).value, place)
         with builder.if_then(builder.fcmp_ordered("!=", rest, DOUBLE(0.0))):
             lane = self._made(spread(builder, rest, self.value.type.count))
-            factor = functions.exponential(lane * self.logarithm())
+            factor = functions.exponential(lane * functions.logarithm(self))
             builder.store((self._made(builder.load(place)) * factor).value, place)
         return self._made(builder.load(place))
 
@@ -87,10 +87,6 @@ class Lane:
             with builder.if_then(chosen):
                 own = factor if bit else factor.call("sqrt")
                 builder.store((self._made(builder.load(place)) * own).value, place)
-
-    def logarithm(self):
-        """The natural logarithm; see galvi.lanes.functions."""
-        return functions.logarithm(self)
 
     def _made(self, value):
         return Lane(self.builder, value, self.flags)

@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces import force_kinds
+from galvi.kernels.forces.potentials import over_stages
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import (
     CALLS,
@@ -217,10 +218,10 @@ class Canonical:
         """
         inverse_mass = self.inverse_mass(dimension)
         if self.builtin is not None and self.gradient is None and self.hessian is None:
-            law = self.builtin.law()
+            gradient, hessian = over_stages(self.builtin.slopes)
             return ForceKernel(
-                law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
-                law.constants,
+                gradient, hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
+                self.builtin.constants,
             )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)

@@ -13,6 +13,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Rn
+from galvi.kernels.forces import potentials
 from galvi.kernels.trees import tree
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
@@ -25,13 +26,6 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.planar_chain import PlanarChain
-from galvi.systems.potentials.potentials import (
-    CentralForce,
-    CosinePotential,
-    LinearSpring,
-    SpringChain,
-    UniformField,
-)
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.traces import Trace, Untraceable, traces
 from galvi.systems.trees.joint import JointDamping
@@ -50,13 +44,6 @@ from galvi.tracing.traced_lagrangian import (
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
 MOST_LANE_VELOCITIES = 40  # velocities of a tree in lanes
-SLOPES = {  # of potentials, in galvi.lanes.laws
-    CentralForce: "central_force",
-    CosinePotential: "pendulum",
-    LinearSpring: "linear_spring",
-    SpringChain: "spring_chain",
-    UniformField: "uniform_field",
-}
 
 
 @singledispatch
@@ -80,7 +67,7 @@ def _(system: Lagrangian) -> LawCode | None:
 def _(system: RigidBody) -> LawCode | None:
     if not system.known_potential:
         return law_of(system.lagrangian)
-    law = lane_law.built_in("rigid_body", system.potential is not None)
+    law = lane_law.built_in("body", 3, system.potential is not None)
     return _with_force((law, system.lagrangian_kernel().constants), system)
 
 
@@ -88,7 +75,7 @@ def _(system: RigidBody) -> LawCode | None:
 def _(system: FreeBody) -> LawCode | None:
     if system.potential is not None:
         return law_of(system.lagrangian)
-    law = lane_law.built_in("free_body", bool(np.any(system.g)))
+    law = lane_law.built_in("body", 6, bool(np.any(system.g)))
     return _with_force((law, system.lagrangian_kernel().constants), system)
 
 
@@ -120,13 +107,11 @@ def slopes_of(system: Canonical) -> LawCode | None:
     found, potential = traces(system).found.get("dV/dq"), system.builtin
     if found is not None:
         return found.lines, np.array(found.constants)
-    name = SLOPES.get(type(potential), "")
-    if not name or potential is None or system.gradient is not None:
+    if potential is None or system.gradient is not None:
         return None
-    return (
-        f"from galvi.lanes.laws import {name} as slopes",
-        potential.law().constants,
-    )
+    name = potential.slopes.__name__
+    head = f"from galvi.lanes.laws import listed\nfrom {potentials.__name__} import {name}"
+    return f"{head}\n\nslopes = listed({name})\n", potential.constants
 
 
 def force_of(system: Forced | NBody) -> LawCode | None:
@@ -180,7 +165,9 @@ def _(value: PlanarChain) -> str:
 
 @lines_of.register
 def _(value: RotorDrag) -> str:
-    return f"from galvi.lanes.laws import {value.drag_law.name}_drag as force"
+    rate = value.drag_law.rate.__name__
+    head = f"from galvi.kernels.forces.rotor_wind import {rate}, drag_of"
+    return f"{head}\n\nforce = drag_of({rate})\n"
 
 
 @lines_of.register

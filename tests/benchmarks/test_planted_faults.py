@@ -35,7 +35,7 @@ from benchmarks.measures.symplectic_form import canonical_defect, form_defect, m
 from benchmarks.store.frames import frame, row
 from galvi import Problem
 from galvi.charts import CHARTS
-from galvi.kernels.forces.rotor_wind import rotor_wind
+from galvi.kernels.forces.rotor_wind import decay, rotor_wind
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
@@ -149,7 +149,7 @@ def slowest(start: str) -> float:
     four = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
     run = galvi.integrate(problem, four, STARTS[start].duration / 64, 64)
     v = problem.system.velocity(run.p)
-    w = [a - rotor_wind(*q, t) for a, q, t in zip(v, run.q, run.t, strict=True)]
+    w = [a - rotor_wind(q, decay(t)) for a, q, t in zip(v, run.q, run.t, strict=True)]
     return float(np.min(np.linalg.norm(w, axis=1)))
 
 

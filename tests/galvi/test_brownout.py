@@ -21,7 +21,7 @@ FAR = (1e6, 0.0, 50.0)  # where the wind is 1e-13 m/s
 
 def relaxation(problem):
     """Seconds in which the drag changes the velocity relative to the wind by its own size."""
-    wind = field.rotor_wind(*problem.q0, 0.0)
+    wind = field.rotor_wind(problem.q0, 1.0)
     w = np.linalg.norm(problem.v0 - np.array(wind))
     drag = np.linalg.norm(problem.system.force(problem.q0, problem.v0, 0.0))
     return float(problem.system.mass) * w / drag
@@ -35,7 +35,7 @@ def test_the_force_is_that_of_the_paper(diameter):
     rng = np.random.default_rng(7)
     for _ in range(10):
         q, v, t = rng.uniform(1, 9, 3), rng.normal(size=3), rng.uniform(0, 4)
-        w = v - np.array(field.rotor_wind(*q, t))
+        w = v - np.array(field.rotor_wind(q, field.decay(t)))
         exact = -0.5 * AIR * np.linalg.norm(w) * w * math.pi * diameter**2 / 4.0 * DRAG
         np.testing.assert_allclose(problem.system.force(q, v, t), exact, rtol=1e-13)
     weight = -problem.system.potential_gradient(problem.q0, 0.0)
@@ -135,7 +135,7 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
     run = galvi.integrate(problem, FOUR, 0.8 / 32, 32)
     assert np.all(run.q[:, :2] == 0.0)
     v = problem.system.velocity(run.p)[:, 2]
-    w = v - [field.rotor_wind(*q, t)[2] for q, t in zip(run.q, run.t, strict=True)]
+    w = v - [field.rotor_wind(q, field.decay(t))[2] for q, t in zip(run.q, run.t, strict=True)]
     assert w[0] > 10.0 and w[-1] < -1.0
 
 

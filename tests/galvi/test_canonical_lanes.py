@@ -14,13 +14,11 @@ from hypothesis import strategies as st
 import galvi
 from benchmarks.statistics.drift import Growth, growth
 from galvi.extended_precision import extended_precision, scaled
-from galvi.lanes import laws as potentials
 from galvi.run import engines
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from galvi.run.in_lanes.tables import LawTables
 from galvi.systems.canonical import Canonical
 from galvi.tracing.lane_law import WIDEST_COUPLED_FORCE, WIDEST_FORCE
-from galvi.tracing.laws_of_systems import slopes_of
 from references.forces.force import gradient
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -48,33 +46,18 @@ def both(problem: galvi.Problem, method: Any, step: float, steps: int, **given: 
     ],
 )
 def test_the_functions_of_a_kernel_are_the_derivatives_of_the_potential(potential: Any) -> None:
-    """At two stages; as written in Python, which is what is compiled."""
-    law, Q = potential.law(), np.array([[0.3, 1.2], [-0.7, 0.4], [0.5, -0.9]])
+    """At two stages."""
+    kernel = galvi.Canonical(1.0, potential).force_kernel(3)
+    Q, t = np.array([[0.3, 1.2], [-0.7, 0.4], [0.5, -0.9]]), np.zeros(2)
     slopes, blocks = np.full((3, 2), np.nan), np.full((3, 3, 2), np.nan)
-    law.gradient.py_func(Q, 0.0, law.constants, slopes)
-    law.hessian.py_func(Q, 0.0, law.constants, blocks)
+    kernel.force(Q, t, kernel.constants, slopes)
+    assert kernel.slope is not None
+    kernel.slope(Q, t, kernel.constants, blocks)
     for q, slope, block in zip(Q.T, slopes.T, blocks.T, strict=True):
         hessian = [gradient(lambda x, i=i: potential.gradient(x)[i], q) for i in range(3)]
         assert np.allclose(slope, gradient(potential, q), rtol=0.0, atol=1e-11)
         assert np.allclose(block, hessian, rtol=0.0, atol=1e-11)
         assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-11)
-
-
-@pytest.mark.parametrize("name", ["central_force", "linear_spring", "pendulum", "spring_chain"])
-def test_slopes_are_the_gradient_of_the_potential(name: str) -> None:
-    potential: Any = {
-        "central_force": galvi.CentralForce(0.8), "linear_spring": galvi.LinearSpring(2.0),
-        "pendulum": galvi.CosinePotential(1.2), "spring_chain": galvi.SpringChain(0.3, 0.5),
-    }[name]  # fmt: skip
-    law, q = potential.law(), np.array([0.7, -0.4, 0.9])
-    found = slopes_of(galvi.Canonical(1.0, potential))
-    assert found is not None and found[0].endswith(f" import {name} as slopes")
-    assert np.array_equal(found[1], law.constants)
-    slope = np.array(getattr(potentials, name)(q, 0.0, law.constants))
-    np.testing.assert_allclose(slope, potential.gradient(q), rtol=1e-14)
-    step = 1e-5 * np.eye(3)
-    slopes = (potential(q + step) - potential(q - step)) / 2e-5
-    np.testing.assert_allclose(slope, slopes, rtol=1e-8)
 
 
 def test_a_step_that_nothing_solves_ends_as_with_the_general_kernel() -> None:

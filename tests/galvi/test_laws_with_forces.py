@@ -11,7 +11,6 @@ import sympy as sp
 import galvi
 from galvi.lanes import laws
 from galvi.run.in_lanes.lagrangian import has_law
-from galvi.tracing.laws_of_systems import SLOPES
 from tests.galvi.agreement.on_vector_spaces import SYMBOLIC
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -25,20 +24,6 @@ def test_a_million_steps_of_a_grain() -> None:
 
 
 @pytest.mark.parametrize(
-    "law", [galvi.QuadraticDrag(), galvi.SchillerNaumann(7.0)], ids=lambda law: law.name
-)
-def test_the_drag_is_that_of_the_kernel(law: Any) -> None:
-    random = np.random.default_rng(5)
-    q, v = random.normal(scale=6.0, size=(3, 50)), random.normal(scale=4.0, size=(3, 50))
-    times, found = random.uniform(0, 5, 50), np.zeros((50, 2, 3))
-    kernel, constants = galvi.RotorDrag(0.3, law).compiled()
-    for k in range(50):
-        kernel(q[:, k], v[:, k], times[k], constants, found[k])
-    drag = np.array(getattr(laws, f"{law.name}_drag")(q, v, times, constants))
-    np.testing.assert_allclose(drag, found[:, 1].T, rtol=1e-12, atol=1e-14)
-
-
-@pytest.mark.parametrize(
     "potential",
     [galvi.UniformField([0.3, -0.2, 1.0]), galvi.CentralForce(1.3), galvi.LinearSpring(0.7),
      galvi.CosinePotential(1.1), galvi.SpringChain(0.2, 0.3)],
@@ -48,11 +33,11 @@ def test_the_law_of_a_canonical_system_has_its_derivatives(potential: Any) -> No
     random = np.random.default_rng(2)
     q, v = random.normal(size=(2, 3))
     root = random.normal(size=(3, 3))
-    slopes = getattr(laws, SLOPES[type(potential)])
+    slopes = laws.listed(potential.slopes)
     for mass in (2.0, [1.0, 2.0, 3.0], root @ root.T + np.eye(3)):
         system = galvi.Canonical(mass, potential)
         full = system.momentum(np.eye(3))
-        constants = np.append(full.ravel(), potential.law().constants)
+        constants = np.append(full.ravel(), potential.constants)
         law = laws.canonical(slopes, 3, system.mass.ndim < 2)
         forces, momenta, rows = law(q, v, 0.0, constants)
         np.testing.assert_allclose(forces, -potential.gradient(q), rtol=1e-13)

@@ -43,9 +43,11 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
 
     One took 18 % of the run on an Intel Xeon, two 36 %, six 100 %.
     """
-    line = "    pull = elementary.over_cube(c[0], square)\n"
-    more = f"    for _ in range({times}):\n        pull = elementary.sqrt(pull * pull)\n"
-    return (("lanes/laws.py", line, line + more),)
+    line = "    pull = over_cube(c[0], square)\n"
+    roots = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
+    names = "from galvi.kernels.lie.elementary import over_cube, "
+    file = "kernels/forces/potentials.py"
+    return ((file, line, line + roots), (file, names, f"{names}sqrt, "))
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
@@ -93,9 +95,9 @@ FAULTS = (
         "a wrong sign in a torque",
         (
             (
-                "lanes/laws.py",
-                "cross((c[12], c[13], c[14]), _in_body(g, 3, (c[9], c[10], c[11])))",
-                "cross(_in_body(g, 3, (c[9], c[10], c[11])), (c[12], c[13], c[14]))",
+                "kernels/forces/lagrangian_derivatives.py",
+                "cross((c[12], c[13], c[14]), weight)",
+                "cross(weight, (c[12], c[13], c[14]))",
             ),
         ),
         BODIES,

@@ -28,8 +28,7 @@ import numpy as np
 
 from benchmarks.applications.brownout.philox import uniforms
 from galvi.arrays import Array
-from galvi.kernels.forces.rotor_wind import DESCENT
-from galvi.lanes.laws import rotor_wind
+from galvi.kernels.forces.rotor_wind import decay, rotor_wind
 from galvi.problems.brownout import AIR, GRAVITY, SAND
 
 KARMAN, ROUGHNESS, LEVEL = 0.4, 1e-3, 1.0  # the last two in m
@@ -43,7 +42,7 @@ PANELS = 400  # of the quadrature, in each direction
 
 def friction_speed(r: Any, t: Any) -> Any:
     """u* in m/s at a distance from the axis in m and a time in s."""
-    outwards = rotor_wind((r, 0.0 * r, LEVEL), np.exp(-t / DESCENT))[0]
+    outwards = rotor_wind((r, 0.0 * r, LEVEL), decay(t))[0]
     return KARMAN / math.log(LEVEL / ROUGHNESS) * np.abs(outwards)
 
 

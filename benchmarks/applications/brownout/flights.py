@@ -40,7 +40,7 @@ pass_of_grains = grain_pass(wind, drag, {s})
 def grain_pass_DIGEST(work, numbers):
     pass_of_grains(work, numbers)
 """
-ROTOR = "from galvi.lanes.laws import rotor_wind as wind\n"
+ROTOR = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
 FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
@@ -177,7 +177,7 @@ def follow(
     rules = (restitution, ground.slowest, float(ground.exact))
     ends, codes = np.full((n, 13), 0.0), np.zeros((n, 4), np.int64)
     places = np.full((n, saves + 1 if saves else 0, 3), np.nan)
-    law, kept_alive = _compiled(wind, drag.name, method.stages)
+    law, kept_alive = _compiled(wind, drag.rate.__name__, method.stages)
     numbers, kernel = _tables(method, gravity, tolerance), flight.compiled_fly()
 
     def batch(part: Any) -> None:
@@ -299,7 +299,7 @@ def _check_method(method: Galerkin) -> None:
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
     """The address of a pass, and the function, which must exist as long."""
-    lines = f"from galvi.lanes.laws import {drag} as drag\n"
+    lines = f"from galvi.kernels.forces.rotor_wind import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
 

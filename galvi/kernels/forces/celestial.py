@@ -15,7 +15,8 @@ import numpy as np
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.constants import COMPLEX_STEP
 from galvi.kernels.forces.nbody import accelerations as attractions
-from galvi.kernels.lie.arithmetic import dot, generic, in_kernels, square_root
+from galvi.kernels.lie.arithmetic import dot, generic, in_kernels
+from galvi.kernels.lie.elementary import log, sqrt
 
 SOURCE, OTHER, BACK, WEIGHT, NUMBERS = range(5)
 COLUMNS = NUMBERS + 6
@@ -30,7 +31,7 @@ def pole_pull(gap, numbers):
     pole, inverse_cube, second, fourth = numbers[:3], numbers[3], numbers[4], numbers[5]
     inverse = 1.0 / dot(gap, gap)
     height = dot(gap, pole)
-    u, root = height * height * inverse, square_root(inverse)
+    u, root = height * height * inverse, sqrt(inverse)
     near = inverse * inverse
     cube, outer = root * near, fourth * inverse
     along = inverse_cube * near + cube * (
@@ -57,17 +58,6 @@ def raised(x, power):
     return x.power(power) if hasattr(x, "call") else x**power
 
 
-def log_of_number(x):
-    """The natural logarithm of a number."""
-    return np.log(x)
-
-
-@in_kernels(log_of_number)
-def logarithm(x):
-    """The natural logarithm of a number or of lanes."""
-    return x.logarithm() if hasattr(x, "call") else np.log(x)
-
-
 @generic
 def power_pull(gap, numbers):
     """a and phi (4,) of the acceleration A r^n away from the source.
@@ -77,7 +67,7 @@ def power_pull(gap, numbers):
     square = dot(gap, gap)
     power = raised(square, 0.5 * (numbers[1] - 1.0))
     along = numbers[0] * power
-    phi = numbers[2] * (square * power) + numbers[3] * logarithm(square)
+    phi = numbers[2] * (square * power) + numbers[3] * log(square)
     return along * gap[0], along * gap[1], along * gap[2], phi
 
 

@@ -31,6 +31,9 @@ from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, jit, jit_inline
 from galvi.kernels.forces import force_kinds as fields
 from galvi.kernels.forces.accelerations import accelerations
 from galvi.kernels.lie import product
+from galvi.kernels.lie.arithmetic import cross, generic
+from galvi.kernels.lie.groups.so3 import columns, fill
+from galvi.kernels.lie.rotations import times
 
 LAW, EUCLIDEAN, LEFT, BODY_GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
 NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
@@ -91,33 +94,40 @@ def gradient_kind(kind, time_dependent):
     return fields.TIMED_GRADIENT if time_dependent else fields.GRADIENT
 
 
+@generic
+def symmetric(c):
+    """The rows of the symmetric matrix (3, 3) that c begins with."""
+    return (c[0], c[3], c[6]), (c[3], c[4], c[7]), (c[6], c[7], c[8])
+
+
+@generic
+def rigid_body_slopes(g, v, c, momenta, forces):
+    """L = v.Jv/2 + w . R c.   constants: J by rows (9,), w = mass g (3,), c = centre (3,)."""
+    weight = times(columns(g, 3), (c[9], c[10], c[11]))
+    fill(times(symmetric(c), v), momenta)
+    fill(cross((c[12], c[13], c[14]), weight), forces)
+
+
+@generic
+def free_body_slopes(g, v, c, momenta, forces):
+    """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
+    fall = times(columns(g, 4), (c[10], c[11], c[12]))
+    fill(times(symmetric(c), v), momenta)
+    for i in range(3):
+        momenta[3 + i] = c[9] * v[3 + i]
+        forces[i], forces[3 + i] = 0.0, c[9] * fall[i]
+
+
 @jit
 def rigid_body(g, v, t, constants, out):
-    """L = v.Jv/2 + w . R c.   constants: J by rows (9,), w = mass g (3,), c = centre (3,)."""
-    weight, centre = np.empty(3), constants[12:15]
-    for i in range(3):
-        out[0, i] = 0.0
-        weight[i] = 0.0
-        for j in range(3):
-            out[0, i] += constants[3 * i + j] * v[j]
-            weight[i] += g[3 * j + i] * constants[9 + j]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[1, i] = centre[j] * weight[k] - centre[k] * weight[j]
+    """out <- the slopes of a rigid body."""
+    rigid_body_slopes(g, v, constants, out[0], out[1])
 
 
 @jit
 def free_body(g, v, t, constants, out):
-    """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
-    mass = constants[9]
-    for i in range(3):
-        out[0, i] = 0.0
-        out[0, i + 3] = mass * v[i + 3]
-        out[1, i] = 0.0
-        out[1, i + 3] = 0.0
-        for j in range(3):
-            out[0, i] += constants[3 * i + j] * v[j]
-            out[1, i + 3] += mass * g[4 * j + i] * constants[10 + j]
+    """out <- the slopes of a free body."""
+    free_body_slopes(g, v, constants, out[0], out[1])
 
 
 @jit
@@ -128,10 +138,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
     for i in range(9):
         slope[i] = -gradient[i // 3, i % 3] if fits else np.nan
     product.left_derivative(layout, g, slope, out[1])
-    for i in range(3):
-        out[0, i] = 0.0
-        for j in range(3):
-            out[0, i] += constants[3 * i + j] * v[j]
+    fill(times(symmetric(constants), v), out[0])
 
 
 @jit

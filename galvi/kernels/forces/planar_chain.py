@@ -12,26 +12,39 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit
+from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.elementary import sine_cosine
 
 ROWS = types.Array(types.float64, 2, "A", readonly=True)
 NUMBERS = types.Array(types.float64, 1, "C", readonly=True)
 
 
+@generic
+def planar_chain_slopes(q, v, c, sines, cosines, momenta, forces, mass):
+    """momenta <- sum_j A_ij cos(q_i - q_j) v_j, forces <- -sum_j A_ij sin(q_i - q_j) v_i v_j
+    - B_i sin(q_i), mass <- the rows of A_ij cos(q_i - q_j) up to the diagonal; all (n,)."""
+    n = len(q)
+    for i in range(n):
+        sines[i], cosines[i] = sine_cosine(q[i])
+        mass[i][i] = c[n * i + i]
+        momenta[i], forces[i] = c[n * i + i] * v[i], 0.0
+        for j in range(i):
+            A = c[n * i + j]
+            aligned = A * (cosines[i] * cosines[j] + sines[i] * sines[j])
+            crossed = A * (sines[i] * cosines[j] - cosines[i] * sines[j])
+            momenta[i], momenta[j] = momenta[i] + aligned * v[j], momenta[j] + aligned * v[i]
+            forces[i], forces[j] = forces[i] + crossed * v[j], forces[j] - crossed * v[i]
+            mass[i][j] = aligned
+    for i in range(n):
+        forces[i] = -(v[i] * forces[i]) - c[n * n + i] * sines[i]
+
+
 @jit
 def planar_chain(g, v, t, constants, out):
-    """out <- sum_j A_ij cos(q_i - q_j) v_j,  -sum_j A_ij sin(q_i - q_j) v_i v_j - B_i sin(q_i)."""
+    """out <- dL/dv and dL/dq."""
     n = g.size
-    seen = np.empty((2, n))
-    for i in range(n):
-        seen[0, i], seen[1, i] = np.cos(g[i]), np.sin(g[i])
-    for i in range(n):
-        along, across = 0.0, 0.0
-        for j in range(n):
-            pull = constants[n * i + j] * v[j]
-            along += pull * (seen[0, i] * seen[0, j] + seen[1, i] * seen[1, j])
-            across += pull * (seen[1, i] * seen[0, j] - seen[0, i] * seen[1, j])
-        out[0, i] = along
-        out[1, i] = -v[i] * across - constants[n * n + i] * seen[1, i]
+    work = np.empty((n + 2, n))
+    planar_chain_slopes(g, v, constants, work[n], work[n + 1], out[0], out[1], work)
 
 
 @jit
@@ -39,19 +52,14 @@ def planar_chain_states(g, v, constants, value, at_rest, momenta):
     """At k states, g and v (k, n): value and at_rest (k,) <- L and L without velocities, momenta
     (k, n) <- dL/dv."""
     n = g.shape[1]
-    seen = np.empty((2, n))
+    work = np.empty((n + 3, n))
+    sines, cosines, forces = work[n], work[n + 1], work[n + 2]
     for k in range(g.shape[0]):
+        planar_chain_slopes(g[k], v[k], constants, sines, cosines, momenta[k], forces, work)
         at_rest[k], value[k] = 0.0, 0.0
         for i in range(n):
-            seen[0, i], seen[1, i] = np.cos(g[k, i]), np.sin(g[k, i])
-            at_rest[k] += constants[n * n + i] * seen[0, i]
-        for i in range(n):
-            along = 0.0
-            for j in range(n):
-                turn = seen[0, i] * seen[0, j] + seen[1, i] * seen[1, j]
-                along += constants[n * i + j] * v[k, j] * turn
-            momenta[k, i] = along
-            value[k] += 0.5 * v[k, i] * along
+            at_rest[k] += constants[n * n + i] * cosines[i]
+            value[k] += 0.5 * v[k, i] * momenta[k, i]
         value[k] += at_rest[k]
 
 

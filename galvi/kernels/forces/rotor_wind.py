@@ -24,9 +24,12 @@ solution of Euler's equations.
 
 from __future__ import annotations
 
-import math
+from functools import cache
 
-from galvi.kernels.compile.jit import jit
+from galvi.kernels.compile.jit import jit_noalloc, renamed
+from galvi.kernels.forces.celestial_velocity import LEAST_SQUARE
+from galvi.kernels.lie.arithmetic import dot, generic
+from galvi.kernels.lie.elementary import exp, inverse_seven_quarters, log, sqrt
 
 R, CORE = 7.0, 2.5
 DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
@@ -44,59 +47,77 @@ def _strength():
 STRENGTH = _strength()
 
 
-@jit
-def rotor_height(t):
-    """H(t), above LOW."""
-    return LOW + (HIGH - LOW) * math.exp(-t / DESCENT)
+@generic
+def decay(t):
+    """exp(-t / DESCENT), with which the rotor descends."""
+    return exp(t * (-1.0 / DESCENT))
 
 
-@jit
+@generic
+def rotor_height(decayed):
+    """H, from `decay`."""
+    return LOW + (HIGH - LOW) * decayed
+
+
+@generic
 def ring(square, zeta):
-    """(u_r / r, u_z) of a ring of Gamma R^2 / 4 = 1, at r^2 and height zeta above it."""
-    P = square + R * R + zeta * zeta + CORE * CORE
-    B = P * P - 4.0 * R * R * square
-    scale = math.sqrt(math.sqrt(B)) / (B * B)
-    return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
+    """(u_r / (3 r), u_z) of a ring of Gamma R^2 / 4 = 1, at r^2 and height zeta above it."""
+    P = square + (R * R + CORE * CORE) + zeta * zeta
+    scale = inverse_seven_quarters(P * P - 4.0 * R * R * square)
+    return P * zeta * scale, (P * (2.0 * P - 3.0 * square) - 2.0 * R * R * square) * scale
 
 
-@jit
-def rotor_wind(x, y, z, t):
-    """The wind (u_x, u_y, u_z) at one place and time."""
-    square = x * x + y * y
-    height = rotor_height(t)
-    outwards = 0.0
-    upwards = 0.0
+@generic
+def rotor_wind(q, decayed):
+    """The wind (u_x, u_y, u_z) at one place, and time by its `decay`."""
+    square = q[0] * q[0] + q[1] * q[1]
+    height = rotor_height(decayed)
+    outwards, upwards = 0.0, 0.0
     for share in SHARES:
-        spread, rise = ring(square, z - share * height)
-        mirrored, falling = ring(square, z + share * height)
-        outwards += spread - mirrored
-        upwards += rise - falling
-    return STRENGTH * outwards * x, STRENGTH * outwards * y, STRENGTH * upwards
+        spread, rise = ring(square, q[2] - share * height)
+        mirrored, falling = ring(square, q[2] + share * height)
+        outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
+    outwards = 3.0 * STRENGTH * outwards
+    return outwards * q[0], outwards * q[1], STRENGTH * upwards
 
 
-@jit
-def relative_velocity(g, v, t):
-    """w = v - wind, and |w|."""
-    x, y, z = rotor_wind(g[0], g[1], g[2], t)
-    a, b, c = v[0] - x, v[1] - y, v[2] - z
-    return a, b, c, math.sqrt(a * a + b * b + c * c)
+@generic
+def quadratic(square, c):
+    """k |w|, and its change by |w| times |w|, from |w|^2.   constants [k]"""
+    rate = c[0] * sqrt(square)
+    return rate, rate
 
 
-@jit
-def quadratic_drag(g, v, t, constants, out):
-    """out[1] <- out[1] - k |w| w.   constants [k]"""
-    a, b, c, speed = relative_velocity(g, v, t)
-    rate = constants[0] * speed
-    out[1, 0] -= rate * a
-    out[1, 1] -= rate * b
-    out[1, 2] -= rate * c
+@generic
+def schiller_naumann(square, c):
+    """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
+    logarithm = log(c[1] * c[1] * square + LEAST_SQUARE)
+    inertial = c[0] * (INERTIAL_DRAG * exp(logarithm * (0.5 * INERTIAL_DRAG_POWER)))
+    return c[0] + inertial, INERTIAL_DRAG_POWER * inertial
 
 
-@jit
-def schiller_naumann_drag(g, v, t, constants, out):
-    """out[1] <- out[1] - k (1 + 0.15 Re^0.687) w, Re = s |w|.   constants [k, s]"""
-    a, b, c, speed = relative_velocity(g, v, t)
-    rate = constants[0] * (1.0 + INERTIAL_DRAG * (constants[1] * speed) ** INERTIAL_DRAG_POWER)
-    out[1, 0] -= rate * a
-    out[1, 1] -= rate * b
-    out[1, 2] -= rate * c
+@cache
+def drag_of(rate):
+    """The force -rate w, w = v - wind, (q, v, t, c) -> 3 values, from one of the above."""
+
+    @generic
+    def force(q, v, t, c):
+        wind = rotor_wind(q, decay(t))
+        w = v[0] - wind[0], v[1] - wind[1], v[2] - wind[2]
+        factor = -rate(dot(w, w), c)[0]
+        return factor * w[0], factor * w[1], factor * w[2]
+
+    return force
+
+
+@cache
+def drag_kernel(rate):
+    """out[1] <- out[1] + the force of `drag_of`, a kernel as of `RotorDrag.compiled`."""
+    force = drag_of(rate)
+
+    def add(g, v, t, constants, out):
+        pull = force(g, v, t, constants)
+        for i in range(3):
+            out[1, i] += pull[i]
+
+    return jit_noalloc(renamed(add, f"{rate.__name__}_drag"))

@@ -40,17 +40,6 @@ def cross(v, w):
     return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
 
 
-def root_of_number(x):
-    """The square root of a number."""
-    return np.sqrt(x)
-
-
-@in_kernels(root_of_number)
-def square_root(x):
-    """The square root of a number or of lanes."""
-    return x.call("sqrt") if hasattr(x, "call") else root_of_number(x)
-
-
 def one_of_numbers(condition, x, y):
     """x where the condition is true, else y."""
     return x if condition else y

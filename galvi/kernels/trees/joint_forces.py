@@ -19,6 +19,7 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie.arithmetic import generic, where
+from galvi.kernels.lie.elementary import sqrt
 from galvi.kernels.trees import tree
 from galvi.kernels.trees.sparse import (
     cross,
@@ -29,7 +30,6 @@ from galvi.kernels.trees.sparse import (
     minus,
     plus,
     scaled,
-    sqrt,
     sum_of,
     times,
     triple,

@@ -3,8 +3,6 @@
 For lanes, numbers, complex numbers and arrays; kernels compile the plain operations.
 """
 
-import numpy as np
-
 from galvi.kernels.lie.arithmetic import generic, in_kernels
 
 
@@ -21,39 +19,6 @@ def _plus(x, y):
 @generic
 def _minus(x, y):
     return x - y
-
-
-@generic
-def _sine_cosine(x):
-    return np.sin(x), np.cos(x)
-
-
-@generic
-def _sqrt(x):
-    return np.sqrt(x)
-
-
-@generic
-def _atan2(y, x):
-    return np.arctan2(y, x)
-
-
-def _either(name, plain):
-    """A function of numbers and arrays, or of lanes; kernels compile the plain one."""
-
-    def function(*arguments):
-        if any(hasattr(one, "builder") for one in arguments):
-            from galvi.lanes import elementary  # lanes stand on kernels
-
-            return getattr(elementary, name)(*arguments)
-        return plain(*arguments)
-
-    return in_kernels(plain)(function)
-
-
-sine_cosine = _either("sine_cosine", _sine_cosine)
-sqrt = _either("sqrt", _sqrt)
-atan2 = _either("atan2", _atan2)
 
 
 @in_kernels(_times)

@@ -25,8 +25,8 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.elementary import atan2, sine_cosine, sqrt
 from galvi.kernels.trees.sparse import (
-    atan2,
     cross,
     dot,
     is_there,
@@ -35,8 +35,6 @@ from galvi.kernels.trees.sparse import (
     minus,
     plus,
     scaled,
-    sine_cosine,
-    sqrt,
     sum_of,
     symmetric,
     times,

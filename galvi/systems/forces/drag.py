@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,40 +13,31 @@ from galvi.arrays import Array
 from galvi.kernels.forces import rotor_wind
 
 
-class DragLaw(Protocol):
-    """phi in f = -factor phi(|w|) w."""
+class DragLaw:
+    """phi in f = -factor phi(|w|) w.
 
-    def __call__(self, speed: float) -> float:
-        """phi at |w|."""
+    rate     factor phi, of galvi.kernels.forces.rotor_wind
+    numbers  its numbers, which follow the factor in the constants
+    """
 
-    @property
-    def numbers(self) -> tuple[float, ...]:
-        """Its numbers, which follow the factor in the constants of kernels."""
-
-    @property
-    def name(self) -> str:
-        """Its function in galvi.lanes.laws."""
-
-    @property
-    def drag(self) -> Callable[..., Any]:
-        """Its function in galvi.kernels.forces.rotor_wind."""
-
-
-@dataclass(frozen=True)
-class QuadraticDrag:
-    """phi = |w|: a constant drag coefficient C_d, with factor = rho_air A C_d / 2 in kg/m."""
-
-    numbers = ()
-    name = "quadratic"
-    drag = staticmethod(rotor_wind.quadratic_drag)
+    rate: ClassVar[Callable[..., Any]]
+    numbers: Any
 
     def __call__(self, speed: float) -> float:
         """phi at |w| in m/s."""
-        return speed
+        return float(self.rate(speed * speed, (1.0, *self.numbers))[0])
 
 
 @dataclass(frozen=True)
-class SchillerNaumann:
+class QuadraticDrag(DragLaw):
+    """phi = |w|: a constant drag coefficient C_d, with factor = rho_air A C_d / 2 in kg/m."""
+
+    rate = staticmethod(rotor_wind.quadratic)
+    numbers = ()
+
+
+@dataclass(frozen=True)
+class SchillerNaumann(DragLaw):
     """phi = 1 + 0.15 Re^0.687, Re = scale |w|, with factor = 3 pi mu d in kg/s, Stokes' drag.
 
     C_d = 24 / Re (1 + 0.15 Re^0.687) is within 5 % of the measured one of a sphere up to Re = 1000
@@ -56,9 +47,8 @@ class SchillerNaumann:
     scale  rho_air d / mu in s/m; ValueError unless finite and positive
     """
 
+    rate = staticmethod(rotor_wind.schiller_naumann)
     scale: float
-    name = "schiller_naumann"
-    drag = staticmethod(rotor_wind.schiller_naumann_drag)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", input_checks.positive("scale", self.scale))
@@ -67,11 +57,6 @@ class SchillerNaumann:
     def numbers(self) -> tuple[float, ...]:
         """(scale,)."""
         return (self.scale,)
-
-    def __call__(self, speed: float) -> float:
-        """phi at |w| in m/s."""
-        re = self.scale * speed
-        return 1.0 + rotor_wind.INERTIAL_DRAG * float(re**rotor_wind.INERTIAL_DRAG_POWER)
 
 
 @dataclass(frozen=True)
@@ -95,9 +80,13 @@ class RotorDrag:
             )
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
-        w = v - np.array(rotor_wind.rotor_wind(q[0], q[1], q[2], t))
-        return -self.factor * self.drag_law(np.sqrt(w @ w)) * w
+        return np.array(rotor_wind.drag_of(self.drag_law.rate)(q, v, t, self.constants))
+
+    @property
+    def constants(self) -> Array:
+        """The factor and the law's numbers."""
+        return np.array([self.factor, *self.drag_law.numbers])
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """As `BuiltinForce.compiled`, with the factor and the law's numbers for constants."""
-        return self.drag_law.drag, np.array([self.factor, *self.drag_law.numbers])
+        """As `BuiltinForce.compiled`, with `constants`."""
+        return rotor_wind.drag_kernel(self.drag_law.rate), self.constants

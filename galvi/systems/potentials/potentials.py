@@ -3,28 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.kernels.constants import COMPLEX_STEP
 from galvi.kernels.forces import potentials as kernels
-
-
-@dataclass(frozen=True, eq=False)
-class Law:
-    """Derivatives of a potential as compiled functions of all s stages at once.
-
-    gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
-    hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
-    constants  (c,) constants of both functions
-    """
-
-    gradient: Callable[..., Any]
-    hessian: Callable[..., Any]
-    constants: Array
 
 
 @runtime_checkable
@@ -40,17 +27,47 @@ class Potential(Protocol):
     def hessian(self, q: Array) -> Array:
         """d2V/dq2, shape (d, d)."""
 
-    def law(self) -> Law:
-        """Compiled derivatives and their constants."""
+    @property
+    def slopes(self) -> Callable[..., Any]:
+        """dV/dq, of galvi.kernels.forces.potentials."""
+
+    @property
+    def constants(self) -> Array:
+        """The constants (c,) of dV/dq."""
+
+
+class Differentiated:
+    """The derivatives of a potential by its ``slopes``, whose constants are its fields."""
+
+    slopes: ClassVar[Callable[..., Any]]
+
+    @property
+    def constants(self) -> Array:
+        """The constants (c,) of dV/dq."""
+        values: Any = self
+        return np.hstack([getattr(values, field.name) for field in fields(values)])
+
+    def gradient(self, q: Array) -> Array:
+        """dV/dq, (d,), at one configuration."""
+        out = 0.0 * q
+        self.slopes(q, self.constants, out)
+        return out
+
+    def hessian(self, q: Array) -> Array:
+        """d2V/dq2, (d, d), at one configuration; NaN where the gradient is not finite."""
+        out = np.empty((q.size, q.size), np.complex128)
+        self.slopes(q[:, None] + 1j * COMPLEX_STEP * np.eye(q.size), self.constants, out)
+        return out.imag / COMPLEX_STEP + 0.0 * self.gradient(q)[:, None]
 
 
 @dataclass(frozen=True)
-class CentralForce:
+class CentralForce(Differentiated):
     """V(q) = -mu / |q|, q of shape (2,) or (3,), the centre at the origin.
 
     mu  strength, length^3 / time^2 times mass; ValueError unless finite and positive
     """
 
+    slopes = staticmethod(kernels.central_force)
     mu: float = 1.0
 
     def __post_init__(self) -> None:
@@ -59,26 +76,15 @@ class CentralForce:
     def __call__(self, q: Array) -> Array:
         return -self.mu / np.sqrt(np.sum(q * q, axis=-1))
 
-    def gradient(self, q: Array) -> Array:
-        """mu q / |q|^3."""
-        return self.mu * q / np.linalg.norm(q) ** 3
-
-    def hessian(self, q: Array) -> Array:
-        """mu (I - 3 q q^T / |q|^2) / |q|^3."""
-        square = float(q @ q)
-        return self.mu * (np.eye(q.size) - 3.0 * np.outer(q, q) / square) / square**1.5
-
-    def law(self) -> Law:
-        return Law(kernels.central_gradient, kernels.central_hessian, np.array([self.mu]))
-
 
 @dataclass(frozen=True)
-class CosinePotential:
+class CosinePotential(Differentiated):
     """V(q) = -weight sum cos(q_i), q of shape (d,): d pendulums, angles from hanging down.
 
     weight  m g l, an energy; ValueError unless finite and positive
     """
 
+    slopes = staticmethod(kernels.pendulum)
     weight: float = 1.0
 
     def __post_init__(self) -> None:
@@ -87,25 +93,15 @@ class CosinePotential:
     def __call__(self, q: Array) -> Array:
         return -self.weight * np.sum(np.cos(q), axis=-1)
 
-    def gradient(self, q: Array) -> Array:
-        """weight sin(q_i)."""
-        return self.weight * np.sin(q)
-
-    def hessian(self, q: Array) -> Array:
-        """weight cos(q_i) on the diagonal."""
-        return np.diag(self.weight * np.cos(q))
-
-    def law(self) -> Law:
-        return Law(kernels.cosine_gradient, kernels.cosine_hessian, np.array([self.weight]))
-
 
 @dataclass(frozen=True)
-class LinearSpring:
+class LinearSpring(Differentiated):
     """V(q) = stiffness |q|^2 / 2, q of shape (d,).
 
     stiffness  force per length; ValueError unless finite and positive
     """
 
+    slopes = staticmethod(kernels.linear_spring)
     stiffness: float = 1.0
 
     def __post_init__(self) -> None:
@@ -114,20 +110,9 @@ class LinearSpring:
     def __call__(self, q: Array) -> Array:
         return 0.5 * self.stiffness * np.sum(q * q, axis=-1)
 
-    def gradient(self, q: Array) -> Array:
-        """stiffness q."""
-        return self.stiffness * q
-
-    def hessian(self, q: Array) -> Array:
-        """stiffness I."""
-        return self.stiffness * np.eye(q.size)
-
-    def law(self) -> Law:
-        return Law(kernels.spring_gradient, kernels.spring_hessian, np.array([self.stiffness]))
-
 
 @dataclass(frozen=True)
-class SpringChain:
+class SpringChain(Differentiated):
     """V(q) = sum over springs of r^2/2 + alpha r^3/3 + beta r^4/4, q of shape (d,) displacements.
 
     alpha, beta  quadratic and cubic stiffness; ValueError unless finite
@@ -135,6 +120,7 @@ class SpringChain:
     Fermi, Pasta, Ulam and Tsingou, Los Alamos report LA-1940 (1955), eqs. 1 and 2.
     """
 
+    slopes = staticmethod(kernels.spring_chain)
     alpha: float = 0.0
     beta: float = 0.0
 
@@ -146,31 +132,15 @@ class SpringChain:
         r = np.diff(q, prepend=0.0, append=0.0)
         return np.sum(r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1)
 
-    def gradient(self, q: Array) -> Array:
-        """dV/dq, (d,)."""
-        out = np.empty((q.size, 1))
-        law = self.law()
-        law.gradient(np.ascontiguousarray(q)[:, None], np.zeros(1), law.constants, out)
-        return out[:, 0]
-
-    def hessian(self, q: Array) -> Array:
-        """d2V/dq2, (d, d)."""
-        out = np.empty((q.size, q.size, 1))
-        law = self.law()
-        law.hessian(np.ascontiguousarray(q)[:, None], np.zeros(1), law.constants, out)
-        return out[:, :, 0]
-
-    def law(self) -> Law:
-        return Law(kernels.chain_gradient, kernels.chain_hessian, np.array([self.alpha, self.beta]))
-
 
 @dataclass(frozen=True, eq=False)
-class UniformField:
+class UniformField(Differentiated):
     """V(q) = -force . q, e.g. of a weight, with force = mass g.
 
     force  (d,) as q; ValueError unless finite
     """
 
+    slopes = staticmethod(kernels.uniform_field)
     force: Any
 
     def __post_init__(self) -> None:
@@ -181,17 +151,6 @@ class UniformField:
 
     def __call__(self, q: Array) -> Array:
         return -(q @ self.force)
-
-    def gradient(self, q: Array) -> Array:
-        """-force."""
-        return -self.force + 0.0 * q
-
-    def hessian(self, q: Array) -> Array:
-        """0."""
-        return np.zeros((q.size, q.size))
-
-    def law(self) -> Law:
-        return Law(kernels.uniform_gradient, kernels.uniform_hessian, np.array(self.force))
 
 
 @dataclass(frozen=True, eq=False)

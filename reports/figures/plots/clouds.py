@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from benchmarks.applications.brownout.cloud import PILOT, SEEN
 from benchmarks.store.frames import pick
 from galvi.arrays import Array
-from galvi.kernels.forces.rotor_wind import R, rotor_height
+from galvi.kernels.forces.rotor_wind import R, decay, rotor_height
 from reports.figures.moving import in_frame
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import WIDE, NoData, legend, panels
@@ -51,7 +51,7 @@ def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequenc
             x, z = _places(frame, study, label, t)
             (dots,) = axes.plot(x, z, ".", color=COLOURS[i], markersize=2.5, markeredgewidth=0.0)
             in_frame(dots, k, len(times))
-        (rotor,) = axes.plot([-R, R], [rotor_height(t)] * 2, color="#222222", linewidth=1.5)
+        (rotor,) = axes.plot([-R, R], [rotor_height(decay(t))] * 2, color="#222222", linewidth=1.5)
         in_frame(rotor, k, len(times))
         in_frame(axes.text(-19.0, 10.8, f"{t:.2f} s"), k, len(times))
     _sizes(axes, labels)
@@ -81,7 +81,7 @@ def _places(frame: pd.DataFrame, study: str, label: str, t: float) -> tuple[Arra
 
 
 def _scene(axes: Axes, t: float) -> None:
-    axes.plot([-R, R], [rotor_height(t)] * 2, color="#222222", linewidth=1.2)
+    axes.plot([-R, R], [rotor_height(decay(t))] * 2, color="#222222", linewidth=1.2)
     axes.plot(*zip(PILOT, SEEN, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3)))
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal")
     axes.locator_params(nbins=3)

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 
-from galvi.kernels.lie.arithmetic import generic, square_root
+from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.elementary import sqrt
 
 SINGULAR_ANGLE = math.pi
 LARGEST_IN_STEP = 2.0 * math.tan(0.5 * 0.995 * math.pi)
@@ -43,7 +44,7 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    length = square_root(1.0 + 0.25 * u)
+    length = sqrt(1.0 + 0.25 * u)
     return 0.5 / length, -0.25 * u / (length * (length + 1.0))
 
 

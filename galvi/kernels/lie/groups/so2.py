@@ -6,8 +6,9 @@ cos = 1 - cosine u, sin = sine x, d angle/dx = a + c u (galvi.kernels.lie.charts
 
 import numpy as np
 
-from galvi.kernels.lie.arithmetic import generic, square_root, two_sum
+from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.lie.dispatch import coordinate_of, rotation_radial, tangent_radial
+from galvi.kernels.lie.elementary import sqrt
 
 
 @generic
@@ -44,7 +45,7 @@ def turn_frame(chart, x, row, g, memory, low):
     c, low[0] = two_sum(c, low[0] + by_c)
     s, low[1] = two_sum(s, low[1] + by_s)
     memory[0], memory[1] = c, s
-    size = square_root(c * c + s * s)
+    size = sqrt(c * c + s * s)
     g[0], g[1], g[row], g[row + 1] = c / size, -s / size, s / size, c / size
 
 
