@@ -38,9 +38,10 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
 from galvi.tracing.lane_law import (
+    GROUP_MEMBERS,
+    MEMBERS,
     built_in,
-    compiled_group_members,
-    compiled_members,
+    compiled_law,
     coupled,
     function_of,
     unit_mass_law,
@@ -240,10 +241,10 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
         )
         extra = tables[1].shape[0]
         stages = method.stages if d <= FEW_COORDINATES and method.stages <= FEW_STAGES else 0
+        function = compiled_law(MEMBERS, law.lines, d=d, stages=stages, alone=alone)
         return MemberKernel(
-            compiled_members(law.lines, d, stages, alone), law_fields(d), rows_of_work(d), tables,
-            extra, alone, lambda q, p: {},
-        )  # fmt: skip
+            function, law_fields(d), rows_of_work(d), tables, extra, alone, lambda q, p: {}
+        )
     tables = tables_on_group(table)
     extra = tables[1].shape[0] // 2
     layout = np.array(law.layout)
@@ -256,7 +257,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
         return {"memory": remembered, "nu": nu}
 
     chart = method.group_chart.number
-    function = compiled_group_members(law.lines, law.layout, chart)
+    function = compiled_law(GROUP_MEMBERS, law.lines, layout=law.layout, chart=chart)
     rows = rows_of_group_work(d, extra)
     return MemberKernel(function, group_fields(d, law.entries), rows, tables, extra, False, memory)
 

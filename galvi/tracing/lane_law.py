@@ -21,97 +21,58 @@ FUNCTIONS = {
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
-PASS = """
+# Modules with a function ``compiled``, for `compiled_law`.
+# On R^d: d, lanes of a vector, whether for one vector of stages, whether places alone are iterated.
+PASS = """from galvi.lanes.law_pass import one_pass
+{law}
 
 pass_of_law = one_pass(law, {d}, {lanes}, one={one}, alone={alone})
 
 
-def law_pass_DIGEST(given):
+def compiled_DIGEST(given):
     pass_of_law(given)
 """
-GROUP_PASS = """
+# On a group: layout and chart of galvi.kernels.lie.product, lanes and one as on R^d.
+GROUP_PASS = """from galvi.lanes.group_pass import group_pass
+{law}
 
 pass_of_law = group_pass(law, {layout}, {chart}, {lanes}, one={one})
 
 
-def law_pass_DIGEST(given):
+def compiled_DIGEST(given):
     pass_of_law(given)
 """
-MEMBERS = """
+# Of members on R^d: d, stages for which loops are written out or 0, alone as on R^d.
+MEMBERS = """from galvi.lanes.members.law import law_steps
+{law}
 
 steps_of_law = law_steps(law, {d}, {stages}, {alone})
 
 
-def members_DIGEST(words):
+def compiled_DIGEST(words):
     steps_of_law(words)
 """
-GROUP_MEMBERS = """
+# Of members on a group.
+GROUP_MEMBERS = """from galvi.lanes.members.group import group_steps
+{law}
 
 steps_of_law = group_steps(law, {layout}, {chart})
 
 
-def members_DIGEST(words):
+def compiled_DIGEST(words):
     steps_of_law(words)
 """
 
 
 @lru_cache(maxsize=256)
-def compiled_law(
-    law: str, d: int, lanes: int, one: bool, alone: bool = False
-) -> Callable[..., Any]:
-    """The galvi.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
-    first call.
-
-    lanes  of a vector
-    one    for one vector of stages, or for several
-    alone  whether places alone are iterated
-    """
-    head = "from galvi.lanes.law_pass import one_pass\n"
-    tail = PASS.format(d=d, lanes=lanes, one=one, alone=alone)
-    source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
-
-
-@lru_cache(maxsize=256)
-def compiled_members(law: str, d: int, stages: int, alone: bool) -> Callable[..., Any]:
-    """The galvi.lanes.members.law on R^d of the lines that define ``law``, compiled at
-    the first call.
-
-    stages  s, for which loops are written out; 0 for any
-    alone   whether places alone are iterated
-    """
-    head = "from galvi.lanes.members.law import law_steps\n"
-    tail = MEMBERS.format(d=d, stages=stages, alone=alone)
-    source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
-
-
-@lru_cache(maxsize=256)
-def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
-    """As `compiled_members`, by galvi.lanes.members.group; law, layout and chart as in
-    `compiled_group_law`."""
-    head = "from galvi.lanes.members.group import group_steps\n"
-    source = symbolic_code.with_digest(
-        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart)
-    )
-    return symbolic_code.functions(source)["members"]
-
-
-@lru_cache(maxsize=256)
-def compiled_group_law(
-    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
-) -> Any:
-    """The galvi.lanes.group_pass of the lines that define ``law``, compiled at the first
+def compiled_law(module: str, law: str, **given: Any) -> Callable[..., Any]:
+    """The function of a module above with the lines that define ``law``, compiled at its first
     call.
 
-    layout, chart  of galvi.kernels.lie.product
-    lanes          of a vector
-    one            for one vector of stages, or for several
+    given  what the module is to be filled with
     """
-    head = "from galvi.lanes.group_pass import group_pass\n"
-    tail = GROUP_PASS.format(layout=layout, chart=chart, lanes=lanes, one=one)
-    source = symbolic_code.with_digest(head + law + tail)
-    return symbolic_code.functions(source)["law_pass"]
+    source = symbolic_code.with_digest(module.format(law=law, **given))
+    return cast(Callable[..., Any], symbolic_code.functions(source)["compiled"])
 
 
 def built_in(name: str, *arguments: Any) -> str:
@@ -148,11 +109,11 @@ def unit_mass_law(slopes: str, force: str, d: int, coupled: bool, forced_from: i
     return f"{slopes}\n\n\n{force or 'force = None'}\n\n\n{head}\n{law}"
 
 
-def function_of(law: str) -> Callable[..., Any]:
-    """The Python function ``law`` that the lines define, for numbers and arrays."""
+def function_of(law: str, name: str = "law") -> Callable[..., Any]:
+    """The Python function of this name that the lines define, for numbers and arrays."""
     names: dict[str, Any] = {}
     exec(compile(law, "<a law>", "exec"), names)
-    return cast(Callable[..., Any], names["law"])
+    return cast(Callable[..., Any], names[name])
 
 
 def printed_force(forces: Sequence[Any], places: Any) -> str:

@@ -14,7 +14,7 @@ from galvi.lanes.group_rows import ETA, PART, PLACE, Chart, rows_of_group_work
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.run.in_lanes.nystrom import words_of
-from galvi.tracing.lane_law import compiled_group_law
+from galvi.tracing.lane_law import GROUP_PASS, compiled_law
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
@@ -150,7 +150,9 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     body, d, method = SPINNING.system, 6, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     law = law_stepper.group_law(body)
     layout = tuple(map(tuple, coupled_layout(body, SPINNING).tolist()))
-    part = compiled_group_law(law[0], layout, method.group_chart.number, 8, True)
+    part = compiled_law(
+        GROUP_PASS, law[0], layout=layout, chart=method.group_chart.number, lanes=8, one=True
+    )
     tables, complement, _ = law_stepper.group_law_tables(method.table, 0.1, 8)
     work, numbers = np.zeros((rows_of_group_work(d, 0), 8)), np.zeros(3 * d + PLACE + 17)
     numbers[3], work[ETA * d + 3] = 2.0, 0.1

@@ -39,7 +39,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
-from galvi.tracing.lane_law import compiled_group_law, compiled_law, coupled
+from galvi.tracing.lane_law import GROUP_PASS, PASS, compiled_law, coupled
 from galvi.tracing.laws_of_systems import LawCode, law_of
 
 # In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
@@ -87,7 +87,7 @@ def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
 @lru_cache(maxsize=32)
 def _compiled(lines: str, d: int, lanes: int, one: bool) -> tuple[int, Any]:
     """The address of a law, and the function, which must exist as long."""
-    function = compiled_law(lines, d, lanes, one)
+    function = compiled_law(PASS, lines, d=d, lanes=lanes, one=one, alone=False)
     return int(addresses((function, PASS_TYPE))[0]), function
 
 
@@ -184,7 +184,7 @@ def _compiled_on_group(
     """
     law = _lane_law(system, system.group.dimension, found)
     assert law is not None
-    function = compiled_group_law(law[0], layout, chart, lanes, one)
+    function = compiled_law(GROUP_PASS, law[0], layout=layout, chart=chart, lanes=lanes, one=one)
     return int(addresses((function, PASS_TYPE))[0]), law[1], function
 
 

@@ -25,7 +25,7 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
-from galvi.tracing.lane_law import compiled_law, fits, unit_mass_law
+from galvi.tracing.lane_law import PASS, compiled_law, fits, unit_mass_law
 from galvi.tracing.laws_of_systems import slopes_of
 
 # What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
@@ -153,7 +153,7 @@ def _lane_force(
         return None
     lanes = lanes_for(s)
     law = unit_mass_law(slopes[0], "", d, coupled, 0)
-    function = compiled_law(law, d, lanes, s <= lanes, True)
+    function = compiled_law(PASS, law, d=d, lanes=lanes, one=s <= lanes, alone=True)
     address = int(addresses((function, PASS_TYPE))[0])
     constants = np.concatenate([inverse_mass.ravel(), slopes[1]])
     return address, function, constants, lanes, rows_of_work(d)
