@@ -32,7 +32,6 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.tracing.lane_law import (
     built_in,
-    compiled_group_law,
     compiled_law,
     coupled,
     function_of,
@@ -227,7 +226,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
             nystrom_tables(table) if alone else tables_on_space(table, component_degrees(method))
         )
         stages = method.stages if d <= FEW_COORDINATES and method.stages <= FEW_STAGES else 0
-        function = compiled_law(law.lines, d, alone, stages=stages)
+        function = compiled_law("collocation", law.lines, d, alone, 0, False, stages)
         return MemberKernel(
             function, law_fields(d), rows_of_work(d), tables, V * d, alone, lambda q, p: {}
         )
@@ -241,7 +240,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
         return {"memory": remembered, "nu": nu}
 
     chart = method.group_chart.number
-    function = compiled_group_law(law.lines, law.layout, chart)
+    function = compiled_law("group_collocation", law.lines, law.layout, chart)
     tables = tables_on_group(table)
     return MemberKernel(
         function, group_fields(d, law.entries), rows_of_group_work(d, tables.extra), tables,

@@ -400,7 +400,7 @@ def differences(x, y):
     return [a - b for a, b in zip(x, y, strict=True)]
 
 
-def law_step(law, d, alone, lanes=0, one=False, stages=0):
+def generated_step(law, d, alone, lanes=0, one=False, stages=0):
     """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on R^d.
 
     alone   whether places alone are iterated

@@ -568,11 +568,11 @@ def total(x, y):
     return y if is_zero(x) else (x if is_zero(y) else x + y)
 
 
-def group_step(law, groups, chart, lanes=0, one=False):
+def generated_step(law, groups, chart, lanes=0, one=False):
     """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on groups.
 
     groups, chart  layout and chart of galvi.kernels.lie.product
-    lanes, one     as of galvi.lanes.collocation.law_step
+    lanes, one     as of galvi.lanes.collocation.generated_step
     """
     functions = Chart(groups, chart)
 

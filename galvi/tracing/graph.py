@@ -18,6 +18,7 @@ node raises `Untraceable`.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from numbers import Real
 from typing import Any, NoReturn
@@ -180,6 +181,20 @@ def _unary(name: str) -> Callable[[Any], Any]:
     return of_node
 
 
+def _operator(operation: Callable[[Graph, Node, Node], Node]) -> Callable[[Node, Any], Any]:
+    """A method of a node and what may be no number."""
+
+    def of_nodes(node: Node, other: Any) -> Any:
+        y = node.graph.lifted(other)
+        return NotImplemented if y is None else operation(node.graph, node, y)
+
+    return of_nodes
+
+
+def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Node, Any], bool]:
+    return lambda node, other: compare(node.value, other)
+
+
 class Node:
     """An expression. Its operators are those of numbers, its methods those of numpy's functions."""
 
@@ -205,37 +220,14 @@ class Node:
             return self.arguments[0].arguments[0], self.arguments[1]
         return 1.0, self
 
-    def __add__(self, other: Any) -> Any:
-        y = self.graph.lifted(other)
-        return NotImplemented if y is None else self.graph.sum(self, y)
-
-    def __mul__(self, other: Any) -> Any:
-        y = self.graph.lifted(other)
-        return NotImplemented if y is None else self.graph.product(self, y)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __sub__(self, other: Any) -> Any:
-        y = self.graph.lifted(other)
-        return NotImplemented if y is None else self.graph.sum(self, -y)
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
-
-    def __truediv__(self, other: Any) -> Any:
-        y = self.graph.lifted(other)
-        return NotImplemented if y is None else self.graph.product(self, self.graph.inverse(y))
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.graph.inverse(self) * other
-
-    def __pow__(self, other: Any) -> Any:
-        y = self.graph.lifted(other)
-        return NotImplemented if y is None else self.graph.power(self, y)
-
-    def __rpow__(self, other: Any) -> Any:
-        x = self.graph.lifted(other)
-        return NotImplemented if x is None else self.graph.power(x, self)
+    __add__ = __radd__ = _operator(Graph.sum)
+    __mul__ = __rmul__ = _operator(Graph.product)
+    __sub__ = _operator(lambda graph, x, y: graph.sum(x, -y))
+    __rsub__ = _operator(lambda graph, x, y: graph.sum(-x, y))
+    __truediv__ = _operator(lambda graph, x, y: graph.product(x, graph.inverse(y)))
+    __rtruediv__ = _operator(lambda graph, x, y: graph.product(graph.inverse(x), y))
+    __pow__ = _operator(Graph.power)
+    __rpow__ = _operator(lambda graph, x, y: graph.power(y, x))
 
     def __neg__(self) -> Node:
         a, u = self.split
@@ -256,20 +248,9 @@ class Node:
     def __bool__(self) -> bool:
         return bool(self.value)
 
-    def __eq__(self, other: object) -> bool:
-        return self.value == other
-
-    def __lt__(self, other: Any) -> bool:
-        return self.value < other
-
-    def __le__(self, other: Any) -> bool:
-        return self.value <= other
-
-    def __gt__(self, other: Any) -> bool:
-        return self.value > other
-
-    def __ge__(self, other: Any) -> bool:
-        return self.value >= other
+    __eq__, __lt__, __le__, __gt__, __ge__ = map(
+        _comparison, (operator.eq, operator.lt, operator.le, operator.gt, operator.ge)
+    )
 
     def __repr__(self) -> str:
         return f"<{self.kind} of the state>"

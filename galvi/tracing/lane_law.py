@@ -21,45 +21,29 @@ FUNCTIONS = {
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
-STEP = """
+# A module with a function ``compiled``: a step of a law.
+STEP = """from galvi.lanes.{module} import generated_step
+{law}
 
-step_of_law = law_step(law, {d}, {alone}, {lanes}, {one}, {stages})
-
-
-def law_step_DIGEST(words):
-    step_of_law(words)
-"""
-GROUP_STEP = """
-
-step_of_law = group_step(law, {layout}, {chart}, {lanes}, {one})
+step_of_law = generated_step(law, {given})
 
 
-def group_step_DIGEST(words):
+def compiled_DIGEST(words):
     step_of_law(words)
 """
 
 
 @lru_cache(maxsize=256)
-def compiled_law(
-    law: str, d: int, alone: bool, lanes: int = 0, one: bool = False, stages: int = 0
-) -> Callable[..., Any]:
-    """The galvi.lanes.collocation.law_step of the lines that define ``law``, compiled at the first
-    call; arguments as there."""
-    head = "from galvi.lanes.collocation import law_step\n"
-    tail = STEP.format(d=d, alone=alone, lanes=lanes, one=one, stages=stages)
-    source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["law_step"])
+def compiled_law(module: str, law: str, *given: Any) -> Callable[..., Any]:
+    """The ``generated_step`` of a module of galvi.lanes with the lines that define ``law``,
+    compiled at its first call.
 
-
-@lru_cache(maxsize=256)
-def compiled_group_law(
-    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int = 0, one: bool = False
-) -> Callable[..., Any]:
-    """As `compiled_law`, by galvi.lanes.group_collocation.group_step."""
-    head = "from galvi.lanes.group_collocation import group_step\n"
-    tail = GROUP_STEP.format(layout=layout, chart=chart, lanes=lanes, one=one)
-    source = symbolic_code.with_digest(head + law + tail)
-    return cast(Callable[..., Any], symbolic_code.functions(source)["group_step"])
+    given  its other arguments
+    """
+    text = STEP.format(module=module, law=law, given=", ".join(map(repr, given)))
+    return cast(
+        Callable[..., Any], symbolic_code.functions(symbolic_code.with_digest(text))["compiled"]
+    )
 
 
 def built_in(name: str, *arguments: Any) -> str:
@@ -96,11 +80,11 @@ def unit_mass_law(slopes: str, force: str, d: int, coupled: bool, forced_from: i
     return f"{slopes}\n\n\n{force or 'force = None'}\n\n\n{head}\n{law}"
 
 
-def function_of(law: str) -> Callable[..., Any]:
-    """The Python function ``law`` that the lines define, for numbers and arrays."""
+def function_of(law: str, name: str = "law") -> Callable[..., Any]:
+    """The Python function of this name that the lines define, for numbers and arrays."""
     names: dict[str, Any] = {}
     exec(compile(law, "<a law>", "exec"), names)
-    return cast(Callable[..., Any], names["law"])
+    return cast(Callable[..., Any], names[name])
 
 
 def printed_force(forces: Sequence[Any], places: Any) -> str:

@@ -140,12 +140,7 @@ def lines_of(value: Any) -> str:
 
 
 @lines_of.register
-def _(value: SymbolicLagrangian) -> str:
-    return value.law
-
-
-@lines_of.register
-def _(value: SymbolicForce) -> str:
+def _(value: SymbolicLagrangian | SymbolicForce) -> str:
     return value.law
 
 

@@ -16,9 +16,9 @@ from galvi.systems.traces import Untraceable
 from galvi.tracing import code as symbolic_code
 from galvi.tracing.code import POWER
 from galvi.tracing.graph import Graph, Node
-from galvi.tracing.graph_code import GraphCode, gradient
+from galvi.tracing.graph_code import GraphCode
 from galvi.tracing.graph_code import gradient as derivatives
-from galvi.tracing.lane_law import LONGEST, LONGEST_KNOWN, function_lines, law_lines
+from galvi.tracing.lane_law import LONGEST, LONGEST_KNOWN, function_lines, function_of, law_lines
 from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 from galvi.tracing.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.tracing.tracing import traced
@@ -45,10 +45,8 @@ class TracedTerm:
 
     def defined(self, q: Array, t: float) -> bool:
         """Whether slopes(q, t, c) are finite there."""
-        made: dict[str, Any] = {}
-        exec(compile(self.lines, "<slopes>", "exec"), made)
         with np.errstate(all="ignore"):
-            found = made["slopes"](q, np.float64(t), np.array(self.constants))
+            found = function_of(self.lines, "slopes")(q, np.float64(t), np.array(self.constants))
         return bool(np.all(np.isfinite(np.array(found))))
 
 
@@ -162,7 +160,7 @@ def traced_lagrangian(
         euclidean = find(slopes, (d + q.size,))
     else:
         (L,) = find(function, ())
-        euclidean = gradient(L, [*symbols[1], *entries])
+        euclidean = derivatives(L, [*symbols[1], *entries])
     momenta, along = euclidean[:d], states.chart.left_derivative(entries, euclidean[d:])
     by = [*momenta, *(x + graph.number(0.0) for x in along)]
     if L is not None:
@@ -206,7 +204,7 @@ def _law(
 
 def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
     """The rows of d2L/dv2 up to the diagonal, one after the other."""
-    rows = [gradient(p, v[: i + 1]) for i, p in enumerate(momenta)]
+    rows = [derivatives(p, v[: i + 1]) for i, p in enumerate(momenta)]
     return [entry for row in rows for entry in row]
 
 

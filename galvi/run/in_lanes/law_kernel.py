@@ -20,7 +20,7 @@ from galvi.lanes.loops import STEP_OF_LAW, Curves, OneRun, compiled_advance_run
 from galvi.run.in_lanes.tables import LawTables, aligned
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
-from galvi.tracing.lane_law import compiled_group_law, compiled_law
+from galvi.tracing.lane_law import compiled_law
 
 NO_FACTORS = np.zeros((0, 5), dtype=np.int64)  # of R^d
 
@@ -66,8 +66,8 @@ def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
 @lru_cache(maxsize=64)
 def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawInLanes:
     """The step on R^d of the lines that define a law; arguments of
-    galvi.lanes.collocation.law_step."""
-    fields, function = law_fields(d), compiled_law(lines, d, alone, lanes, one)
+    galvi.lanes.collocation.generated_step."""
+    fields, function = law_fields(d), compiled_law("collocation", lines, d, alone, lanes, one)
     order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
     seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
     return LawInLanes(
@@ -81,10 +81,10 @@ def law_on_group(
     lines: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
 ) -> LawInLanes:
     """The step on groups in a chart of the lines that define a law; arguments of
-    galvi.lanes.group_collocation.group_step."""
+    galvi.lanes.group_collocation.generated_step."""
     d = sum(row[DIMENSION] for row in layout)
     fields = group_fields(d, sum(row[ENTRIES] for row in layout))
-    function = compiled_group_law(lines, layout, chart, lanes, one)
+    function = compiled_law("group_collocation", lines, layout, chart, lanes, one)
     places = (
         ("q", 0, 0), ("p", 1, 0), ("nu", 1, 2 * d), ("memory", 2, 0), ("nu_low", 3, 0),
         ("low", 3, d),

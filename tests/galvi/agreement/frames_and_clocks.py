@@ -118,7 +118,7 @@ def to_time(make: Any, step: float, clock: Any, duration: float, **more: Any) ->
     return Row(make, step, "clock", None, duration, {"clock": clock}, oracle=in_short_steps, **more)
 
 
-# Where a run ends, rounding of the time moves places most: 11 to 23 units by the last bits of a run.
+# Where a run ends, rounding of the time moves places most: 11 to 23 units, by its last bits.
 NEAR_PERICENTRE = {"Kepler, Sundman": 40.0}
 CALLED = ("elastic pendulum",)  # whose Lagrangian in tau is not traced
 IN_CLOCKS: dict[str, Row] = {
