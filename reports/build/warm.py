@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from itertools import product
+from multiprocessing import cpu_count, get_context
 from typing import Any
 
 import numpy as np
@@ -19,17 +22,30 @@ POINTS = (4, 8, 12, 16)
 
 
 def warm(report: Callable[[str], None] = print) -> None:
-    """Run two steps of each of galvi's problems with each kernel, and report the times."""
+    """Run two steps of each of galvi's problems with each kernel, side by side, and report the
+    times."""
+    names, began = known_problems(), time.perf_counter()
+    with ProcessPoolExecutor(min(cpu_count(), len(names)), get_context("spawn")) as pool:
+        done = {pool.submit(warm_problem, name): name for name in names}
+        for k, future in enumerate(as_completed(done), 1):
+            report(f"{k} of {len(done)}: {done[future]}, {future.result():.1f} s")
+    report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
+
+
+def known_problems() -> dict[str, Callable[[], galvi.Problem]]:
+    """Makers of galvi's problems, and of two in plain Python, by name."""
     known = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
     known["functions in Python"] = in_python
-    known["a force in Python"] = lambda: in_python(force=lambda q, v: -0.1 * v)
-    began = time.perf_counter()
-    for k, (name, problem) in enumerate(known.items(), 1):
-        clock = time.perf_counter()
-        for variant in variants(problem()):
-            run_all(variant)
-        report(f"{k} of {len(known)}: {name}, {time.perf_counter() - clock:.1f} s")
-    report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
+    known["a force in Python"] = partial(in_python, force=lambda q, v: -0.1 * v)
+    return known
+
+
+def warm_problem(name: str) -> float:
+    """Run all variants of a problem; the seconds that took."""
+    clock = time.perf_counter()
+    for variant in variants(known_problems()[name]()):
+        run_all(variant)
+    return time.perf_counter() - clock
 
 
 def in_python(**force: Any) -> galvi.Problem:
