@@ -13,7 +13,7 @@ begin()         first stages of a step, from the velocities
 one_pass(first) a pass, which notes the largest change; ``first`` of its step or not
 after_first_pass(judgement)   the sizes to which changes are relative
 add_low_parts(chosen)         adds what the low parts of the tables make of the rates, for some runs
-ends()          [(field, i, its number at the step's end), ...], and where these are valid
+ends()          [(field, i, its number at the step's end), ...], and whether that is within reach
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ import math
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
+from galvi.lanes.nbody import RECONSIDER
 from galvi.lanes.stopping import Judgement, terms_kept
 from galvi.lanes.vectors import of_words
 
 PREPARE, STEP = range(2)  # parts
-RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are chosen anew
 
 
@@ -104,12 +104,12 @@ def one_step(kind, judgement):
     rows.times(kind.time_row)
     kind.begin(judgement)
     iterate(kind, judgement)
-    ends, valid = kind.ends()
+    ends, within = kind.ends()
     total = rows.variable().lane
     for name, _, number in ends:
         if name in ("q", "p"):
             total = total + abs(number)
-    done, lost = judgement.end(valid & (total < math.inf))
+    done, lost = judgement.end(total < math.inf, within)
     for name, i, number in ends:
         rows.keep_where(done, name, number, i)
     rows.keep_where(done, "age", rows.field("age") + 1.0)

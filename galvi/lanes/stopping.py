@@ -167,14 +167,14 @@ class Judgement:
         self.code.set(code)
         self.active.set(active & (code > DIVERGED))
 
-    def end(self, finite):
-        """After the last pass; ``finite`` is whether the state at the step's end is.
+    def end(self, finite, within):
+        """After the last pass; whether the state at the step's end is finite, and within reach.
 
         Returns the members whose step is done, and those that failed.
         """
         code = self.code.lane
         code = where((code < NOT_FINITE) & ~finite, NOT_FINITE, code)
-        code = where(code > DIVERGED, DIVERGED, code)
+        code = where(((code < NOT_FINITE) & ~within) | (code > DIVERGED), DIVERGED, code)
         self.code.set(code)
         alive = self.alive.value
         return alive & (code < NOT_FINITE), alive & (code >= NOT_FINITE)

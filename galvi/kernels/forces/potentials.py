@@ -67,7 +67,7 @@ def spring(r, c):
 def uniform_field(q, c, out):
     """-f, of V = -f . q; constants f (d,)."""
     for i in range(len(q)):
-        out[i] = -c[i]
+        out[i] = 0.0 - c[i]  # 0 where c is, not -0
 
 
 @cache

@@ -97,13 +97,13 @@ def _tables(
     P, kicks = in_lanes(s, form), np.stack([table.b, table.low_parts[1]])
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
         A, B, kicks = scaled(A, h, power), scaled(B, h, power), scaled(kicks, h)
+        extended = extrapolated(table, A[0] if power == 2 else np.eye(s))
     rows = np.concatenate([np.pad(kicks, ((0, 0), (0, P - s))), means[None]])
     nodes = widened(table.c[None], P)
     blocks = [in_rows(matrix, form) for matrix in (*A, *B)]
     ahead = [table.extrapolation.T]
     if form.lanes:
-        kept = A[0] if power == 2 else np.eye(s)
-        ahead = [in_rows(matrix, form) for matrix in extrapolated(table, kept)]
+        ahead = [in_rows(matrix, form) for matrix in extended]
     tables, complement = aligned_copies(
         np.concatenate([*blocks, rows, nodes, in_rows(table.analysis.T, form), *ahead]),
         widened(complement, P),
