@@ -373,13 +373,11 @@ class LawStep:
 
     def ends(self):
         """The state at the step's end, by compensated sums."""
-        rows, tabled, found = self.rows, self.rows.tabled, []
-        step = rows.field("step")
+        rows, step, found = self.rows, self.rows.field("step"), []
         for block, name in ((V, "q"), (V if self.alone else F, "p")):
-            own = range(block * rows.d, (block + 1) * rows.d)
             bends = self.alone and name == "q"
-            weights = (tabled.back, tabled.low_back) if bends else (tabled.kicks, tabled.low_kicks)
-            for i, pair in enumerate(zip(*(rows.weighted(own, w) for w in weights), strict=True)):
+            parts = ("back", "low_back") if bends else ("kicks", "low_kicks")
+            for i, pair in enumerate(rows.totals(block * rows.d, *parts)):
                 way, rest = rows.times_step(*pair, 1 + bends)
                 low, far = rows.field(f"{name}_low", i), 0.0
                 if bends:

@@ -46,6 +46,8 @@ class Tables(NamedTuple):
                         low_back begin with beta
     nodes               c
     series              Legendre coefficients from stages
+    ends                of one run, the columns b, beta and the low parts of both, beta where places
+                        are iterated alone
     ahead               of one run, for r = 1 .. l, the extrapolation of values at the stages that
                         keeps r Legendre terms, alone A after it; of members, Legendre polynomials
                         at the next step's stages, (l, s)
@@ -60,13 +62,15 @@ class Tables(NamedTuple):
     means: int
     nodes: int
     series: int
+    ends: int
     ahead: int
 
 
-# The number of matrices before each part, and of single rows.
+# The number of matrices before each part, and of single rows; those of members have no ``ends``.
 FIRST_ROWS = (
-    (0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (5, 4)
+    (0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (5, 4), (6, 4)
 )  # fmt: skip
+ENDS = ("kicks", "back", "low_kicks", "low_back")  # columns
 
 
 class Fields:
@@ -122,12 +126,12 @@ class Rows:
         self.largest = cgutils.alloca_once(builder, ir.VectorType(ir.IntType(64), width))
         self.forget()
 
-    def lay_out_tables(self, block):
+    def lay_out_tables(self, block, first_rows=FIRST_ROWS):
         """First rows of the parts of the tables, whose matrices have ``block`` rows."""
         builder, row = self.builder, self.row
         self.block, self.tabled = block, Tables(*(
             builder.add(builder.mul(block, row(matrices)), row(rows))
-            for matrices, rows in FIRST_ROWS
+            for matrices, rows in first_rows
         ))  # fmt: skip
 
     def nothing(self):
@@ -362,6 +366,21 @@ class Stages(Rows):
         """The same: the tables hold h."""
         return high, low
 
+    def totals(self, row, *parts):
+        """sum_j w_j x_j for d rows of work, and those parts of ENDS as w: of each row, all sums."""
+        lanes, columns = self.at(self.row(0)), [ENDS.index(part) for part in parts]
+        sums = self.sums(lanes, self.tables, self.tabled.ends, row)
+        index = ir.IntType(32)
+        return [
+            [
+                Lane(self.builder, spread(
+                    self.builder, self.builder.extract_element(x.value, index(column)), 1
+                ), ())
+                for column in columns
+            ]
+            for x in sums
+        ]  # fmt: skip
+
     def over_step(self, rows):
         """h sum_j b_j x_j for some rows of work.
 
@@ -369,6 +388,10 @@ class Stages(Rows):
         sign: added to the sum it would be lost, so the sum begins with it.
         """
         return self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
+
+    def remember(self, velocities, last):
+        """d rows of work <- the velocities of the last step, which hold after one that fails."""
+        self.chunks(lambda lanes: self.store_rows(lanes, self.load_rows(lanes, velocities), last))
 
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
@@ -418,7 +441,7 @@ class Members(Rows):
         super().__init__(context, builder, words, fields, LANES, LANES)
         self.stages = self.row(stages) if stages else self.stages
         self.padded = builder.mul(self.stages, self.row(LANES))
-        self.lay_out_tables(self.stages)
+        self.lay_out_tables(self.stages, (*FIRST_ROWS[:-1], FIRST_ROWS[-2]))
         self.full = ir.Constant(ir.IntType(1), 1)
         self.guarded: Any = ()
         self.active: Any = None
@@ -480,6 +503,12 @@ class Members(Rows):
             return totals
         return [self.load_row(lanes, start + i).exact + x for i, x in enumerate(totals)]
 
+    def totals(self, row, *parts):
+        """As of one run."""
+        rows = range(row, row + self.d)
+        sums = [self.weighted(rows, getattr(self.tabled, part)) for part in parts]
+        return list(zip(*sums, strict=True))
+
     def over_step(self, rows):
         """As of one run."""
         sums = self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
@@ -492,6 +521,9 @@ class Members(Rows):
             high, lost = two_product(high, step)
             low = low * step + lost
         return high, low
+
+    def remember(self, velocities, last):
+        """Nothing: a run that fails ends."""
 
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""

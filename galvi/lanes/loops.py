@@ -17,9 +17,10 @@ from galvi.kernels.forces.passages import near_limit, note_passages
 from galvi.kernels.lie import product
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
-from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record, watched_row
 from galvi.lanes.layouts import CONSTANTS, CONTINUES, NUMBER, PART, RECORD, SHARED
+from galvi.lanes.nbody import copy_rows
 from galvi.lanes.step import PREPARE, STEP
 from galvi.lanes.vectors import LANES
 
@@ -33,27 +34,32 @@ TERMS_KEPT = 3  # index in solver_state
 class OneRun(NamedTuple):
     """What a run in lanes computes with, beside its state.
 
-    words         of galvi.lanes.layouts
-    record        (rows,)      the numbers of the run, those of SHARED from ``shared`` on
-    seats         (n, 3)       where the numbers of the state are: rows and columns of
-                               galvi.run.run_arrays' state, and rows of the record
-    work          (rows, P)
-    saved         (4, n)       the state before a step
-    layout        (factors, 5) of galvi.kernels.lie.product; no factors on R^d
-    rates, velocities, momenta first rows of work for rates of curves and velocities at the stages,
-                               and the row of the state for momenta
+    words       of galvi.lanes.layouts
+    record      (rows,)   the numbers of the run
+    seats       (n, 4)    where the numbers of the state are: row and first column of
+                          galvi.run.run_arrays' state, first row of the record, and how many
+    work        (rows, P)
+    before      (2, n)    q and p, or v, before a step
+    layout      (factors, 5) of galvi.kernels.lie.product; no factors on R^d
+    q, p        first rows of the record for these, and for the numbers of SHARED
+    shared
+    rates       first rows of work for rates of curves, velocities at the stages, and those of the
+    velocities  last step
+    last
     """
 
     words: Any
     record: Any
     seats: Any
     work: Any
-    saved: Any
+    before: Any
     layout: Any
+    q: int
+    p: int
     shared: int
     rates: int
     velocities: int
-    momenta: int
+    last: int
 
 
 class Curves(NamedTuple):
@@ -73,7 +79,7 @@ class Curves(NamedTuple):
 ONE_RUN = types.Tuple(
     (types.int64[::1], types.float64[::1], types.int64[:, ::1], MATRIX, MATRIX)
     + (types.int64[:, ::1],)
-    + (types.int64,) * 4
+    + (types.int64,) * 6
 )
 CURVES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR))
 
@@ -97,20 +103,45 @@ def curve_of(fit, rates, out):
 
 
 @jit_inline
-def keep(plan, kept, step, curves, rates, velocities, saved):
-    """Keep the curve of a step from the state ``saved``, and its velocities where it is watched."""
+def keep(plan, kept, step, curves, rates, velocities, before):
+    """Keep the curve of a step from q and v, and its velocities where it is watched."""
     fit, line, d = curves.fit, curves.line, velocities.shape[0]
     if kept.bases.shape[0] > 0:
         curve_of(fit, rates, kept.curves[step])
         for l in range(line.size):
             for i in range(d):
-                kept.curves[step, i, l] += line[l] * saved[2, i]
+                kept.curves[step, i, l] += line[l] * before[1, i]
     row, first = watched_row(plan, kept, step), kept.q.shape[1] + kept.p.shape[1]
     if row >= 0 and kept.seen.shape[1] > first:
         s = fit.shape[1]
         for i in range(d):
             for j in range(s):
                 kept.seen[row, first + i * s + j] = velocities[i, j]
+
+
+@jit_inline
+def begin(run, plan, state, stages, terms):
+    """Put the state, and the velocities at the stages, where a step finds them."""
+    numbers, shared, s = run.record, run.shared, stages.shape[1]
+    numbers[shared + LENGTH], numbers[shared + START] = plan.step, plan.t0
+    numbers[shared + ALIVE], numbers[shared + TERMS] = 1.0, terms
+    if run.layout.shape[0] > 0 and nothing_remembered(state):
+        product.remember(run.layout, state[0], state[2])
+    for row, column, first, count in run.seats:
+        for k in range(count):
+            numbers[first + k] = state[row, column + k]
+    for i in range(stages.shape[0]):
+        for k in range(run.work.shape[1]):
+            run.work[run.velocities + i, k] = stages[i, min(k, s - 1)]
+
+
+@jit_inline
+def put_back(run, state, velocities, stages):
+    """The state after the last step that was done."""
+    for row, column, first, count in run.seats:
+        for k in range(count):
+            state[row, column + k] = run.record[first + k]
+    copy_rows(stages, velocities)
 
 
 @jit_inline
@@ -128,47 +159,41 @@ def advance_run(step, given, run, curves, plan, todo, progress, kept):
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
     progress, kept = Progress(*progress), Kept(*kept)
     state, stages, solver_state = progress.state, progress.stages, progress.solver_state
-    words, numbers, seats, saved = run.words, run.record, run.seats, run.saved
-    d, s = stages.shape
+    words, numbers, shared, before = run.words, run.record, run.shared, run.before
+    (d, s), r, passage = stages.shape, kept.q.shape[1], progress.passage
+    q, p = numbers[run.q : run.q + r], numbers[run.p : run.p + d]
     velocities = run.work[run.velocities : run.velocities + d]
-    rates, places = run.work[run.rates : run.rates + d], run.work[:d]
-    numbers[run.shared + LENGTH], numbers[run.shared + START] = plan.step, plan.t0
-    numbers[run.shared + ALIVE], numbers[run.shared + TERMS] = 1.0, solver_state[TERMS_KEPT]
-    if run.layout.shape[0] > 0 and nothing_remembered(state):
-        product.remember(run.layout, state[0], state[2])
-    for n in range(seats.shape[0]):
-        numbers[seats[n, 2]] = state[seats[n, 0], seats[n, 1]]
-    for i in range(d):
-        for k in range(velocities.shape[1]):
-            velocities[i, k] = stages[i, min(k, s - 1)]
+    last, rates = run.work[run.last : run.last + d], run.work[run.rates : run.rates + d]
+    begin(run, plan, state, stages, solver_state[TERMS_KEPT])
     do(step, given, words, PREPARE)
     for number in range(solver_state[DONE], solver_state[DONE] + todo):
         words[NUMBER] = plan.first + number
         words[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
-        numbers[run.shared + PASSES] = 0.0
+        numbers[shared + PASSES] = 0.0
+        if kept.bases.shape[0] + passage.size > 0:
+            for i in range(r):
+                before[0, i] = q[i]
+            for i in range(d):
+                before[1, i] = p[i]
         do(step, given, words, STEP)
-        passes = int(numbers[run.shared + PASSES])
+        passes = int(numbers[shared + PASSES])
         progress.counts[solve.ITERATIONS] += passes
         progress.counts[solve.FORCES] += passes * s
-        if numbers[run.shared + ALIVE] == 0.0:
-            return int(numbers[run.shared + CODE])
-        copy_into(saved, state)
-        for n in range(seats.shape[0]):
-            state[seats[n, 0], seats[n, 1]] = numbers[seats[n, 2]]
-        for i in range(d):
-            for j in range(s):
-                stages[i, j] = velocities[i, j]
+        if numbers[shared + ALIVE] == 0.0:
+            put_back(run, state, last, stages)
+            return int(numbers[shared + CODE])
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, number + 1
-        solver_state[TERMS_KEPT] = int(numbers[run.shared + TERMS])
-        record(plan, kept, number, saved[0], state[0], state[run.momenta])
-        keep(plan, kept, number, curves, rates, velocities, saved)
-        if progress.passage.size > 0:
+        solver_state[TERMS_KEPT] = int(numbers[shared + TERMS])
+        record(plan, kept, number, before[0], q, p)
+        keep(plan, kept, number, curves, rates, velocities, before)
+        if passage.size > 0:
             m, h = curves.fit.shape[0], plan.step
-            fast, slow = near_limit(progress.passage, velocities[:, 0], h, m)
+            fast, slow = near_limit(passage, velocities[:, 0], h, m)
             note_passages(
-                progress.passage, places, curves.c[:s], saved[0], state[0], h, m,
+                passage, run.work[:d], curves.c[:s], before[0], q, h, m,
                 max(fast, slow ** (2.0 / 3.0)), plan.first + number + 1,
             )  # fmt: skip
+    put_back(run, state, velocities, stages)
     return solve.SOLVED
 
 

@@ -4,8 +4,8 @@ A kind of step is an object with
 
 rows            a layout of galvi.lanes.layouts, and in its record the fields named there
 rule            what ends the passes, of galvi.lanes.stopping
-velocity_row    the first rows of work for velocities at the stages, for the coefficients of their
-series_row      series, and for a guess of them; the row of times
+velocity_row    the first rows of work for velocities at the stages, for those of the last step or
+series_row      the coefficients of their series, and for a guess of them; the row of times
 guess_row
 time_row
 prepare()       does what is needed once a run
@@ -99,6 +99,7 @@ def one_step(kind, judgement):
     alive any more."""
     rows, builder = kind.rows, kind.rows.builder
     judgement.active.set(rows.field("alive") > 0.0)
+    rows.remember(kind.velocity_row, kind.series_row)
     with builder.if_then(builder.icmp_unsigned("!=", rows.continues, rows.row(0))):
         extrapolate(kind)
     rows.times(kind.time_row)

@@ -47,6 +47,18 @@ def begin_countdown(history):
         history[k] = np.inf
 
 
+def where_any(condition, compute, other):
+    """What is computed where a condition is true, elsewhere the other number; what costs time is
+    left out where it is true of no run."""
+    if not isinstance(condition, Truth):
+        return compute() if condition else other
+    builder, runs = condition.builder, condition.value.type.count
+    chosen = Variable(builder, runs, other)
+    with builder.if_then(condition.any):
+        chosen.set(where(condition, compute(), other))
+    return chosen.lane
+
+
 def rate_of(change, last, second, first):
     """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
     guess = where(second < np.inf, larger(change / last, last / second), sqrt(change / last))
@@ -72,8 +84,9 @@ def count_down(change, tolerance, history):
     once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
     patient = solved & (least > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
     rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
-    new = rate_of(change, last, second, first)
-    unknown = (change <= CLEAR) | (change >= SOON) | (new <= 0.0) | (new >= 1.0)
+    clear = (change > CLEAR) & (change < SOON)
+    new = where_any(clear, lambda: rate_of(change, last, second, first), 0.0)
+    unknown = (new <= 0.0) | (new >= 1.0)
     left = where(unknown, left, change * new - tolerance * (1.0 - new))
     rest, rate = where(unknown, rest, change), where(unknown, rate, new)
     code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)

@@ -13,7 +13,8 @@ from galvi.arrays import Array
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lie.product import DIMENSION, ENTRIES
 from galvi.kernels.nystrom.solve import FORCES
-from galvi.lanes.collocation import V, law_fields, rows_of_work
+from galvi.lanes import group_collocation
+from galvi.lanes.collocation import SERIES, V, law_fields, rows_of_work
 from galvi.lanes.group_collocation import ETA, VELOCITY, group_fields, rows_of_group_work
 from galvi.lanes.layouts import Fields
 from galvi.lanes.loops import STEP_OF_LAW, Curves, OneRun, compiled_advance_run
@@ -32,10 +33,10 @@ class LawInLanes:
     function   compiled, of the address of the words of galvi.lanes.layouts
     fields     of the record
     rows       (d, l) -> rows of work
-    seats      (n, 3) rows and columns of the state, and rows of the record
-    momenta    row of the state whose numbers are saved beside q
+    seats      (n, 4) of galvi.lanes.loops.OneRun
     rates      first row of work for the rates of curves
     velocities first row of work for velocities, or accelerations, at the stages
+    last       likewise for those of the last step
     layout     (factors, 5) of a group, as galvi.kernels.lie.product
     """
 
@@ -43,9 +44,9 @@ class LawInLanes:
     fields: Fields
     rows: Callable[[int, int], int]
     seats: Any
-    momenta: int
     rates: int
     velocities: int
+    last: int
     layout: Any
 
     @cached_property
@@ -57,9 +58,7 @@ class LawInLanes:
 def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
     """The seats of fields whose first numbers are at these rows and columns of the state."""
     return np.array([
-        (row, first + k, fields.first[name] + k)
-        for name, row, first in places
-        for k in range(fields.size[name])
+        (row, column, fields.first[name], fields.size[name]) for name, row, column in places
     ])  # fmt: skip
 
 
@@ -71,7 +70,7 @@ def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawI
     order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
     seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
     return LawInLanes(
-        function, fields, lambda d, extra: rows_of_work(d), seats, order.index("p"), V * d, V * d,
+        function, fields, lambda d, extra: rows_of_work(d), seats, V * d, V * d, SERIES * d,
         NO_FACTORS,
     )  # fmt: skip
 
@@ -90,8 +89,8 @@ def law_on_group(
         ("low", 3, d),
     )  # fmt: skip
     return LawInLanes(
-        function, fields, rows_of_group_work, seats_of(fields, places), 1, ETA * d, VELOCITY * d,
-        np.array(layout),
+        function, fields, rows_of_group_work, seats_of(fields, places), ETA * d, VELOCITY * d,
+        group_collocation.SERIES * d, np.array(layout),
     )  # fmt: skip
 
 
@@ -115,13 +114,14 @@ class LawKernel:
         tolerance: float, request: RunRequest, work: RunArrays,
     ) -> None:  # fmt: skip
         record, reals = np.zeros(law.fields.velocities), np.append(tables.growth, tolerance)
-        scratch, saved = aligned(
-            (law.rows(len(work.stages), tables.extra), tables.nodes.size), work.state.shape
+        first, places = law.fields.first, (2, work.state.shape[1])
+        scratch, before = aligned(
+            (law.rows(len(work.stages), tables.extra), tables.nodes.size), places
         )
         words = words_of(record, constants, scratch, tables, reals, request.method.stages)
         run = OneRun(
-            words, record, law.seats, scratch, saved, law.layout, law.fields.first["step"],
-            law.rates, law.velocities, law.momenta,
+            words, record, law.seats, scratch, before, law.layout, first["q"], first["p"],
+            first["step"], law.rates, law.velocities, law.last,
         )  # fmt: skip
         plan, self._progress, self._saved = run_plan(request, work, tolerance)
         self._kernel, self._work = compiled_advance_run(), work

@@ -103,7 +103,9 @@ def _tables(
     blocks = [in_rows(matrix, form) for matrix in (*A, *B)]
     ahead = [table.extrapolation.T]
     if form.lanes:
-        ahead = [in_rows(matrix, form) for matrix in extended]
+        ends = np.zeros((s, P))
+        ends[:, :4] = np.stack([kicks[0], B[0, 0, :s], kicks[1], B[1, 0, :s]], axis=1)
+        ahead = [in_rows(matrix, form) for matrix in (ends, *extended)]
     tables, complement = aligned_copies(
         np.concatenate([*blocks, rows, nodes, in_rows(table.analysis.T, form), *ahead]),
         widened(complement, P),
