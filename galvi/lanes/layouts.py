@@ -163,6 +163,10 @@ class Rows:
         scalar = self.builder.uitofp(whole, DOUBLE)
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
+    def for_all(self, truth):
+        """A truth value of LLVM's for all runs."""
+        return Truth(self.builder, spread(self.builder, truth, self.runs))
+
     def load_row(self, lanes, row):
         return Lane(self.builder, lanes.load(self.work, self.row(row)))
 

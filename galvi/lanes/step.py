@@ -24,7 +24,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 from galvi.lanes.nbody import RECONSIDER
-from galvi.lanes.stopping import Judgement, terms_kept
+from galvi.lanes.stopping import Judgement, Mask, terms_kept
 from galvi.lanes.vectors import of_words
 
 PREPARE, STEP = range(2)  # parts
@@ -38,21 +38,26 @@ def extrapolate(kind):
     extrapolates: one that rounding makes 1e10 times too large gives sizes by which any change is
     small, and the iteration would end before it began.
     """
-    rows, d, first, guess = kind.rows, kind.rows.d, kind.velocity_row, kind.guess_row
-    builder = rows.builder
+    rows, builder, guess = kind.rows, kind.rows.builder, kind.guess_row
+    chosen = Mask(builder, rows.runs)
     rest = builder.urem(rows.number, rows.row(RECONSIDER))
-    due = builder.icmp_unsigned("==", rest, rows.row(0))
-    with builder.if_then(builder.or_(due, (rows.field("terms") < 1.0).any)):
-        choose_terms(kind, rows.field("alive") > 0.0)
+    due = rows.for_all(builder.icmp_unsigned("==", rest, rows.row(0)))
+    chosen.set((rows.field("alive") > 0.0) & (due | (rows.field("terms") < 1.0)))
     if rows.merged:
+        choose_terms(kind, chosen.value)
         return
-    rows.extrapolate(first, kind.series_row, guess)
-    before, after = (rows.largest_of(range(row, row + d)) for row in (first, guess))
-    outgrows = ~(after <= LARGEST_GUESS * before)
-    with builder.if_then(outgrows.any):
-        choose_terms(kind, outgrows)
-        rows.extrapolate(first, kind.series_row, guess)
-    rows.chunks(lambda lanes: rows.store_rows(lanes, rows.load_rows(lanes, guess), first))
+    with cgutils.for_range(builder, rows.row(2), intp=rows.row) as loop:
+        choose_terms(kind, chosen.value)
+        rows.extrapolate(kind.velocity_row, kind.series_row, guess)
+        before, after = (
+            rows.largest_of(range(first, first + rows.d)) for first in (kind.velocity_row, guess)
+        )
+        chosen.set(~(after <= LARGEST_GUESS * before))
+        with builder.if_then((~chosen.value).every):
+            loop.do_break()
+    rows.chunks(
+        lambda lanes: rows.store_rows(lanes, rows.load_rows(lanes, guess), kind.velocity_row)
+    )
 
 
 def choose_terms(kind, chosen):
@@ -65,9 +70,10 @@ def choose_terms(kind, chosen):
             largest = larger(abs(coefficient), largest)
         rows.store_row(lanes, largest, kind.time_row)
 
-    rows.chunks(measure)
-    terms = terms_kept(rows, lambda index: rows.stage_number(kind.time_row, index))
-    rows.keep_where(chosen, "terms", terms)
+    with rows.builder.if_then(chosen.any):
+        rows.chunks(measure)
+        terms = terms_kept(rows, lambda index: rows.stage_number(kind.time_row, index))
+        rows.keep_where(chosen, "terms", terms)
 
 
 def iterate(kind, judgement):
