@@ -11,11 +11,11 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.internals import cgutils
-from galvi.lanes.vectors import BITS, DOUBLE, LANES, NARROW_LANES, NOTHING, Lanes
+from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
 __all__ = [
-    "LANES", "NARROW_LANES", "add_combined", "attract", "attract_and_measure", "attract_pair",
-    "combine", "combine_narrow", "drift", "follow", "follow_and_measure", "fused", "move",
+    "LANES", "add_combined", "attract", "attract_and_measure", "attract_pair",
+    "combine", "drift", "follow", "follow_and_measure", "fused", "move",
 ]  # fmt: skip
 
 
@@ -131,7 +131,7 @@ def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chu
     return signature, generate
 
 
-def _combining(width, onto=False):
+def _combining(onto=False):
     """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages.
 
     onto  whether the sum is added to what out holds
@@ -144,7 +144,7 @@ def _combining(width, onto=False):
 
         def generate(context, builder, signature, arguments):
             start, body, stages, padded, chunk = (arguments[k] for k in (2, 5, 6, 7, 8))
-            lanes = Lanes(context, builder, padded, chunk, width)
+            lanes = Lanes(context, builder, padded, chunk)
             dimension = signature.args[0].count
             factors, values, results = (
                 lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4)
@@ -163,8 +163,7 @@ def _combining(width, onto=False):
     return combined
 
 
-combine, combine_narrow = _combining(LANES), _combining(NARROW_LANES)
-add_combined = _combining(LANES, onto=True)
+combine, add_combined = _combining(), _combining(onto=True)
 
 
 @intrinsic

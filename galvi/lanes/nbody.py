@@ -293,15 +293,9 @@ def finish(axes, sums, h, a, state, out):
 
     Returns whether the state is finite.
     """
+    total = 0.0
     for body in range(a.shape[0] // len(axes)):
         combine(axes, sums, 0, a, out, body, sums.shape[0], a.shape[1], 0)
-    return end_of_step(h, out, state)
-
-
-@jit_inline
-def end_of_step(h, out, state):
-    """The end of the step from the products of ``sums`` with the accelerations, in ``out``."""
-    total = 0.0
     for i in range(state.shape[1]):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         far = h * v
