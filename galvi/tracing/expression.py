@@ -121,9 +121,10 @@ class Expressions:
 
     @property
     def places(self) -> dict[Any, str]:
-        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
+        """Symbol -> its place in generated code, e.g. 'q[0]'."""
         named = (("q", self.q), ("v", self.v), ("c", self.c))
-        return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
+        places = {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
+        return {**places, self.t: "t"}
 
     @property
     def names(self) -> tuple[str, ...]:

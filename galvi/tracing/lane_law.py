@@ -116,22 +116,6 @@ def function_of(law: str, name: str = "law") -> Callable[..., Any]:
     return cast(Callable[..., Any], names[name])
 
 
-def printed_force(forces: Sequence[Any], places: Any) -> str:
-    """The lines that define SymPy forces; "" where lanes lack a function of them."""
-    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
-    return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
-
-
-def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
-    """The lines that define the law of a SymPy Lagrangian; "" where lanes lack a function of it."""
-    d = len(q)
-    momenta = [differentiated(L, x) for x in v]
-    results = [differentiated(L, x) for x in q] + momenta
-    results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
-    lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
-    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
-
-
 def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
     """The lines that define a law, as `function_lines`.
 

@@ -81,13 +81,10 @@ class SymbolicLagrangian:
         return symbolic_code.functions(self.source)["law"], np.array(self.constants)
 
     def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:
-        function = symbolic_code.functions(self.source)[name].py_func
-        d, entries = self.dimension, np.ravel(q)
-        sizes = {"slopes": d + entries.size, "value": 1, "switches": len(self.switching)}
-        out = np.full((2, d) if name == "law" else sizes[name], np.nan)
-        with np.errstate(all="ignore"):
-            try:
-                function(entries, np.asarray(v), np.float64(t), np.array(self.constants), out)
-            except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
-                out[...] = np.nan
+        d = self.dimension
+        shapes = {
+            "law": (2, d), "slopes": (d + np.size(q),), "value": (1,),
+            "switches": (len(self.switching),),
+        }  # fmt: skip
+        out = symbolic_code.in_python(self.source, name, shapes[name], q, v, t, self.constants)
         return out.ravel()
