@@ -98,7 +98,7 @@ def _(system: CanonicalOnRn) -> LawCode | None:
     slopes = slopes_of(canonical)
     if slopes is None:
         return None
-    lines = lane_law.canonical_law(slopes[0], d, bool(canonical.mass.ndim < 2))
+    lines = lane_law.built_in("canonical", "slopes", d, canonical.mass.ndim < 2, parts=slopes[:1])
     mass = canonical.momentum(np.eye(d))
     return _with_force((lines, np.concatenate([mass.ravel(), slopes[1]])), canonical)
 
