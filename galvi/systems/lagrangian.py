@@ -27,7 +27,13 @@ from galvi.systems.finite_differences import (
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel, System
 from galvi.systems.traces import reasons, refuse, trace, traces
-from galvi.systems.user_functions import check_arguments, check_given, compiles, returned_array
+from galvi.systems.user_functions import (
+    check_arguments,
+    check_given,
+    compiles,
+    returned_array,
+    sympy_module,
+)
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -97,6 +103,7 @@ class Lagrangian:
         Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
         Lagrangian that is not twice differentiable somewhere.
         """
+        sympy_module()
         from galvi.tracing.from_sympy import symbolic  # tracing stands on systems
 
         found, timed, given_force = symbolic(L, q, v, t, parameters, force)

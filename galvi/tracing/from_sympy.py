@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial, reduce
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import sympy
 
-from galvi.arrays import Array
 from galvi.systems.traces import Untraceable
-from galvi.systems.user_functions import sympy_module
 from galvi.tracing import code as symbolic_code
 from galvi.tracing import kinks
 from galvi.tracing.code import POWER
@@ -22,7 +20,7 @@ from galvi.tracing.expression import Expressions, expressions
 from galvi.tracing.graph import Graph, Node
 from galvi.tracing.graph_code import GraphCode, gradient
 from galvi.tracing.lane_law import function_lines
-from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
 from galvi.tracing.traced_lagrangian import lagrangian_source, law_code
 
 # Names of functions that SymPy prints for numpy -> kinds of nodes.
@@ -35,44 +33,12 @@ KINDS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class SymbolicForce:
-    """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
-
-    text       the expressions in the user's notation
-    source     generated code with a function force
-    constants  values of the parameters
-    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
-    names      the parameters in the user's notation, in the order of the constants
-    """
-
-    text: str
-    source: str
-    constants: tuple[float, ...]
-    law: str = ""
-    names: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def __call__(self, q: Array, v: Array, t: float) -> Array:
-        shape = 2, len(v)
-        return symbolic_code.in_python(self.source, "force", shape, q, v, t, self.constants)[1]
-
-    def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
-        of out, and its constants."""
-        return symbolic_code.functions(self.source)["force"], np.array(self.constants)
-
-
 Write = Callable[..., Any]  # of given expressions, and of one or several in their symbols
 
 
 def written(what: str, write: Write, given: Expressions, *expressions: Any) -> Any:
     """What ``write`` makes of the expressions; ValueError where it cannot, naming the smallest
     part of which it cannot make anything."""
-    import sympy
-
     try:
         return write(given, *expressions)
     except (ArithmeticError, AttributeError, NameError, TypeError, Untraceable) as error:
@@ -89,8 +55,6 @@ def written(what: str, write: Write, given: Expressions, *expressions: Any) -> A
 
 def nodes_of(given: Expressions, *expressions: Any) -> list[Node]:
     """The expressions as nodes of one graph."""
-    import sympy
-
     graph = Graph(literal=True)
     lifted: Callable[[Any], Any] = graph.lifted
 
@@ -184,10 +148,9 @@ def symbolic(
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
     """The Lagrangian, whether it depends on the time, and the force or None.
 
-    Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
-    Lagrangian that is not twice differentiable somewhere.
+    Raises TypeError or ValueError for unusable input; warns of a Lagrangian that is not twice
+    differentiable somewhere.
     """
-    sympy = sympy_module()
     if is_lagranges_method(L):
         if not (q is None and v is None and force is None):
             raise ValueError(

@@ -38,9 +38,8 @@ from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.joint_forces import JointForces
 from galvi.systems.trees.rigid_tree import RigidTree
 from galvi.tracing import lane_law
-from galvi.tracing.from_sympy import SymbolicForce
 from galvi.tracing.lane_law import fits
-from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
 from galvi.tracing.traced_lagrangian import (
     traced_force,
     traced_gradient,
