@@ -22,8 +22,7 @@ from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
-from galvi.tracing.from_sympy import SymbolicForce
-from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
+from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
