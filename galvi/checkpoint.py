@@ -23,7 +23,7 @@ class Checkpoint:
     stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
                   the next step is predicted
     solver_state  integers of the solver, see galvi.kernels.nystrom.advance and
-                  .on_group.advance, galvi.lanes.nbody
+                  .on_group.advance, galvi.lanes.nbody, TERMS_KEPT of galvi.lanes.loops
     solver        "auto", "fixed_point" or "newton"
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last

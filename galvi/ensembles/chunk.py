@@ -59,14 +59,14 @@ class Batch:
         self.reals = np.append(kernel.tables.growth, tolerance)
         (self.work,) = aligned((kernel.rows, s, LANES))
         self.words = words_of(self.records, self.constants, self.work, kernel.tables, self.reals, s)
-        self.step = int(addresses((kernel.function, STEP_OF_LAW))[0])
+        self.law_address = int(addresses((kernel.function, STEP_OF_LAW))[0])
         self.advance_all, self.done = compiled_advance_members(), 0
 
     def advance(self, steps: int) -> None:
         """Do so many more steps of all members that have not failed."""
         self.advance_all(
-            self.step, self.words.ctypes.data, self.words, self.records, self.constants, self.work,
-            self.kernel.velocities, self.fields.velocities, self.done, steps,
+            self.law_address, self.words.ctypes.data, self.words, self.records, self.constants,
+            self.work, self.kernel.velocities, self.fields.velocities, self.done, steps,
         )  # fmt: skip
         self.done += steps
 

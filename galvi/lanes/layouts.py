@@ -23,6 +23,7 @@ from llvmlite import ir
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.lanes.functions import Reciprocals, two_product
+from galvi.lanes.nbody import RECONSIDER
 from galvi.lanes.stopping import Variable
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, LANES, Lanes, everywhere, spread
@@ -30,7 +31,7 @@ from galvi.lanes.vectors import DOUBLE, LANES, Lanes, everywhere, spread
 WORDS = 12
 (RECORD, CONSTANTS, WORK, TABLES, COMPLEMENT, REALS, STAGES, TERMS, EXTRA, PART, NUMBER,
  CONTINUES) = range(WORDS)  # fmt: skip
-SHARED = ("step", "start", "alive", "failed", "code", "passes", "age", "terms")
+SHARED = ("step", "start", "alive", "failed", "code", "passes", "terms")
 ROWS_TOGETHER = 6  # rows that are summed together: sums stay in registers
 
 
@@ -77,10 +78,9 @@ class Fields:
     """Rows of a record: a law's own, those in SHARED, then the velocities at the stages of members.
 
     step, start    h and the time of the problem's start
-    alive          1, or 0 for a member that has failed or ended
+    alive          1, or 0 for a run whose step has failed
     failed, code   the step that failed, from 1, and why; 0 for none
     passes         of all steps
-    age            steps done
     terms          of the velocities' series that are extrapolated, 0 before the first choice
     """
 
@@ -102,8 +102,9 @@ class Rows:
     runs. A layout says of each row in which lanes it is, what a sum over stages and a step is, and
     how a step is begun.
 
-    width  lanes of a vector of a stage's numbers
-    runs   lanes of a vector of runs' numbers
+    width       lanes of a vector of a stage's numbers
+    runs        lanes of a vector of runs' numbers
+    reconsider  steps between choices of the number of terms to extrapolate
     """
 
     at: Any
@@ -180,25 +181,19 @@ class Rows:
 
     def field(self, name, i=0):
         """A row of the record, whose operations are rounded one by one."""
-        return self.recorded(self.fields.first[name] + i)
+        return Lane(self.builder, self.builder.load(self._place(name, i), align=8), ())
 
     def fields_of(self, name, size):
         """The first rows of a part of the record."""
         return [self.field(name, i) for i in range(size)]
 
-    def recorded(self, k):
-        """The k-th row of the record, whose operations are rounded one by one."""
-        place = self.builder.gep(self.record, [self.row(k * self.runs)])
-        return Lane(self.builder, self.builder.load(self._of_runs(place), align=8), ())
-
     def keep(self, name, lane, i=0):
         """Change a row of the record."""
-        self.keep_recorded(self.fields.first[name] + i, lane)
+        self.builder.store(lane.value, self._place(name, i), align=8)
 
-    def keep_recorded(self, k, lane):
-        """Change the k-th row of the record."""
-        place = self.builder.gep(self.record, [self.row(k * self.runs)])
-        self.builder.store(lane.value, self._of_runs(place), align=8)
+    def _place(self, name, i):
+        k = self.row((self.fields.first[name] + i) * self.runs)
+        return self._of_runs(self.builder.gep(self.record, [k]))
 
     def keep_where(self, mask, name, lane, i=0):
         """Change a row of the record for some runs."""
@@ -266,7 +261,7 @@ class Rows:
         """sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
 
         apart  rows between the matrices of one coordinate and the next; None for the same matrix
-        count  how many rows; None for all stages
+        count  of members, how many rows; None for all stages
         start  first of d rows of work to which the sums are added
         """
         count, found = self.stages if count is None else count, []
@@ -289,6 +284,8 @@ class Stages(Rows):
     merged  whether ``ahead`` are matrices A after extrapolation
     full    whether no lane is beyond the stages
     """
+
+    reconsider = RECONSIDER
 
     def __init__(self, context, builder, words, fields, width, one, merged):
         super().__init__(context, builder, words, fields, width, 1)
@@ -440,6 +437,8 @@ class Members(Rows):
     guarded  rows of work that are stored only for runs whose iteration goes on
     active   these runs, a `galvi.lanes.stopping.Mask`
     """
+
+    reconsider = 1  # one of eight needs another number of terms sooner
 
     def __init__(self, context, builder, words, fields, stages=0):
         super().__init__(context, builder, words, fields, LANES, LANES)

@@ -85,10 +85,10 @@ CURVES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR))
 
 
 @jit_inline
-def do(step, given, words, part):
+def do(law, given, words, part):
     """Do a part of a step."""
     words[PART] = part
-    call_void(step, given)
+    call_void(law, given)
 
 
 @jit_inline
@@ -154,7 +154,7 @@ def nothing_remembered(state):
 
 
 @jit_inline
-def advance_run(step, given, run, curves, plan, todo, progress, kept):
+def advance_run(law, given, run, curves, plan, todo, progress, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
     progress, kept = Progress(*progress), Kept(*kept)
@@ -165,7 +165,7 @@ def advance_run(step, given, run, curves, plan, todo, progress, kept):
     velocities = run.work[run.velocities : run.velocities + d]
     last, rates = run.work[run.last : run.last + d], run.work[run.rates : run.rates + d]
     begin(run, plan, state, stages, solver_state[TERMS_KEPT])
-    do(step, given, words, PREPARE)
+    do(law, given, words, PREPARE)
     for number in range(solver_state[DONE], solver_state[DONE] + todo):
         words[NUMBER] = plan.first + number
         words[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
@@ -175,7 +175,7 @@ def advance_run(step, given, run, curves, plan, todo, progress, kept):
                 before[0, i] = q[i]
             for i in range(d):
                 before[1, i] = p[i]
-        do(step, given, words, STEP)
+        do(law, given, words, STEP)
         passes = int(numbers[shared + PASSES])
         progress.counts[solve.ITERATIONS] += passes
         progress.counts[solve.FORCES] += passes * s
@@ -205,7 +205,7 @@ def copy_lanes(given, out):
 
 
 @jit_inline
-def advance_members(step, given, words, records, constants, work, velocities, first, number, todo):
+def advance_members(law, given, words, records, constants, work, velocities, first, number, todo):
     """Do ``todo`` steps of all members from the number-th on.
 
     records, constants  (blocks, rows, 8) for eight members each
@@ -219,11 +219,11 @@ def advance_members(step, given, words, records, constants, work, velocities, fi
         words[CONSTANTS] = constant_words + 8 * LANES * block * constants.shape[1]
         for i in range(d * s):
             copy_lanes(records[block, first + i], work[velocities + i // s, i % s])
-        do(step, given, words, PREPARE)
+        do(law, given, words, PREPARE)
         for k in range(number, number + todo):
             words[NUMBER] = k
             words[CONTINUES] = 1 if k > 0 else 0
-            do(step, given, words, STEP)
+            do(law, given, words, STEP)
         for i in range(d * s):
             copy_lanes(work[velocities + i // s, i % s], records[block, first + i])
     words[RECORD], words[CONSTANTS] = record_words, constant_words

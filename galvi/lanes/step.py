@@ -23,7 +23,6 @@ import math
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
-from galvi.lanes.nbody import RECONSIDER
 from galvi.lanes.stopping import Judgement, Mask, terms_kept
 from galvi.lanes.vectors import of_words
 
@@ -34,13 +33,13 @@ LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are ch
 def extrapolate(kind):
     """The velocities from those of the last step, by as many terms of a Legendre series as gain.
 
-    The number of terms is chosen every RECONSIDER steps, and where a guess outgrows what it
-    extrapolates: one that rounding makes 1e10 times too large gives sizes by which any change is
-    small, and the iteration would end before it began.
+    The number of terms is chosen in some steps, and where a guess outgrows what it extrapolates:
+    one that rounding makes 1e10 times too large gives sizes by which any change is small, and the
+    iteration would end before it began.
     """
     rows, builder, guess = kind.rows, kind.rows.builder, kind.guess_row
     chosen = Mask(builder, rows.runs)
-    rest = builder.urem(rows.number, rows.row(RECONSIDER))
+    rest = builder.urem(rows.number, rows.row(rows.reconsider))
     due = rows.for_all(builder.icmp_unsigned("==", rest, rows.row(0)))
     chosen.set((rows.field("alive") > 0.0) & (due | (rows.field("terms") < 1.0)))
     if rows.merged:
@@ -119,7 +118,6 @@ def one_step(kind, judgement):
     done, lost = judgement.end(total < math.inf, within)
     for name, i, number in ends:
         rows.keep_where(done, name, number, i)
-    rows.keep_where(done, "age", rows.field("age") + 1.0)
     rows.keep_where(lost, "alive", 0.0)
     rows.keep_where(lost, "failed", rows.whole_number(rows.number) + 1.0)
     rows.keep_where(lost, "code", judgement.code.lane)

@@ -138,12 +138,12 @@ class Variable:
 
 
 class Judgement:
-    """Which members of a step still iterate, and which failed.
+    """Which runs of a step still iterate, and which failed.
 
     rule     begins a history of so many numbers, and judges a pass by it, in lanes
-    active   members whose iteration goes on; what it has computed for the others is not changed
-    code     how the iteration of each member ended, or GOING
-    settled  members of which a pass has changed little, from whose slopes low parts are formed
+    active   runs whose iteration goes on; what it has computed for the others is not changed
+    code     how the iteration of each run ended, or GOING
+    settled  runs of which a pass has changed little, from whose slopes low parts are formed
     settles  those whose last pass was the first of these; they iterate on
     """
 
@@ -161,7 +161,7 @@ class Judgement:
         self.numbers[k].set(number)
 
     def begin(self, alive):
-        """A step begins for the members that are alive."""
+        """A step begins for the runs that are alive."""
         self.alive.set(alive)
         self.active.set(alive)
         self.settled.set(~alive)
@@ -183,7 +183,7 @@ class Judgement:
     def end(self, finite, within):
         """After the last pass; whether the state at the step's end is finite, and within reach.
 
-        Returns the members whose step is done, and those that failed.
+        Returns the runs whose step is done, and those that failed.
         """
         code = self.code.lane
         code = where((code < NOT_FINITE) & ~finite, NOT_FINITE, code)

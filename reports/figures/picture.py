@@ -67,6 +67,11 @@ class Picture:
         """Width and height in pixels of CSS."""
         return pixels(self.svg)
 
+    @property
+    def narrow_size(self) -> tuple[int, int]:
+        """Likewise of the narrow SVG."""
+        return pixels(self.narrow)
+
 
 def pixels(svg: bytes) -> tuple[int, int]:
     """Width and height in pixels of CSS; (0, 0) where it has none."""

@@ -159,3 +159,10 @@ def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> N
     monkeypatch.setattr(nystrom_stepper, "nystrom_tables", rounded)
     found = energy_growth("kepler", 10**5, 8)
     assert found.drifts and found.exponent > 0.9
+
+
+@pytest.mark.parametrize("step", [1e155, 1e200])
+def test_a_step_whose_square_overflows_fails_without_a_warning(step: float) -> None:
+    method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(5))
+    run = galvi.integrate(galvi.problems.kepler(0.3), method, step, 2)
+    assert not run.success and run.failed_step == 1

@@ -70,18 +70,47 @@ def test_a_pass_that_does_not_spare_solved_members_is_caught(monkeypatch):
 
 
 def test_a_state_written_to_the_neighbour_is_caught(monkeypatch):
-    keep = layouts.Members.keep_recorded
+    keep = layouts.Members.keep
 
-    def leaking(self, k, lane):
+    def leaking(self, name, lane, i=0):
         turned = layouts.ir.Constant(
             layouts.ir.VectorType(layouts.ir.IntType(32), 8), [*range(1, 8), 0]
         )
         moved = self.builder.shuffle_vector(lane.value, lane.value, turned)
-        keep(self, k, layouts.Lane(self.builder, moved))
+        keep(self, name, layouts.Lane(self.builder, moved), i)
 
-    monkeypatch.setattr(layouts.Members, "keep_recorded", leaking)
+    monkeypatch.setattr(layouts.Members, "keep", leaking)
     with pytest.raises(AssertionError):
         check_members_do_not_mix("henon_heiles", PARTS, "\n# to the neighbour\n")
+
+
+def test_a_member_whose_first_step_fails_changes_no_bit_of_the_others():
+    problem, method = galvi.problems.kepler(0.6), galvi.Galerkin(
+        galvi.Polynomials(12), galvi.gauss(12)
+    )  # fmt: skip
+    q, v = (x.copy() for x in starts(problem, 8, 0.01))
+    sound = galvi.integrate_ensemble(problem, q, v, method, 0.3, 40)
+    q[3] = [1e-9, 0.0]
+    beside = galvi.integrate_ensemble(problem, q, v, method, 0.3, 40)
+    others = np.arange(8) != 3
+    assert sound.success.all() and not beside.success[3]
+    for one, other in zip(sound.kept, beside.kept, strict=True):
+        np.testing.assert_array_equal(one[others], other[others])
+
+
+def test_members_take_as_few_passes_as_single_runs():
+    """A number of terms that is kept for some steps suits one run, and not the worst of eight."""
+    problem, method = galvi.problems.kepler(0.5), galvi.Galerkin(
+        galvi.Polynomials(16), galvi.gauss(16)
+    )  # fmt: skip
+    q, v = starts(problem, 16, 0.01)
+    together = galvi.integrate_ensemble(problem, q, v, method, 0.4, 100)
+    alone = [
+        galvi.integrate(galvi.Problem(problem.system, *start), method, 0.4, 100).counts
+        for start in zip(q, v, strict=True)
+    ]
+    passes = sum(counts["iterations"] for counts in alone)
+    assert np.sum(together.iterations) < 1.05 * passes
 
 
 def test_for_any_number_of_threads_and_size_of_chunks(monkeypatch):

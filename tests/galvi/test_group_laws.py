@@ -156,6 +156,31 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     np.testing.assert_allclose(sizes[-1], [500.0] * 3 + [5.0] * 3, rtol=1e-12)
 
 
+PLAIN = galvi.Product((galvi.Rn(1), galvi.Rn(2)))
+
+
+@pytest.mark.parametrize(
+    "group", [galvi.SO2(), galvi.SE2(), galvi.SO3(), galvi.SE3(), PLAIN], ids=str
+)
+def test_a_step_reads_and_writes_no_number_beyond_the_state(group, monkeypatch):
+    checked, advance = [], LawKernel.advance
+
+    def seen(kernel, n):
+        rows, columns = kernel._work.state.shape
+        for row, column, _, count in OneRun(*kernel._arguments[2]).seats:
+            checked.append(row < rows and column + count <= columns)
+        return advance(kernel, n)
+
+    monkeypatch.setattr(LawKernel, "advance", seen)
+    q0 = np.eye(group.shape[0]) if len(group.shape) == 2 else np.full(group.shape, 0.3)
+    system = galvi.Lagrangian(lambda q, v: 0.5 * (v @ v) - 0.1 * np.sum(q**4), group)
+    problem = galvi.Problem(system, q0, 0.1 * np.arange(1.0, group.dimension + 1.0))
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    runs = [galvi.integrate(problem, method, 0.05, 8, solver=way) for way in ("auto", "newton")]
+    assert runs[0].engine == "lanes" and checked and all(checked)
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)
+
+
 @pytest.mark.slow(beside="test_agreement.py::test_every_chart_agrees")
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
     """The kernels keep the sound formula, which they have compiled."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.kernels.compile.function_pointers import addresses
-from galvi.kernels.lie.product import DIMENSION, ENTRIES
+from galvi.kernels.lie.product import DIMENSION, ENTRIES, ROTATIONS
 from galvi.kernels.nystrom.solve import FORCES
 from galvi.lanes import group_collocation
 from galvi.lanes.collocation import SERIES, V, law_fields, rows_of_work
@@ -84,10 +84,9 @@ def law_on_group(
     d = sum(row[DIMENSION] for row in layout)
     fields = group_fields(d, sum(row[ENTRIES] for row in layout))
     function = compiled_law("group_collocation", lines, layout, chart, lanes, one)
-    places = (
-        ("q", 0, 0), ("p", 1, 0), ("nu", 1, 2 * d), ("memory", 2, 0), ("nu_low", 3, 0),
-        ("low", 3, d),
-    )  # fmt: skip
+    places = [("q", 0, 0), ("p", 1, 0), ("memory", 2, 0), ("nu_low", 3, 0)]
+    if any(row[ROTATIONS] for row in layout):  # else the state has no room for them, and no need
+        places += [("nu", 1, 2 * d), ("low", 3, d)]
     return LawInLanes(
         function, fields, rows_of_group_work, seats_of(fields, places), ETA * d, VELOCITY * d,
         group_collocation.SERIES * d, np.array(layout),

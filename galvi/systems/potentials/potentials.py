@@ -50,13 +50,15 @@ class Differentiated:
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,), at one configuration."""
         out = 0.0 * q
-        self.slopes(q, self.constants, out)
+        with np.errstate(all="ignore"):
+            self.slopes(q, self.constants, out)
         return out
 
     def hessian(self, q: Array) -> Array:
         """d2V/dq2, (d, d), at one configuration; NaN where the gradient is not finite."""
         out = np.empty((q.size, q.size), np.complex128)
-        self.slopes(q[:, None] + 1j * COMPLEX_STEP * np.eye(q.size), self.constants, out)
+        with np.errstate(all="ignore"):
+            self.slopes(q[:, None] + 1j * COMPLEX_STEP * np.eye(q.size), self.constants, out)
         return out.imag / COMPLEX_STEP + 0.0 * self.gradient(q)[:, None]
 
 
