@@ -327,12 +327,6 @@ class Stages(Rows):
         place = self._of_runs(self.builder.gep(self.work, [place]))
         return Lane(self.builder, self.builder.load(place, align=8), ())
 
-    def stage_indices(self, lanes):
-        """The number of each lane's stage."""
-        counts = ir.Constant(ir.VectorType(DOUBLE, self.width), list(map(float, range(self.width))))
-        first = spread(self.builder, self.builder.uitofp(lanes.offset, DOUBLE), self.width)
-        return Lane(self.builder, counts) + Lane(self.builder, first)
-
     def over_stages(self, lane):
         """The sum of the lanes."""
         name = f"llvm.vector.reduce.fadd.v{self.width}f64"
@@ -393,6 +387,9 @@ class Stages(Rows):
     def remember(self, velocities, last):
         """d rows of work <- the velocities of the last step, which hold after one that fails."""
         self.chunks(lambda lanes: self.store_rows(lanes, self.load_rows(lanes, velocities), last))
+
+    def keep_series(self, lanes, series, row):
+        """Nothing: velocities are extrapolated as they are."""
 
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
@@ -478,10 +475,6 @@ class Members(Rows):
         """The numbers of a row of work at a stage."""
         return self.load_row(self.at(index), row).exact
 
-    def stage_indices(self, lanes):
-        """The number of the stage."""
-        return self.whole_number(lanes.stage)
-
     def over_stages(self, lane):
         """The same, a sum over all stages."""
         return lane.exact
@@ -528,13 +521,17 @@ class Members(Rows):
     def remember(self, velocities, last):
         """Nothing: a run that fails ends."""
 
+    def keep_series(self, lanes, series, row):
+        """Keep the coefficients of the velocities, from which the next ones are extrapolated."""
+        self.store_rows(lanes, series, row)
+
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
         terms = self.field("terms")
 
         def shorten(lanes):
-            keeps = terms > self.stage_indices(lanes)
-            kept = [x.where(keeps, 0.0) for x in self.series(lanes, velocities)]
+            keeps = terms > self.whole_number(lanes.stage)
+            kept = [x.where(keeps, 0.0) for x in self.load_rows(lanes, series)]
             self.store_rows(lanes, kept, series)
 
         def continue_series(lanes):

@@ -38,10 +38,14 @@ def extrapolate(kind):
     iteration would end before it began.
     """
     rows, builder, guess = kind.rows, kind.rows.builder, kind.guess_row
-    chosen = Mask(builder, rows.runs)
+    chosen, alive = Mask(builder, rows.runs), rows.field("alive") > 0.0
+    if rows.reconsider == 1:
+        choose_terms(kind, alive)
+        rows.extrapolate(kind.velocity_row, kind.series_row, kind.velocity_row)
+        return
     rest = builder.urem(rows.number, rows.row(rows.reconsider))
     due = rows.for_all(builder.icmp_unsigned("==", rest, rows.row(0)))
-    chosen.set((rows.field("alive") > 0.0) & (due | (rows.field("terms") < 1.0)))
+    chosen.set(alive & (due | (rows.field("terms") < 1.0)))
     if rows.merged:
         choose_terms(kind, chosen.value)
         return
@@ -64,9 +68,10 @@ def choose_terms(kind, chosen):
     rows = kind.rows
 
     def measure(lanes):
-        largest = rows.nothing()
-        for coefficient in rows.series(lanes, kind.velocity_row):
+        largest, series = rows.nothing(), rows.series(lanes, kind.velocity_row)
+        for coefficient in series:
             largest = larger(abs(coefficient), largest)
+        rows.keep_series(lanes, series, kind.series_row)
         rows.store_row(lanes, largest, kind.time_row)
 
     with rows.builder.if_then(chosen.any):
