@@ -22,7 +22,8 @@ from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
-from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
+from galvi.tracing.from_sympy import SymbolicForce
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters

@@ -34,7 +34,6 @@ from galvi.systems.user_functions import (
     check_given,
     compiles,
     returned_array,
-    sympy_module,
 )
 
 CHART = Exponential()
@@ -104,7 +103,6 @@ class Lagrangian:
         Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
         Lagrangian that is not twice differentiable somewhere.
         """
-        sympy_module()
         from galvi.tracing.from_sympy import symbolic  # tracing stands on systems
 
         found, timed, given_force = symbolic(L, q, v, t, parameters, force)

@@ -1,4 +1,4 @@
-"""Compiles generated code and caches it on disk.
+"""Generates compiled code from SymPy expressions and caches it on disk.
 
 The code depends on the expression alone, not on the names or values of parameters, and is the same
 in every process. Its file is named after its content, so that galvi.kernels.compile.cache finds the
@@ -7,12 +7,11 @@ compiled form again.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from galvi.arrays import Array
 from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
@@ -29,23 +27,109 @@ from galvi.whole_files import write_whole
 POWER = "power"  # of galvi.lanes.elementary
 KEPT_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
 EXPRESSIONS_FOLDER = "galvi-expressions"
-IMPORTS = {  # function that code may have -> the line that imports it
-    **{name: f"from math import {name}" for name in ("erf", "erfc", "gamma", "lgamma")},
-    **{name: f"from numpy import {name}" for name in (
-        "sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsinh", "arccosh", "arctanh", "exp",
-        "expm1", "log", "log1p", "sqrt", "floor", "ceil", "sign", "nan",
-    )},
-    "atan2": "from numpy import arctan2 as atan2",
+FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
+FROM_NUMPY = {
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh",
+    "atanh", "exp", "expm1", "log", "log10", "log1p", "log2", "sqrt", "hypot", "floor", "ceil",
+    "sign", "maximum", "minimum", "pi", "e", "nan",
 }  # fmt: skip
+IN_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
+            "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
 
 
-def source(bodies: Mapping[str, list[str]]) -> str:
-    """The source of functions (q, v, t, c, out) from name -> lines; names get a digest of it."""
-    text = "\n".join(
-        f"\n\ndef {name}_DIGEST(q, v, t, c, out):\n" + "\n".join(f"    {line}" for line in lines)
-        for name, lines in bodies.items()
+def written(
+    results: Sequence[Any], arguments: Mapping[Any, str], store: Callable[[int, str], str],
+    power: str = "",
+) -> list[str]:  # fmt: skip
+    """Lines of Python that compute the results, with common subexpressions computed once.
+
+    arguments  symbol -> its place in the code, e.g. 'q[0]'
+    store      (index of the result, its code) -> the line that stores it
+    power      name of a function for powers; "" for the operator **
+
+    Raises ValueError for a function that has no compiled form, naming it.
+    """
+    import sympy
+
+    shared, reduced = sympy.cse(
+        list(results), symbols=sympy.numbered_symbols("x", real=True), order="canonical"
     )
-    head = [IMPORTS[name] for name in sorted(functions_in(text) - {POWER})]
+    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
+    lines = [f"{s} = {place}" for s, place in arguments.items() if s in used]
+    lines += [f"{name} = {printed(e, power)}" for name, e in shared]
+    return lines + [store(k, printed(e, power)) for k, e in enumerate(reduced)]
+
+
+def printed(expression: Any, power: str = "") -> str:
+    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
+
+    power  name of a function for powers; "" for the operator **
+    """
+    import sympy
+    from sympy.printing.codeprinter import PrintMethodNotImplementedError
+    from sympy.printing.pycode import PythonCodePrinter
+
+    class Printer(PythonCodePrinter):  # type: ignore[misc]
+        def _print_Integer(self, number: Any) -> str:
+            return str(number.p) if abs(number.p) < 2**31 else repr(float(number))
+
+        def _print_Rational(self, number: Any) -> str:
+            return repr(float(number))
+
+        _print_Half = _print_Rational
+
+        def _print_Pow(self, of: Any, rational: bool = False) -> str:
+            if not power or of.exp == sympy.Rational(1, 2):
+                return str(super()._print_Pow(of, rational))
+            return f"{power}({self._print(of.base)}, {self._print(of.exp)})"
+
+        def _print_sign(self, of: Any) -> str:
+            return f"sign({self._print(of.args[0])})"
+
+        def _print_Piecewise(self, of: Any) -> str:
+            code = "nan"  # where no condition holds
+            for value, condition in reversed(of.args):
+                code = f"({self._print(value)} if {self._print(condition)} else {code})"
+            return code
+
+        def _print_Max(self, of: Any) -> str:
+            return self._nested("maximum", of.args)
+
+        def _print_Min(self, of: Any) -> str:
+            return self._nested("minimum", of.args)
+
+        def _nested(self, name: str, of: Any) -> str:
+            first, *others = of
+            rest = others and self._nested(name, others)
+            return f"{name}({self._print(first)}, {rest})" if rest else str(self._print(first))
+
+    try:
+        code = Printer({"fully_qualified_modules": False, "strict": True}).doprint(expression)
+    except PrintMethodNotImplementedError:
+        code = ""
+    names = {str(symbol) for symbol in expression.free_symbols}
+    unknown = _names(code) - names - FROM_MATH - FROM_NUMPY - {"abs", power}
+    if not code or unknown:
+        heads = sorted({type(f).__name__ for f in expression.atoms(_function_class())})
+        raise ValueError(
+            f"the Lagrangian, its derivatives and the force must be made of functions that can be "
+            f"compiled; received one of {', '.join(sorted(unknown) or heads)}. Replace it, or give "
+            f"galvi.Lagrangian functions of Python."
+        )
+    return str(code)
+
+
+def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
+    """The source of a module from name -> (arguments, lines); names get a digest of the source."""
+    text = "\n".join(
+        f"\n\ndef {name}_DIGEST({arguments}):\n" + "\n".join(f"    {line}" for line in lines)
+        for name, (arguments, lines) in bodies.items()
+    )
+    names = _names(text)
+    math = sorted(names & FROM_MATH)
+    numpy = [f"{IN_NUMPY[n]} as {n}" if n in IN_NUMPY else n for n in sorted(names & FROM_NUMPY)]
+    head = [f"from math import {', '.join(math)}"] * bool(math)
+    head += [f"from numpy import {', '.join(numpy)}"] * bool(numpy)
     return with_digest("\n".join(head) + text + "\n")
 
 
@@ -55,9 +139,8 @@ def with_digest(text: str) -> str:
 
 
 def functions_in(code: str) -> set[str]:
-    """The names of IMPORTS, and POWER, that occur in code."""
-    names = {node.id for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)}
-    return names & {*IMPORTS, POWER}
+    """The functions of FROM_MATH and FROM_NUMPY that occur in code."""
+    return _names(code) & (FROM_MATH | FROM_NUMPY | {POWER})
 
 
 @lru_cache(maxsize=256)
@@ -69,22 +152,6 @@ def functions(text: str) -> Mapping[str, Any]:
     exec(compile(text, str(path or "<an expression>"), "exec"), names)
     made = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
     return {name.rpartition("_")[0]: jit(function) for name, function in made.items()}
-
-
-def in_python(
-    text: str, name: str, shape: tuple[int, ...], q: Array, v: Array, t: float,
-    constants: Sequence[float],
-) -> Array:  # fmt: skip
-    """What a function of a source makes of zeros of this shape, without compilation; NaN where it
-    is undefined."""
-    out = np.zeros(shape)
-    function = functions(text)[name].py_func
-    try:
-        with np.errstate(all="ignore"):
-            function(np.ravel(q), np.asarray(v), np.float64(t), np.array(constants), out)
-    except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
-        out[...] = np.nan
-    return out
 
 
 def _kept(text: str) -> Path | None:
@@ -110,3 +177,15 @@ def _tidy(folder: Path) -> None:
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
     for path in by_use[:-KEPT_EXPRESSIONS]:
         shutil.rmtree(path.parent, ignore_errors=True)
+
+
+def _names(code: str) -> set[str]:
+    import ast
+
+    return {node.id for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)}
+
+
+def _function_class() -> Any:
+    import sympy
+
+    return sympy.Function

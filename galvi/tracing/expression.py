@@ -6,16 +6,14 @@ from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-from sympy import Derivative, Symbol
-from sympy.core.function import AppliedUndef
-
 from galvi import input_checks
 from galvi.input_checks import shown
 
 
 def in_words(expression: Any, words: Mapping[Any, str]) -> str:
     """The expression as text, its symbols replaced by these names."""
+    import sympy
+
     return str(expression.xreplace({own: sympy.Symbol(name) for own, name in words.items()}))
 
 
@@ -25,6 +23,8 @@ def real_expression(what: str, expression: Any) -> Any:
     Raises TypeError for something that is no SymPy expression, ValueError for a complex or infinite
     one.
     """
+    import sympy
+
     if isinstance(expression, int | float):
         expression = sympy.sympify(expression)
     if not isinstance(expression, sympy.Expr):
@@ -48,6 +48,9 @@ def complete(
     names  names of the symbols given by the user; another symbol of such a name has different
            assumptions
     """
+    import sympy
+    from sympy.core.function import AppliedUndef
+
     left = found.atoms(
         sympy.Derivative, sympy.Integral, sympy.Sum, sympy.Product, sympy.Limit, sympy.Subs
     )
@@ -118,10 +121,9 @@ class Expressions:
 
     @property
     def places(self) -> dict[Any, str]:
-        """Symbol -> its place in generated code, e.g. 'q[0]'."""
+        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
         named = (("q", self.q), ("v", self.v), ("c", self.c))
-        places = {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
-        return {**places, self.t: "t"}
+        return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,6 +137,8 @@ class Expressions:
 
 def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> Expressions:
     """From the arguments of `galvi.Lagrangian.from_sympy`; TypeError or ValueError as there."""
+    import sympy
+
     places = _several("q", q)
     rates, t = _velocities(places, v, t)
     if len(rates) != len(places):
@@ -142,7 +146,7 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
             f"v must hold one velocity for each coordinate; received {len(rates)} for "
             f"{len(places)}. Give them in the order of q."
         )
-    numbers = _numbers(parameters)
+    numbers = _numbers(parameters, sympy)
     given = [*places, *rates, *([] if t is None else [t]), *numbers]
     twice = sorted({str(x) for x in given if given.count(x) > 1})
     if twice:
@@ -190,6 +194,9 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
 
 
 def _several(name: str, given: Any) -> list[Any]:
+    from sympy import Derivative, Symbol
+    from sympy.core.function import AppliedUndef
+
     found = _listed(name, given)
     if not found or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in found):
         raise TypeError(
@@ -201,6 +208,8 @@ def _several(name: str, given: Any) -> list[Any]:
 
 def _listed(name: str, given: Any) -> list[Any]:
     """The items of a list, tuple, array or matrix; a single item as a list of one."""
+    import sympy
+
     if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
         raise TypeError(
             f"{name} must be a list, in the order of the coordinates; "
@@ -213,6 +222,8 @@ def _listed(name: str, given: Any) -> list[Any]:
 
 def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
     """The velocities, by default the derivatives of functions of time, and the time or None."""
+    from sympy import Symbol
+
     times = {x.args for x in places if not isinstance(x, Symbol)}
     if times:
         (when, *others) = times
@@ -237,7 +248,7 @@ def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
     return [x.diff(t) for x in places], t
 
 
-def _numbers(parameters: Any) -> dict[Any, float]:
+def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
     if parameters is not None and not isinstance(parameters, Mapping):
         raise TypeError(f"parameters must be a dict of symbols; received {shown(parameters)}.")
     given = dict(parameters or {})
@@ -257,6 +268,8 @@ def _numbers(parameters: Any) -> dict[Any, float]:
 
 def _name(x: Any) -> str:
     """The name of x, with a prime for each derivative."""
+    from sympy import Derivative
+
     if isinstance(x, Derivative):
         return _name(x.expr) + "'" * sum(int(count) for _, count in x.variable_count)
     return str(getattr(x, "name", x)) if not hasattr(x, "func") or not x.args else x.func.__name__

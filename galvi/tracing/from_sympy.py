@@ -2,107 +2,69 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable
-from functools import partial, reduce
-from types import SimpleNamespace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import sympy
 
-from galvi.systems.traces import Untraceable
+from galvi.arrays import Array
+from galvi.systems.user_functions import sympy_module
 from galvi.tracing import code as symbolic_code
-from galvi.tracing import kinks
-from galvi.tracing.code import POWER
+from galvi.tracing import kinks, lane_law
 from galvi.tracing.expression import Expressions, expressions
-from galvi.tracing.graph import Graph, Node
-from galvi.tracing.graph_code import GraphCode, gradient
-from galvi.tracing.lane_law import function_lines
-from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
-from galvi.tracing.traced_lagrangian import lagrangian_source, law_code
-
-# Names of functions that SymPy prints for numpy -> kinds of nodes.
-KINDS = {
-    "abs": "abs", "sign": "sign", "floor": "floor", "ceil": "ceil", "expm1": "expm1",
-    "log1p": "log1p", "erf": "erf", "erfc": "erfc", "gamma": "gamma", "loggamma": "lgamma",
-    "arcsinh": "arcsinh", "arccosh": "arccosh", "arctanh": "arctanh", "less": "<",
-    "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "==", "not_equal": "!=",
-    "logical_not": "not",
-}  # fmt: skip
+from galvi.tracing.lane_law import printed_force
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 
 
-Write = Callable[..., Any]  # of given expressions, and of one or several in their symbols
+@dataclass(frozen=True)
+class SymbolicForce:
+    """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
 
+    text       the expressions in the user's notation
+    source     generated code with a function force
+    constants  values of the parameters
+    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
+    names      the parameters in the user's notation, in the order of the constants
+    """
 
-def written(what: str, write: Write, given: Expressions, *expressions: Any) -> Any:
-    """What ``write`` makes of the expressions; ValueError where it cannot, naming the smallest
-    part of which it cannot make anything."""
-    try:
-        return write(given, *expressions)
-    except (ArithmeticError, AttributeError, NameError, TypeError, Untraceable) as error:
-        parts = set().union(*(x.atoms(sympy.Function, sympy.Pow) for x in expressions))
-        for part in sympy.ordered(parts - {*expressions}):
-            written(what, write, given, part)
-        why = error if isinstance(error, Untraceable) else "it has no compiled form"
-        raise ValueError(
-            f"{what} must be made of functions that can be compiled; received "
-            f"{given.text(expressions[0])}: {why}. Write it in other functions, or give "
-            f"galvi.Lagrangian functions of Python."
-        ) from error
+    text: str
+    source: str
+    constants: tuple[float, ...]
+    law: str = ""
+    names: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return self.text
 
-def nodes_of(given: Expressions, *expressions: Any) -> list[Node]:
-    """The expressions as nodes of one graph."""
-    graph = Graph(literal=True)
-    lifted: Callable[[Any], Any] = graph.lifted
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, len(v)))
+        numbers = np.array(self.constants)
+        try:
+            with np.errstate(all="ignore"):
+                symbolic_code.functions(self.source)["force"].py_func(
+                    q, v, np.float64(t), numbers, out
+                )
+        except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
+            out[...] = np.nan
+        return out[1]
 
-    def function_of(kind: str) -> Callable[..., Node]:
-        return lambda *of: graph.node(kind, *map(lifted, of))
-
-    def select(conditions: list[Any], values: list[Any], default: float) -> Node:
-        (condition, *others), (value, *more) = conditions, values
-        other = [select(others, more, default)] if others else []
-        return graph.choice(condition, lifted(value), *other)
-
-    names: dict[str, Any] = {name: function_of(kind) for name, kind in KINDS.items()}
-    for kind in ("and", "or"):
-        names[f"logical_{kind}"] = SimpleNamespace(reduce=partial(reduce, function_of(kind)))
-    branching = [sympy.Max, sympy.Min, sympy.Heaviside, sympy.KroneckerDelta]
-    plain = [
-        x.rewrite([sympy.Mod, sympy.frac], sympy.floor)
-        .rewrite(sympy.sinc, sympy.sin)
-        .rewrite(branching, sympy.Piecewise)
-        for x in expressions
-    ]
-    symbols, places = zip(*given.places.items(), strict=True)
-    function = sympy.lambdify(symbols, plain, [names | {"select": select}, "numpy"], cse=True)
-    with np.errstate(all="ignore"):
-        return [lifted(x) for x in function(*map(graph.variables, places))]
-
-
-def lagrangian_code(given: Expressions, L: Any, *surfaces: Any) -> tuple[str, str]:
-    """The source of a `SymbolicLagrangian`, with ``switches`` that are the surfaces' values, and
-    the lines of its law."""
-    nodes, d = nodes_of(given, L, *surfaces), len(given.q)
-    q, v = (nodes[0].graph.variables(name, d) for name in "qv")
-    by = gradient(nodes[0], [*v, *q])
-    printed, law = law_code(by[d:], by[:d], v, math.inf)
-    switches = {"switches": nodes[1:]} if surfaces else {}
-    return lagrangian_source(printed, by, value=nodes[:1], **switches), law
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
+        of out, and its constants."""
+        return symbolic_code.functions(self.source)["force"], np.array(self.constants)
 
 
 def symbolic_force(given: Expressions) -> SymbolicForce:
     """The generalised forces of these expressions, compiled."""
     assert given.forces is not None
-    nodes, printed = written("the force", nodes_of, given, *given.forces), GraphCode()
-    lines, results = printed.written(nodes)
-    text = symbolic_code.source(
-        {"force": lines + [f"out[1, {k}] += {code}" for k, code in enumerate(results)]}
+    lines = symbolic_code.written(
+        given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
     )
+    text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
     words = f"[{', '.join(map(given.text, given.forces))}]"
-    law = function_lines("force(q, v, t, c)", *printed.written(nodes, POWER))
+    law = printed_force(given.forces, given.places)
     return SymbolicForce(words, text, given.values, law, given.names)
 
 
@@ -148,9 +110,10 @@ def symbolic(
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
     """The Lagrangian, whether it depends on the time, and the force or None.
 
-    Raises TypeError or ValueError for unusable input; warns of a Lagrangian that is not twice
-    differentiable somewhere.
+    Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
+    Lagrangian that is not twice differentiable somewhere.
     """
+    sympy = sympy_module()
     if is_lagranges_method(L):
         if not (q is None and v is None and force is None):
             raise ValueError(
@@ -162,15 +125,17 @@ def symbolic(
         raise TypeError("q must hold the coordinates of the expression; received none.")
     given = expressions(L, q, v, t, parameters, force)
     surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
-    what = "the Lagrangian and its derivatives"
-    source, law = written(what, lagrangian_code, given, given.L, *surfaces)
     found = SymbolicLagrangian(
         given.text(given.L),
-        source,
+        _source(given, surfaces),
         given.values,
         len(given.q),
         tuple(map(given.text, surfaces)),
-        law,
+        ""
+        if surfaces
+        else lane_law.printed_law(
+            given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+        ),
         sympy.srepr(given.L),
         given.names,
     )
@@ -184,3 +149,20 @@ def symbolic(
             )
     external = None if given.forces is None else symbolic_force(given)
     return found, given.t in given.L.free_symbols, external
+
+
+def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
+    d, places = len(given.q), given.places
+    by = [kinks.differentiated(given.L, x) for x in (*given.v, *given.q)]
+    bodies = {
+        "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
+        "value": ([given.L], lambda k, code: f"out[{k}] = {code}"),
+        "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
+    }
+    return symbolic_code.source(
+        {
+            name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
+            for name, (results, store) in bodies.items()
+            if results
+        }
+    )

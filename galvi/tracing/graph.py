@@ -9,9 +9,6 @@ variable                    its place in generated code, e.g. "q[0]"
 "atan2"                     of two nodes
 "power"                     of two nodes, or of a node and a number
 sin, cos, ... of UNARY      of one node
-"abs", "sign", "erf", ...   of one node, never simplified
-"<", "and", "not", ...      of nodes, conditions
-"choice"                    of a condition, what holds there and, unless that is nan, elsewhere
 
 Nodes have the operators of numbers and the methods by which numpy's functions treat an array of
 objects, so that a function of numbers and arrays can be called on them. What needs the value of a
@@ -40,21 +37,18 @@ MOST_FACTORS = 64  # a power up to which an integer one is made of products
 
 
 class Graph:
-    """The nodes made so far, in an order in which each follows its arguments.
+    """The nodes made so far, in an order in which each follows its arguments."""
 
-    literal  the numbers are part of the code, and there may be more than MOST_NODES nodes
-    """
-
-    def __init__(self, literal: bool = False) -> None:
+    def __init__(self) -> None:
         self.known: dict[tuple[Any, ...], Node] = {}
-        self.refusal, self.literal = "", literal
+        self.refusal = ""
 
     def node(self, kind: str, *arguments: Any) -> Node:
         """The node of this kind and arguments, without simplification."""
-        key = (kind, *(x.index if isinstance(x, Node) else (x,) for x in arguments))
+        key = (kind, *(x.index if isinstance(x, Node) else x for x in arguments))
         found = self.known.get(key)
         if found is None:
-            if len(self.known) == MOST_NODES and not self.literal:
+            if len(self.known) == MOST_NODES:
                 self.refuse(f"its derivatives have more than {MOST_NODES} terms")
             found = self.known[key] = Node(self, len(self.known), kind, arguments)
         return found
@@ -157,11 +151,6 @@ class Graph:
                 found = self.node(name, -x)
                 return -found if name in ODD else found
         return self.node(name, x)
-
-    def choice(self, condition: Any, x: Node, *other: Node) -> Node:
-        """x where the condition holds, else the other one, or nan."""
-        same = condition is True or (other and x is other[0])
-        return x if same else self.node("choice", condition, x, *other)
 
     def power(self, x: Node, y: Node) -> Node:
         """x to the power y; by products where y is a small integer."""

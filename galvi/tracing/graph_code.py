@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 from galvi.tracing.graph import Node
@@ -21,30 +20,23 @@ def reachable(nodes: Sequence[Node]) -> list[Node]:
 
 def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
     """The derivatives of a node by variables; the number 0 where it does not depend on one."""
-    zero, nodes = node.graph.number(0.0), reachable([node])
+    zero = node.graph.number(0.0)
     by = {node.index: node.graph.number(1.0)}
-    dependent = {x.index for x in variables}
-    for each in nodes:
-        if any(isinstance(x, Node) and x.index in dependent for x in each.arguments):
-            dependent.add(each.index)
-    for each in reversed(nodes):
-        adjoint = by.get(each.index, zero)
-        if adjoint is zero or each.index not in dependent:
+    for each in reversed(reachable([node])):
+        adjoint = by.get(each.index)
+        if adjoint is None:
             continue
-        for argument, partial in partials(each, variables):
-            by[argument.index] = by.get(argument.index, zero) + adjoint * partial
+        for argument, partial in partials(each):
+            so_far = by.get(argument.index)
+            term = adjoint * partial
+            by[argument.index] = term if so_far is None else so_far + term
     return [by.get(x.index, zero) for x in variables]
 
 
-def partials(node: Node, variables: Sequence[Node]) -> list[tuple[Node, Node]]:
-    """The arguments that are no numbers, each with the derivative by it; of a choice the variables,
-    so that what is undefined where it does not hold is left out."""
+def partials(node: Node) -> list[tuple[Node, Node]]:
+    """The arguments that are no numbers, each with the derivative by it."""
     if node.kind in ("number", "variable"):
         return []
-    if node.kind == "choice":
-        condition, *values = node.arguments
-        rows = zip(variables, *(gradient(x, variables) for x in values), strict=True)
-        return [(x, node.graph.choice(condition, *by)) for x, *by in rows]
     x, *others = node.arguments
     one = node.graph.number(1.0)
     if not others:
@@ -67,7 +59,7 @@ def partials(node: Node, variables: Sequence[Node]) -> list[tuple[Node, Node]]:
 
 
 def _derivative(node: Node, x: Node) -> Node:
-    """The derivative of a function of one argument; what has none here is refused."""
+    """The derivative of a function of one argument."""
     one = node.graph.number(1.0)
     found: dict[str, Callable[[], Node]] = {
         "inverse": lambda: -(node * node),
@@ -80,29 +72,15 @@ def _derivative(node: Node, x: Node) -> Node:
         "tanh": lambda: one - node * node,
         "log": lambda: one / x,
         "sqrt": lambda: one / (node + node),
-        "arcsinh": lambda: one / (x * x + one).sqrt(),
-        "arccosh": lambda: one / ((x - one) * (x + one)).sqrt(),
-        "arctanh": lambda: one / ((one - x) * (one + x)),
-        "expm1": lambda: node + one,
-        "log1p": lambda: one / (one + x),
-        "erf": lambda: BELL * (-(x * x)).exp(),
-        "erfc": lambda: -BELL * (-(x * x)).exp(),
-        "abs": lambda: node.graph.node("sign", x),
-        "sign": lambda: node.graph.number(0.0),
     }
-    if node.kind not in found:
-        node.graph.refuse("its derivative is not known")
     return found[node.kind]()
 
 
-BELL = 2.0 / math.sqrt(math.pi)  # slope of erf at 0
 LITERAL = (0.0, 1.0, -1.0)
-BETWEEN = ("+", "-", "<", "<=", ">", ">=", "==", "!=", "and", "or")  # kinds of two arguments
 
 
 class GraphCode:
-    """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``
-    unless the graph is literal.
+    """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
 
     constants  these numbers, in the order in which they were first printed
     """
@@ -128,16 +106,16 @@ class GraphCode:
             if node.kind == "variable":
                 code[node.index] = node.arguments[0]
             elif node.kind == "number":
-                code[node.index] = self._number(node)
+                code[node.index] = self._number(node.value)
             elif node.index not in divisors:
                 code[node.index] = f"x{len(lines)}"
                 lines.append(f"{code[node.index]} = {_formula(node, code, power)}")
         return lines, [code[x.index] for x in results]
 
-    def _number(self, node: Node) -> str:
-        if node.graph.literal or node.value in LITERAL:
-            return repr(node.value)
-        return f"c[{self.places.setdefault(node.value, len(self.places))}]"
+    def _number(self, value: float) -> str:
+        if value in LITERAL:
+            return repr(value)
+        return f"c[{self.places.setdefault(value, len(self.places))}]"
 
 
 def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:
@@ -162,12 +140,10 @@ def _formula(node: Node, code: dict[int, str], power: str) -> str:
             if x.index not in code:
                 return f"{code[y.index]} / {code[x.arguments[0].index]}"
         return f"-{of[1]}" if of[0] == "-1.0" else f"{of[0]} * {of[1]}"
-    if node.kind in BETWEEN:
+    if node.kind in ("+", "-"):
         return f"{of[0]} {node.kind} {of[1]}"
-    if node.kind == "choice":
-        return f"{of[1]} if {of[0]} else {[*of, 'nan'][2]}"
     if node.kind == "inverse":
         return f"1.0 / {of[0]}"
     if node.kind != "power":
         return f"{node.kind}({', '.join(of)})"
-    return f"{power}({', '.join(of)})" if power else f"({of[0]}) ** {of[1]}"
+    return f"{power}({', '.join(of)})" if power else f"{of[0]} ** {of[1]}"

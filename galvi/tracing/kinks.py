@@ -41,6 +41,21 @@ def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
     return tuple(sorted(found, key=sympy.default_sort_key))
 
 
+def differentiated(L: Any, x: Any) -> Any:
+    """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
+    import sympy
+
+    found = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
+    left = found.atoms(sympy.Derivative, sympy.Subs)
+    if left:
+        heads = sorted({str(f.func) for one in left for f in one.atoms(sympy.Function)})
+        raise ValueError(
+            f"the Lagrangian must be differentiable; received {', '.join(heads)}, whose derivative "
+            f"SymPy does not know. Write it in other functions."
+        )
+    return found.rewrite(sympy.Heaviside, sympy.Piecewise) if found.has(sympy.Heaviside) else found
+
+
 def find_kink(L: Any, k: int) -> str:
     """The discontinuity of L at a random point of surface k, in words; '' when none is found."""
     d = L.dimension

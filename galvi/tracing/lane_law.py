@@ -46,11 +46,10 @@ def compiled_law(module: str, law: str, *given: Any) -> Callable[..., Any]:
     )
 
 
-def built_in(name: str, *arguments: Any, parts: Sequence[str] = ()) -> str:
-    """The lines that define a law of galvi.lanes.laws, made with these arguments, numbers or names
-    of functions that the lines of the parts define."""
-    made = f"law = {name}({', '.join(map(str, arguments))})\n"
-    return "\n\n\n".join([*parts, f"from galvi.lanes.laws import {name}\n\n{made}"])
+def built_in(name: str, *arguments: Any) -> str:
+    """The lines that define a law of galvi.lanes.laws, made with these arguments."""
+    given = ", ".join(map(repr, arguments))
+    return f"from galvi.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
 @lru_cache(maxsize=256)
@@ -61,15 +60,24 @@ def coupled(law: str, d: int) -> list[tuple[int, int]]:
 
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
     """The lines and constants of a law with a force, from those of both."""
-    lines = built_in("forced", "law", "force", law[1].size, parts=(law[0], force[0]))
+    forced = f"law = forced(law, force, {law[1].size})\n"
+    head = "from galvi.lanes.laws import forced\n"
+    lines = f"{law[0]}\n\n\n{force[0]}\n\n\n{head}\n{forced}"
     return lines, np.concatenate([law[1], force[1]])
+
+
+def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
+    """The lines that define galvi.lanes.laws.canonical from those of dV/dq."""
+    head = "from galvi.lanes.laws import canonical\n"
+    return f"{head}{slopes}\n\nlaw = canonical(slopes, {d}, {diagonal})\n"
 
 
 def unit_mass_law(slopes: str, force: str, d: int, coupled: bool, forced_from: int) -> str:
     """The lines that define galvi.lanes.laws.of_unit_mass from those of dV/dq and of the
     force, "" for none."""
-    parts = slopes, force or "force = None"
-    return built_in("of_unit_mass", "slopes", "force", d, coupled, forced_from, parts=parts)
+    head = "from galvi.lanes.laws import of_unit_mass\n"
+    law = f"law = of_unit_mass(slopes, force, {d}, {coupled}, {forced_from})\n"
+    return f"{slopes}\n\n\n{force or 'force = None'}\n\n\n{head}\n{law}"
 
 
 def function_of(law: str, name: str = "law") -> Callable[..., Any]:
@@ -77,6 +85,22 @@ def function_of(law: str, name: str = "law") -> Callable[..., Any]:
     names: dict[str, Any] = {}
     exec(compile(law, "<a law>", "exec"), names)
     return cast(Callable[..., Any], names[name])
+
+
+def printed_force(forces: Sequence[Any], places: Any) -> str:
+    """The lines that define SymPy forces; "" where lanes lack a function of them."""
+    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
+    return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
+
+
+def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
+    """The lines that define the law of a SymPy Lagrangian; "" where lanes lack a function of it."""
+    d = len(q)
+    momenta = [differentiated(L, x) for x in v]
+    results = [differentiated(L, x) for x in q] + momenta
+    results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
+    lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
+    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
 
 
 def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:

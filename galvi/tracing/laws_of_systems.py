@@ -32,8 +32,9 @@ from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.joint_forces import JointForces
 from galvi.systems.trees.rigid_tree import RigidTree
 from galvi.tracing import lane_law
+from galvi.tracing.from_sympy import SymbolicForce
 from galvi.tracing.lane_law import fits
-from galvi.tracing.symbolic_lagrangian import SymbolicForce, SymbolicLagrangian
+from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 from galvi.tracing.traced_lagrangian import (
     traced_force,
     traced_gradient,
@@ -84,7 +85,7 @@ def _(system: CanonicalOnRn) -> LawCode | None:
     slopes = slopes_of(canonical)
     if slopes is None:
         return None
-    lines = lane_law.built_in("canonical", "slopes", d, canonical.mass.ndim < 2, parts=slopes[:1])
+    lines = lane_law.canonical_law(slopes[0], d, bool(canonical.mass.ndim < 2))
     mass = canonical.momentum(np.eye(d))
     return _with_force((lines, np.concatenate([mass.ravel(), slopes[1]])), canonical)
 

@@ -1,4 +1,4 @@
-"""Lagrangians and forces from SymPy expressions, compiled."""
+"""A Lagrangian from a SymPy expression, with compiled derivatives."""
 
 from __future__ import annotations
 
@@ -81,40 +81,13 @@ class SymbolicLagrangian:
         return symbolic_code.functions(self.source)["law"], np.array(self.constants)
 
     def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:
-        d = self.dimension
-        shapes = {
-            "law": (2, d), "slopes": (d + np.size(q),), "value": (1,),
-            "switches": (len(self.switching),),
-        }  # fmt: skip
-        out = symbolic_code.in_python(self.source, name, shapes[name], q, v, t, self.constants)
+        function = symbolic_code.functions(self.source)[name].py_func
+        d, entries = self.dimension, np.ravel(q)
+        sizes = {"slopes": d + entries.size, "value": 1, "switches": len(self.switching)}
+        out = np.full((2, d) if name == "law" else sizes[name], np.nan)
+        with np.errstate(all="ignore"):
+            try:
+                function(entries, np.asarray(v), np.float64(t), np.array(self.constants), out)
+            except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
+                out[...] = np.nan
         return out.ravel()
-
-
-@dataclass(frozen=True)
-class SymbolicForce:
-    """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
-
-    text       the expressions in the user's notation
-    source     generated code with a function force
-    constants  values of the parameters
-    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
-    names      the parameters in the user's notation, in the order of the constants
-    """
-
-    text: str
-    source: str
-    constants: tuple[float, ...]
-    law: str = ""
-    names: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def __call__(self, q: Array, v: Array, t: float) -> Array:
-        shape = 2, len(v)
-        return symbolic_code.in_python(self.source, "force", shape, q, v, t, self.constants)[1]
-
-    def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
-        of out, and its constants."""
-        return symbolic_code.functions(self.source)["force"], np.array(self.constants)

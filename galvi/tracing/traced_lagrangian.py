@@ -165,16 +165,10 @@ def traced_lagrangian(
     by = [*momenta, *(x + graph.number(0.0) for x in along)]
     if L is not None:
         check_slopes(L, by[d:], by[:d], states, scales)
-    printed, law = law_code(by[d:], momenta, symbols[1])
+    printed, law = _law(by[d:], momenta, symbols[1])
     check_mass(law, printed.constants, by, states, scales)
-    lagrangian = None
-    if L is not None:
-        same = [x.index for x in by] == [x.index for x in euclidean]
-        source = lagrangian_source(
-            printed, by, value=[L], **({} if same else {"slopes": euclidean})
-        )
-        lagrangian = SymbolicLagrangian(repr(function), source, printed.constants, d, law=law)
-    return TracedLagrangian(law, printed.constants, lagrangian, tuple(samples))
+    found = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
+    return TracedLagrangian(law, printed.constants, found, tuple(samples))
 
 
 def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
@@ -193,12 +187,12 @@ def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
 
     symbols = _symbols((d,), d, "qvt")
     found = traced(slopes, symbols, (2 * d,))
-    printed, lines = law_code(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
+    printed, lines = _law(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
     return lines, np.array(printed.constants)
 
 
-def law_code(
-    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], most: float = LONGEST
+def _law(
+    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], most: int = LONGEST
 ) -> tuple[GraphCode, str]:
     """The lines that define a law of so many operations at most, and what printed them."""
     printed = GraphCode()
@@ -214,13 +208,17 @@ def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
     return [entry for row in rows for entry in row]
 
 
-def lagrangian_source(printed: GraphCode, by: Sequence[Node], **values: Sequence[Node]) -> str:
-    """The source of ``law``, which stores dL/dv and dL/dq in the rows of out, and of functions of
-    these names, which store their values in out."""
+def _lagrangian(
+    text: str, printed: GraphCode, by: Sequence[Node], euclidean: Sequence[Node], L: Node, law: str
+) -> SymbolicLagrangian:  # fmt: skip
+    """L and its derivatives as compiled functions, as of galvi.tracing.from_sympy."""
     d, bodies = len(by) // 2, {}
-    for name, nodes in {"law": by, **values}.items():
-        lines, results = printed.written(nodes)
-        for k, code in enumerate(results):
-            lines.append(f"out[{f'{k // d}, {k % d}' if name == 'law' else k}] = {code}")
-        bodies[name] = lines
-    return symbolic_code.source(bodies)
+    places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
+    functions = [("law", by, places), ("value", [L], ["out[0]"])]
+    if [x.index for x in by] != [x.index for x in euclidean]:
+        functions.append(("slopes", euclidean, [f"out[{k}]" for k in range(len(euclidean))]))
+    for name, nodes, stored in functions:
+        lines, found = printed.written(nodes)
+        stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
+        bodies[name] = ("q, v, t, c, out", [*lines, *stores])
+    return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)

@@ -104,7 +104,7 @@ def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
     def refused(function):
         raise RuntimeError("no folder")
 
-    text = symbolic_code.source({"law": ["out[0, 0] = sin(q[0]) + 0.0625"]})
+    text = symbolic_code.source({"law": ("q, v, t, c, out", ["out[0, 0] = sin(q[0]) + 0.0625"])})
     monkeypatch.setattr(symbolic_code, "KernelCache", refused)
     assert symbolic_code._kept(text) is None
     out = np.zeros((1, 1))
@@ -127,9 +127,7 @@ def test_code_that_was_not_used_for_longest_goes(tmp_path):
     "V",
     [sympy.asin(x / 9) * sympy.atan2(x, 2), sympy.tanh(x) ** 2 + sympy.acosh(3 + x),
      sympy.erf(x) + sympy.log(2 + x, 10), sympy.pi * sympy.E**x / 3 + x**10 / 10**12,
-     sympy.Min(x, x + 1, x + 2) ** 2, sympy.sign(x) * sympy.Abs(x) ** 3, sympy.sinc(x + 1),
-     sympy.asinh(x) * sympy.atanh(x) * sympy.erfc(x), sympy.Max(x, 0) ** 4,
-     (2 + x) ** 100 / 10**40],
+     sympy.Min(x, x + 1, x + 2) ** 2, sympy.sign(x) * sympy.Abs(x) ** 3],
     ids=str,
 )  # fmt: skip
 def test_the_compiled_slopes_are_those_of_mpmath(V):
@@ -142,23 +140,9 @@ def test_the_compiled_slopes_are_those_of_mpmath(V):
         assert found[0, 0] == 0.5 and found[1, 0] == pytest.approx(-float(slope), rel=1e-13)
 
 
-@pytest.mark.parametrize("factor", [sympy.floor(k), sympy.loggamma(k), sympy.Mod(t, 2)], ids=str)
-def test_a_factor_that_the_state_does_not_change_needs_no_derivative(factor):
-    system = made(FREE - factor * x**2, x, u, t, parameters={k: 2.5})
-    slope = -2.0 * 0.3 * float(factor.subs({k: 2.5, t: 3.5}))
-    slopes = system.function.slopes(np.array([0.3]), np.array([0.5]), 3.5)
-    assert slopes.tolist() == [0.5, pytest.approx(slope, rel=1e-15)]
-
-
-def test_a_force_that_repeats_itself_is_integrated():
-    saw = made(FREE, x, u, t, force=sympy.Mod(t, 2))
-    run = galvi.integrate(galvi.Problem(saw, [0.0], [0.0]), FOUR, 0.125, 32)
-    assert run.v[[16, 32], 0] == pytest.approx([2.0, 4.0], rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("line", "in_lanes"),
-    [("sin(q[0])", True), ("erf(q[0])", False), ("1.0 if q[0] > 0.0 else 2.0", False)],
+    [("sin(q[0])", True), ("hypot(q[0], 1.0)", False), ("1.0 if q[0] > 0.0 else 2.0", False)],
 )
 def test_lanes_have_no_code_for_a_branch_or_a_function_that_they_lack(line, in_lanes):
     assert bool(lane_law.function_lines("law(q)", [], [line])) == in_lanes

@@ -65,16 +65,6 @@ def test_a_function_that_cannot_be_traced_is_called_and_this_is_said_once(
     assert sum("could be traced" in message for message in said) == 1
 
 
-def test_a_power_is_not_taken_for_one_by_an_expression_whose_index_is_the_exponent() -> None:
-    def powers(q: Any, v: Any) -> Any:
-        x, y = q
-        return 0.5 * v @ v - 0.5 * q @ q - sum(x**p + x ** (y + p) for p in range(65, 90)) / 100
-
-    system = galvi.Lagrangian(powers, galvi.Rn(2))
-    run = galvi.integrate(galvi.Problem(system, [0.9, 0.9], [0.1, 0.1]), COARSE, 0.05, 4)
-    assert not system.untraced and run.engine == "lanes"
-
-
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v - 0.5 * numbers["k"] * q @ q, galvi.Rn(1))

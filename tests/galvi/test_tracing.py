@@ -303,8 +303,8 @@ def test_an_interrupt_passes_through() -> None:
         found(interrupted)
 
 
-def dropped(node: Any, variables: Any) -> Any:
-    pairs = PARTIALS(node, variables)
+def dropped(node: Any) -> Any:
+    pairs = PARTIALS(node)
     return pairs[:1] if node.kind == "*" else pairs
 
 
