@@ -218,7 +218,7 @@ class Canonical:
         """
         inverse_mass = self.inverse_mass(dimension)
         if self.builtin is not None and self.gradient is None and self.hessian is None:
-            gradient, hessian = over_stages(self.builtin.slopes)
+            gradient, hessian = over_stages(self.builtin.slopes, self.builtin.second)
             return ForceKernel(
                 gradient, hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
                 self.builtin.constants,

@@ -63,7 +63,9 @@ class PlanarChain:
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
         """dL/dv, then dL/dq, (2 n,)."""
         out = np.empty((2, self.masses.size))
-        planar_chain.py_func(q, v, 0.0, self.numbers, out)  # compiling it takes a second
+        planar_chain.py_func(
+            np.asarray(q), np.asarray(v), 0.0, self.numbers, out
+        )  # compiling it takes a second
         return out.ravel()
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:

@@ -45,7 +45,7 @@ class Graph:
 
     def node(self, kind: str, *arguments: Any) -> Node:
         """The node of this kind and arguments, without simplification."""
-        key = (kind, *(x.index if isinstance(x, Node) else x for x in arguments))
+        key = (kind, *(x.index if isinstance(x, Node) else (x,) for x in arguments))
         found = self.known.get(key)
         if found is None:
             if len(self.known) == MOST_NODES:

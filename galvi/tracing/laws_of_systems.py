@@ -110,6 +110,8 @@ def slopes_of(system: Canonical) -> LawCode | None:
     if potential is None or system.gradient is not None:
         return None
     name = potential.slopes.__name__
+    if getattr(potentials, name, None) is not potential.slopes:
+        return None
     head = f"from galvi.lanes.laws import listed\nfrom {potentials.__name__} import {name}"
     return f"{head}\n\nslopes = listed({name})\n", potential.constants
 

@@ -93,3 +93,13 @@ def test_a_traced_problem_can_be_pickled() -> None:
     assert has_law(again, METHOD)
     one, other = (galvi.integrate(each, METHOD, 0.05, 3) for each in (problem, again))
     assert np.array_equal(one.q, other.q)
+
+
+def test_a_power_is_not_taken_for_one_by_an_expression_whose_index_is_the_exponent() -> None:
+    def powers(q: Any, v: Any) -> Any:
+        x, y = q
+        return 0.5 * v @ v - 0.5 * q @ q - sum(x**p + x ** (y + p) for p in range(65, 90)) / 100
+
+    system = galvi.Lagrangian(powers, galvi.Rn(2))
+    run = galvi.integrate(galvi.Problem(system, [0.9, 0.9], [0.1, 0.1]), COARSE, 0.05, 4)
+    assert not system.untraced and run.engine == "lanes"

@@ -1,6 +1,7 @@
-"""dV/dq of the built-in potentials, and from them dV/dq and d2V/dq2 at all s stages at once.
+"""dV/dq and d2V/dq2 of the built-in potentials, and from them both at all s stages at once.
 
-q (d,), c constants; the functions fill out (d,), for numbers, complex or not, arrays and lanes
+q (d,), c constants; slopes fill out (d,), for numbers, complex or not, arrays and lanes, and second
+derivatives what is not 0 in out (d, d)
 
 Q (d, s) configurations; a gradient fills out (d, s), a Hessian out (d, d, s)
 """
@@ -9,12 +10,9 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
-
-from galvi.kernels.compile.jit import jit, jit_noalloc, renamed
-from galvi.kernels.constants import COMPLEX_STEP
+from galvi.kernels.compile.jit import jit_noalloc, renamed
 from galvi.kernels.lie.arithmetic import generic
-from galvi.kernels.lie.elementary import over_cube, sin
+from galvi.kernels.lie.elementary import over_cube, sin, sine_cosine
 
 
 @generic
@@ -70,29 +68,70 @@ def uniform_field(q, c, out):
         out[i] = 0.0 - c[i]  # 0 where c is, not -0
 
 
-@cache
-def over_stages(slopes):
-    """The gradient and the Hessian of a potential at all stages, from its dV/dq.
+@generic
+def central_force_hessian(q, c, out):
+    """mu (I - 3 q q^T / |q|^2) / |q|^3."""
+    square = q[0] * q[0]
+    for i in range(1, len(q)):
+        square = square + q[i] * q[i]
+    pull = over_cube(c[0], square)
+    for i in range(len(q)):
+        for j in range(len(q)):
+            out[i, j] = -3.0 * pull * q[i] * q[j] / square
+        out[i, i] += pull
 
-    The Hessian is that of complex steps, which lose no digits.
-    """
+
+@generic
+def linear_spring_hessian(q, c, out):
+    """k I."""
+    for i in range(len(q)):
+        out[i, i] = c[0]
+
+
+@generic
+def pendulum_hessian(q, c, out):
+    """weight cos(q_i) on the diagonal."""
+    for i in range(len(q)):
+        out[i, i] = c[0] * sine_cosine(q[i])[1]
+
+
+@generic
+def spring_chain_hessian(q, c, out):
+    """Tridiagonal stiffness."""
+    last = len(q) - 1
+    stiffness = spring_stiffness(q[0], c)
+    for i in range(last):
+        following = spring_stiffness(q[i + 1] - q[i], c)
+        out[i, i] = stiffness + following
+        out[i, i + 1], out[i + 1, i] = -following, -following
+        stiffness = following
+    out[last, last] = stiffness + spring_stiffness(-q[last], c)
+
+
+@generic
+def spring_stiffness(r, c):
+    """1 + r (2 alpha + 3 r beta) of a spring."""
+    return 1.0 + r * (2.0 * c[0] + 3.0 * r * c[1])
+
+
+@generic
+def uniform_field_hessian(q, c, out):
+    """0."""
+
+
+@cache
+def over_stages(slopes, second):
+    """The gradient and the Hessian of a potential at all stages, from dV/dq and d2V/dq2, which
+    leaves zeros as they are."""
 
     def gradient(Q, t, constants, out):
         for k in range(Q.shape[1]):
             slopes(Q[:, k], constants, out[:, k])
 
     def hessian(Q, t, constants, out):
-        d = Q.shape[0]
-        q, column = np.empty(d, np.complex128), np.empty(d, np.complex128)
+        out[:, :, :] = 0.0
         for k in range(Q.shape[1]):
-            for i in range(d):
-                q[i] = Q[i, k]
-            for j in range(d):
-                q[j] = complex(Q[j, k], COMPLEX_STEP)
-                slopes(q, constants, column)
-                q[j] = Q[j, k]
-                for i in range(d):
-                    out[i, j, k] = column[i].imag / COMPLEX_STEP
+            second(Q[:, k], constants, out[:, :, k])
 
     names = f"{slopes.__name__}_gradient", f"{slopes.__name__}_hessian"
-    return jit_noalloc(renamed(gradient, names[0])), jit(renamed(hessian, names[1]))
+    return jit_noalloc(renamed(gradient, names[0])), jit_noalloc(renamed(hessian, names[1]))

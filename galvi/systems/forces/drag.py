@@ -23,9 +23,9 @@ class DragLaw:
     rate: ClassVar[Callable[..., Any]]
     numbers: Any
 
-    def __call__(self, speed: float) -> float:
+    def __call__(self, speed: Any) -> Any:
         """phi at |w| in m/s."""
-        return float(self.rate(speed * speed, (1.0, *self.numbers))[0])
+        return self.rate(np.square(speed), (1.0, *self.numbers))[0]
 
 
 @dataclass(frozen=True)

@@ -3,73 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.kernels.constants import COMPLEX_STEP
 from galvi.kernels.forces import potentials as kernels
 
 
-@runtime_checkable
-class Potential(Protocol):
-    """V(q) of configurations of shape (..., d), with its derivatives at one of them."""
+class Potential:
+    """V(q) of configurations of shape (..., d), with its derivatives at one of them.
 
-    def __call__(self, q: Array) -> Array:
-        """V(q), (...)."""
-
-    def gradient(self, q: Array) -> Array:
-        """dV/dq, shape (d,)."""
-
-    def hessian(self, q: Array) -> Array:
-        """d2V/dq2, shape (d, d)."""
-
-    @property
-    def slopes(self) -> Callable[..., Any]:
-        """dV/dq, of galvi.kernels.forces.potentials."""
-
-    @property
-    def constants(self) -> Array:
-        """The constants (c,) of dV/dq."""
-
-
-class Differentiated:
-    """The derivatives of a potential by its ``slopes``, whose constants are its fields."""
+    slopes, second  dV/dq and d2V/dq2, of galvi.kernels.forces.potentials
+    named           the fields that are their constants
+    """
 
     slopes: ClassVar[Callable[..., Any]]
+    second: ClassVar[Callable[..., Any]]
+    named: ClassVar[tuple[str, ...]]
+
+    def __call__(self, q: Array) -> Any:
+        """V(q), (...)."""
+        raise NotImplementedError
 
     @property
     def constants(self) -> Array:
         """The constants (c,) of dV/dq."""
-        values: Any = self
-        return np.hstack([getattr(values, field.name) for field in fields(values)])
+        return np.hstack([getattr(self, name) for name in self.named])
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,), at one configuration."""
-        out = 0.0 * q
-        with np.errstate(all="ignore"):
-            self.slopes(q, self.constants, out)
-        return out
+        return self._filled(self.slopes, q, 1)
 
     def hessian(self, q: Array) -> Array:
-        """d2V/dq2, (d, d), at one configuration; NaN where the gradient is not finite."""
-        out = np.empty((q.size, q.size), np.complex128)
+        """d2V/dq2, (d, d), at one configuration."""
+        return self._filled(self.second, q, 2)
+
+    def _filled(self, function: Callable[..., Any], q: Any, axes: int) -> Array:
+        q = np.asarray(q)
+        out: Array = np.zeros(q.shape * axes, np.result_type(q, np.float64))
         with np.errstate(all="ignore"):
-            self.slopes(q[:, None] + 1j * COMPLEX_STEP * np.eye(q.size), self.constants, out)
-        return out.imag / COMPLEX_STEP + 0.0 * self.gradient(q)[:, None]
+            function(q, self.constants, out)
+        return out
 
 
 @dataclass(frozen=True)
-class CentralForce(Differentiated):
+class CentralForce(Potential):
     """V(q) = -mu / |q|, q of shape (2,) or (3,), the centre at the origin.
 
     mu  strength, length^3 / time^2 times mass; ValueError unless finite and positive
     """
 
     slopes = staticmethod(kernels.central_force)
+    second = staticmethod(kernels.central_force_hessian)
+    named = ("mu",)
     mu: float = 1.0
 
     def __post_init__(self) -> None:
@@ -80,13 +69,15 @@ class CentralForce(Differentiated):
 
 
 @dataclass(frozen=True)
-class CosinePotential(Differentiated):
+class CosinePotential(Potential):
     """V(q) = -weight sum cos(q_i), q of shape (d,): d pendulums, angles from hanging down.
 
     weight  m g l, an energy; ValueError unless finite and positive
     """
 
     slopes = staticmethod(kernels.pendulum)
+    second = staticmethod(kernels.pendulum_hessian)
+    named = ("weight",)
     weight: float = 1.0
 
     def __post_init__(self) -> None:
@@ -97,13 +88,15 @@ class CosinePotential(Differentiated):
 
 
 @dataclass(frozen=True)
-class LinearSpring(Differentiated):
+class LinearSpring(Potential):
     """V(q) = stiffness |q|^2 / 2, q of shape (d,).
 
     stiffness  force per length; ValueError unless finite and positive
     """
 
     slopes = staticmethod(kernels.linear_spring)
+    second = staticmethod(kernels.linear_spring_hessian)
+    named = ("stiffness",)
     stiffness: float = 1.0
 
     def __post_init__(self) -> None:
@@ -114,7 +107,7 @@ class LinearSpring(Differentiated):
 
 
 @dataclass(frozen=True)
-class SpringChain(Differentiated):
+class SpringChain(Potential):
     """V(q) = sum over springs of r^2/2 + alpha r^3/3 + beta r^4/4, q of shape (d,) displacements.
 
     alpha, beta  quadratic and cubic stiffness; ValueError unless finite
@@ -123,6 +116,8 @@ class SpringChain(Differentiated):
     """
 
     slopes = staticmethod(kernels.spring_chain)
+    second = staticmethod(kernels.spring_chain_hessian)
+    named = ("alpha", "beta")
     alpha: float = 0.0
     beta: float = 0.0
 
@@ -136,13 +131,15 @@ class SpringChain(Differentiated):
 
 
 @dataclass(frozen=True, eq=False)
-class UniformField(Differentiated):
+class UniformField(Potential):
     """V(q) = -force . q, e.g. of a weight, with force = mass g.
 
     force  (d,) as q; ValueError unless finite
     """
 
     slopes = staticmethod(kernels.uniform_field)
+    second = staticmethod(kernels.uniform_field_hessian)
+    named = ("force",)
     force: Any
 
     def __post_init__(self) -> None:
@@ -153,6 +150,13 @@ class UniformField(Differentiated):
 
     def __call__(self, q: Array) -> Array:
         return -(q @ self.force)
+
+    def _filled(self, function: Callable[..., Any], q: Any, axes: int) -> Array:
+        if np.shape(q) != self.force.shape:
+            raise ValueError(
+                f"q must have the shape of the force, {self.force.shape}; received {np.shape(q)}."
+            )
+        return super()._filled(function, q, axes)
 
 
 @dataclass(frozen=True, eq=False)
