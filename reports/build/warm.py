@@ -29,6 +29,8 @@ def warm(report: Callable[[str], None] = print) -> None:
         done = {pool.submit(warm_problem, name): name for name in names}
         for k, future in enumerate(as_completed(done), 1):
             report(f"{k} of {len(done)}: {done[future]}, {future.result():.1f} s")
+    for name in names:  # what two processes compiled at once may be missing in the cache's index
+        warm_problem(name)
     report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
 
 
