@@ -29,8 +29,6 @@ def warm(report: Callable[[str], None] = print) -> None:
         done = {pool.submit(warm_problem, name): name for name in names}
         for k, future in enumerate(as_completed(done), 1):
             report(f"{k} of {len(done)}: {done[future]}, {future.result():.1f} s")
-    for name in names:  # what two processes compiled at once may be missing in the cache's index
-        warm_problem(name)
     report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
 
 
@@ -64,9 +62,10 @@ def variants(problem: galvi.Problem) -> Iterator[galvi.Problem]:
 
 
 def run_all(problem: galvi.Problem) -> None:
-    """Run with every chart, solver and number of points; the energy at and between steps."""
+    """Run with every chart, solver and number of points; how it ends, and the energy at and
+    between steps."""
     step = 1e-2 / max(1.0, abs(problem.v0).max())
     for chart, solver, s in product(CHARTS, SOLVERS, POINTS):
         method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart)
         run = galvi.integrate(problem, method, step, 2, solver=solver)
-        galvi.energy(run), galvi.energy(run, run.t[0] + 0.5 * step)
+        run.status, galvi.energy(run), galvi.energy(run, run.t[0] + 0.5 * step)

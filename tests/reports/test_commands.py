@@ -264,7 +264,7 @@ def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
     def integrate(problem, method, step, steps, solver):
         lanes = vectors.lanes_for(method.stages)
         asked.add((method.group_chart, solver, lanes, method.stages > lanes))
-        return SimpleNamespace(t=[0.0])
+        return SimpleNamespace(t=[0.0], status="Completed.")
 
     monkeypatch.setattr(galvi, "integrate", integrate)
     monkeypatch.setattr(galvi, "energy", lambda *given: None)
