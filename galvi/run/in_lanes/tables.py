@@ -1,4 +1,4 @@
-"""The tables of a method as laws in lanes take them, for a step of 1: see galvi.lanes.layouts."""
+"""The tables of a method as laws in lanes take them, see galvi.lanes.layouts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LawTables(NamedTuple):
 class Form(NamedTuple):
     """For which steps tables are.
 
-    step   h by which they are multiplied
+    step   h by which they are multiplied, 1 for members
     lanes  of a vector of one run's stages; 0 for eight runs
     """
 
