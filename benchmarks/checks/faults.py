@@ -27,8 +27,8 @@ class Fault:
     table  changes a copy of the study's frame
     """
 
-    what: str
-    seen: set[str] | Callable[[set[str]], object]
+    what: str = ""
+    seen: set[str] | Callable[[set[str]], object] = field(default_factory=set)
     make: Callable[..., Any] = galvi.Galerkin
     wrong: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     table: Callable[[pd.DataFrame], Any] | None = None

@@ -14,6 +14,7 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.checks.faults import Fault, faulty, reversed_clock, with_table
+from benchmarks.claims import CLAIMS
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.top_motion import FREE_TOP
@@ -21,7 +22,8 @@ from references.rebound.ias15 import IAS15
 from tests.benchmarks.quick_studies import quick
 
 TRUTHS = tuple(type(truth) for truth in (KEPLER, FREE_TOP, IAS15))
-__all__ = ["contradicted", "faulty", "reversed_clock", "rows", "with_table"]
+CLAIM = {claim.id: claim for claim in CLAIMS}
+__all__ = ["CLAIM", "contradicted", "faulty", "reversed_clock", "rows", "with_table"]
 
 
 def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> list[Row]:

@@ -1,0 +1,319 @@
+"""Claims as documents: what a paper says is a section with a table of checks, a line for each row.
+
+A section of a Markdown file:
+
+    ## V12: The stage equations have one solution below a step
+
+    What the paper says, and what was measured where that differs.
+
+    - measured by: vector_spaces.v12_stage_iteration_contracts
+    - source: H thm. 2.3.1
+
+    | quantity | bound | claimed | caught |
+    | --- | --- | --- | --- |
+    | measured limit / bound, n = {4; 8; 16} | at least 1 | contracts below the bound | C 1e-7 |
+
+Lines "- name: text" are defaults of the columns of the same name (FIELDS), and OPTIONS of the
+claim; a further table may have its own before it, for its lines alone. An empty cell has the
+default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
+is appended to the default. Braces with semicolons repeat a line: lists of the same length go
+together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
+is a measured number.
+
+The module that measures has one function, or two:
+
+measure(make_method, quick, report) -> {quantity: number, or a sentence why there is none}
+study(make_method, quick, report) -> tidy frame, and read(frame) -> {quantity: measurement}
+
+Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
+of need none.
+
+bound   see `bound_of`
+caught  planted faults, separated by semicolons, that must contradict this line: arrays of the
+        method's table and by how much they are wrong, "C 1e-7", or names in the module's FAULTS
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from importlib import import_module
+from itertools import product
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.checks import bounds, series_bounds
+from benchmarks.checks.bounds import Bound
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
+from benchmarks.checks.faults import Fault, faulty
+from benchmarks.statistics.estimate import Measurement
+from benchmarks.store.frames import frame, row
+
+FIELDS = ("source", "setup", "claimed", "expected", "reason", "reference")
+OPTIONS = ("measured by", "figures", "alone")
+COLUMNS = ("quantity", "bound", *FIELDS, "caught")
+HEADING = re.compile(r"^#{1,6} .*$", re.MULTILINE)
+SECTION = re.compile(r"## ([A-Z]\d+): (.+)")
+DEFAULT = re.compile(rf"^- ({'|'.join((*FIELDS, *OPTIONS))}): ((?:.|\n(?=  ))+)", re.MULTILINE)
+LIST = re.compile(r"\{([^{}]*;[^{}]*)\}")
+NUMBER = re.compile(r"\{([a-z]\w*)(?::([^{};]+))?\}")
+ARRAYS = re.compile(r"(?:\w+ [-+\d.e]+ ?)+")
+LIMITS = {
+    "at most": bounds.AtMost,
+    "at least": bounds.AtLeast,
+    "above": bounds.Above,
+    "below": bounds.Below,
+    "exactly": bounds.Exactly,
+    "each n at most": series_bounds.FactorPerN,
+    "no growth at most": series_bounds.NoGrowth,
+}
+NEAR = {"": bounds.Near, "order ": bounds.Order, "base ": bounds.Base}
+WITHOUT_NUMBERS = {"converges": bounds.Converges, "geometric": series_bounds.Geometric}
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of a document.
+
+    statement  the text before the defaults
+    defaults   texts of FIELDS and OPTIONS
+    lines      texts by column, for each row
+    """
+
+    id: str
+    title: str
+    statement: str
+    defaults: Mapping[str, str]
+    lines: tuple[Mapping[str, str], ...]
+
+    @property
+    def numbers_in_texts(self) -> set[str]:
+        """Names in braces: measured numbers that need no row."""
+        texts = [text for line in self.lines for text in line.values()]
+        return {match[1] for text in texts for match in NUMBER.finditer(text)}
+
+
+def sections(document: str) -> Iterator[Section]:
+    """The sections of a document that are claims."""
+    headings = list(HEADING.finditer(document))
+    ends = [heading.start() for heading in headings[1:]] + [len(document)]
+    for heading, end in zip(headings, ends, strict=True):
+        if match := SECTION.fullmatch(heading[0]):
+            yield _section(match[1], match[2], document[heading.end() : end])
+
+
+def _section(id: str, title: str, text: str) -> Section:
+    statement = re.split(r"^[-|] ", text, maxsplit=1, flags=re.MULTILINE)[0]
+    before, *parts = re.split(r"((?:^\|.*\n)+)", f"{text}\n", flags=re.MULTILINE)
+    defaults = _defaults(before)
+    texts_before = [{}, *map(_defaults, parts[1::2])]
+    lines = tuple(
+        line
+        for table, own in zip(parts[::2], texts_before, strict=False)
+        for cells in table_in(table)
+        for line in _repeated(_joined(_joined(defaults, own), cells))
+    )
+    if unknown := {name for line in lines for name in line} - {*COLUMNS}:
+        raise ValueError(f"{id}: a table has columns of {COLUMNS}; received {sorted(unknown)}.")
+    return Section(id, title, " ".join(statement.split()), defaults, lines)
+
+
+def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, str]:
+    """Texts by column, where nearer ones replace others or, after a plus, are appended to them."""
+    joined = {name: text for name, text in texts.items() if name not in OPTIONS}
+    for name, text in nearer.items():
+        if text.startswith("+ "):
+            joined[name] = "; ".join(filter(None, (joined.get(name, ""), text[2:])))
+        elif text:
+            joined[name] = text
+    return joined
+
+
+def _defaults(text: str) -> dict[str, str]:
+    return {match[1]: " ".join(match[2].split()) for match in DEFAULT.finditer(text)}
+
+
+def table_in(text: str) -> Iterator[dict[str, str]]:
+    """The lines of a Markdown table by column; a quotation mark is the cell above."""
+    head, _, *lines = [
+        [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+        for line in text.splitlines()
+    ]
+    above: dict[str, str] = {}
+    for cells in lines:
+        above = {
+            name: above[name] if cell == '"' else cell
+            for name, cell in zip(head, cells, strict=True)
+        }
+        yield dict(above)
+
+
+def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """A line for each combination of the lists in its cells."""
+    lists = [match[1].split(";") for cell in cells.values() for match in LIST.finditer(cell)]
+    lengths = list(dict.fromkeys(map(len, lists)))
+    for places in product(*map(range, lengths)):
+        place = dict(zip(lengths, places, strict=True))
+
+        def chosen(match: re.Match[str], place: Mapping[int, int] = place) -> str:
+            items = match[1].split(";")
+            return items[place[len(items)]].strip()
+
+        yield {name: LIST.sub(chosen, cell) for name, cell in cells.items()}
+
+
+def bound_of(text: str) -> Bound:
+    """The bound that a cell says:
+
+        at most 1 | at least 1 | above 0 | below 1 | exactly 3 | 0.5 to 2 | 1 within 0.1
+        order 4 | order 4 within 0.1 | base 0.56 within 0.01 | converges | geometric
+        each n at most 0.5 | no growth at most 1e-3
+
+    with terms after semicolons:
+
+        rounding 1e-12   tolerance for rounding
+        errors           two standard errors are tolerated; `errors 0.1`, of the bound itself, too
+        errors up to 1   at most that much of them
+        either side      a better order or base contradicts, too
+        even if short    a run that is too short to tell growth is judged by what it tells
+        in words: about  said before the number
+
+    `A or B` is A, which the source measured, or else B, our own value; `finding` alone, or
+    `finding: A`, is what the source does not say. ValueError for anything else.
+    """
+    if match := re.fullmatch(r"finding(?:: (.+))?", text):
+        return bounds.Finding(bound_of(match[1]) if match[1] else None)
+    if " or " in text:
+        return bounds.Reported(*map(bound_of, text.split(" or ")))
+    head, *terms = text.split("; ")
+    return _head(head)(**{name: value for term in terms for name, value in _term(term).items()})
+
+
+def _head(text: str) -> Callable[..., Bound]:
+    """The bound without its terms."""
+    if text in WITHOUT_NUMBERS:
+        return WITHOUT_NUMBERS[text]
+    if match := re.fullmatch(rf"({'|'.join(LIMITS)}) (\S+)", text):
+        return partial(LIMITS[match[1]], _number(match[2]))
+    if match := re.fullmatch(r"(order |base |)(\S+)(?: within (\S+))?", text):
+        resolution = [_number(match[3])] if match[3] else []
+        return partial(NEAR[match[1]], _number(match[2]), *resolution)
+    if match := re.fullmatch(r"(\S+) to (\S+)", text):
+        return partial(bounds.Within, _number(match[1]), _number(match[2]))
+    raise ValueError(f"a bound is one of those of bound_of; received {text!r}.")
+
+
+def _term(text: str) -> dict[str, Any]:
+    if match := re.fullmatch(r"in words: (.+)", text):
+        return {"noun": match[1]}
+    match text.split():
+        case ["rounding", size]:
+            return {"round_off": _number(size)}
+        case ["errors"]:
+            return {"uncertainty": 0.0}
+        case ["errors", "up", "to", most]:
+            return {"uncertainty": 0.0, "most": _number(most)}
+        case ["errors", size]:
+            return {"uncertainty": _number(size)}
+        case ["either", "side"]:
+            return {"better": 0}
+        case ["even", "if", "short"]:
+            return {"conclusive": False}
+    raise ValueError(f"a term of a bound is one of those of bound_of; received {text!r}.")
+
+
+def _number(text: str) -> float:
+    """Of '0.5', '1e-3', '1/3' or 'nan'."""
+    return NAN if text == "nan" else float(Fraction(text))
+
+
+def claim_of(section: Section) -> Claim:
+    """The claim of a section and of the module that measures it."""
+    module = import_module(f"benchmarks.claims.{section.defaults['measured by']}")
+    listed = hasattr(module, "measure")
+    return Claim(
+        section.id,
+        section.title,
+        partial(_measured, module, section.id) if listed else module.study,
+        partial(_judged, section, values_of if listed else module.read),
+        figures=tuple(filter(None, section.defaults.get("figures", "").split("; "))),
+        timed="alone" in section.defaults,
+        statement=section.statement,
+        caught=tuple(_faults(section, module)),
+    )
+
+
+def _measured(
+    module: ModuleType, id: str, make_method: MakeMethod, quick: bool, report: Report
+) -> pd.DataFrame:
+    """The tidy frame of a module's numbers."""
+    return frame(
+        row(study=id, quantity=quantity, value=NAN, status=value)
+        if isinstance(value, str)
+        else row(study=id, quantity=quantity, value=float(value))
+        for quantity, value in module.measure(make_method, quick, report).items()
+    )
+
+
+def values_of(table: pd.DataFrame) -> dict[str, Measurement]:
+    """The numbers of a frame by quantity."""
+    return dict(zip(table["quantity"], table["value"], strict=True))
+
+
+def _judged(
+    section: Section, read: Callable[[pd.DataFrame], Mapping[str, Measurement]], table: pd.DataFrame
+) -> list[Row]:
+    """The rows of a section; without a table, of numbers that were not measured."""
+    quantities = [line["quantity"] for line in section.lines]
+    numbers = dict.fromkeys(quantities, NAN) if table.empty else read(table)
+    without_row = numbers.keys() - {*quantities} - section.numbers_in_texts
+    if without_row or not numbers.keys() >= {*quantities}:
+        lost = [name for name in quantities if name not in numbers]
+        raise ValueError(
+            f"{section.id}: every number that is measured needs a line of the table, and every "
+            f"line its number; without a line: {sorted(without_row)}; without a number: {lost}."
+        )
+    return [_row(section, line, numbers) for line in section.lines]
+
+
+def _row(section: Section, line: Mapping[str, str], numbers: Mapping[str, Any]) -> Row:
+    texts = {name: _filled(line[name], numbers, "g") for name in FIELDS if name in line}
+    bound = bound_of(_filled(line["bound"], numbers, "r"))
+    return judged(section.id, line["quantity"], bound, numbers[line["quantity"]], **texts)
+
+
+def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
+    """The text with numbers in place of their names."""
+
+    def number(match: re.Match[str]) -> str:
+        value = float(numbers.get(match[1], NAN))
+        return repr(value) if plain == "r" else format(value, match[2] or plain)
+
+    return NUMBER.sub(number, text)
+
+
+def _faults(section: Section, module: ModuleType) -> Iterator[Fault]:
+    """The planted faults of a section, each with the quantities of the lines that name it."""
+    seen: dict[str, set[str]] = {}
+    for line in section.lines:
+        for name in filter(None, line.get("caught", "").split("; ")):
+            seen.setdefault(name, set()).add(line["quantity"])
+    for name, quantities in seen.items():
+        if ARRAYS.fullmatch(name):
+            words = name.split()
+            scale = {array: 1.0 + float(by) for array, by in zip(*[iter(words)] * 2, strict=True)}
+            yield Fault(name, quantities, faulty(**scale))
+        else:
+            yield replace(module.FAULTS[name], what=name, seen=quantities)
+
+
+def claims_in(path: Path) -> tuple[Claim, ...]:
+    """The claims of a document, in its order."""
+    return tuple(map(claim_of, sections(path.read_text(encoding="utf-8"))))
