@@ -92,6 +92,16 @@ def places(source: str) -> list[str]:
     return exact or [name for _, name in found]
 
 
+def claims_at(place: str, claims: Iterable[Claim]) -> tuple[str, ...]:
+    """The ids of the claims that check what is printed at a place, such as "H fig. 3.5"."""
+    return tuple(
+        claim.id
+        for claim in claims
+        if place in claim.figures
+        or any(place in (row.source, *places(row.source)) for row in claim.judge(frame([])))
+    )
+
+
 @cache
 def statements() -> tuple[Statement, ...]:
     """All of them."""

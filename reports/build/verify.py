@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
-from benchmarks.checks.claim import Row
+from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from reports.build.changes import Change, changes
+from reports.build.check_session import CheckSession, kind_of
 from reports.build.kept import CLAIMS, DURATIONS, durations
 from reports.build.terminal import show, show_changes, show_engines
 from reports.build.workers import study_in_workers
@@ -18,7 +20,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
 from reports.results.claim_results import NOT_RUN, ClaimResult, Elsewhere, Finished, check
 from reports.results.comparison import marked, merged, written
-from reports.results.junit import JUnitCase, Outcome, github_annotations, junit_xml
+from reports.results.junit import JUnitCase, Outcome, github_annotations
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
@@ -30,49 +32,47 @@ from reports.tables.number_format import plain
 from reports.tables.writing import as_markdown, write_table
 
 
-def junit_suites(
-    checked: Sequence[ClaimResult], engines: Engines
-) -> Mapping[str, Sequence[JUnitCase]]:
-    """One test suite per claim and one for the engines, by name.
+def cases_of(result: ClaimResult) -> list[JUnitCase]:
+    """A case for each row of a claim.
 
-    failure  a verdict other than the expected one, or a missing required engine
+    failure  a verdict other than the expected one
     error    a row that should have been measured but was not
-    skipped  a missing row or engine that is not required
+    skipped  a row that was expected not to run
     """
-    suites = {
-        f"{one.claim.id} {one.claim.title}": [
-            _case(row, one.seconds / len(one.rows)) for row in one.rows
-        ]
-        for one in checked
-    }
-    suites["engines"] = [_engine(name, engines) for name in engines.absence]
-    if wrong := summary(checked).unfounded:
-        suites["statements"] = [
-            JUnitCase("statements", "printed statement", 0.0, "failure", one) for one in wrong
-        ]
-    return suites
+    return [_case(row, result.seconds / len(result.rows)) for row in result.rows]
 
 
-def details(row: Row) -> str:
-    """The measured value, the bound and the verdicts, one line each."""
+def further_cases(engines: Engines, results: Sequence[ClaimResult]) -> list[JUnitCase]:
+    """Cases of the optional engines, of which an absent one fails where it is required, and of
+    printed statements that the rows do not support."""
+    unfounded = summary(results).unfounded
+    return [_engine(name, engines) for name in engines.absence] + [
+        JUnitCase("statements", "printed statement", 0.0, "failure", sentence)
+        for sentence in unfounded
+    ]
+
+
+def properties(row: Row) -> tuple[tuple[str, str], ...]:
+    """What a reader of a check's outcome wants to know, by name."""
     measured = plain(row.measured, 6) or "nothing"
     error = plain(row.uncertainty, 2)
-    return "\n".join(
-        (
-            f"measured: {measured}{f' -+ {error}' if error else ''}",
-            f"bound: {row.bound or 'none'}",
-            f"verdict: {row.verdict}; expected: {row.expected or 'a verdict'}",
-            f"against: {row.reference}",
-            f"setup: {row.setup}",
-            f"reason: {row.reason}",
-        )
+    return (
+        ("measured", f"{measured}{f' -+ {error}' if error else ''}"),
+        ("bound", row.bound or "none"),
+        ("verdict", row.verdict),
+        ("expected", row.expected or "a verdict"),
+        ("source", row.source),
+        ("claimed", row.claimed),
+        ("setup", row.setup),
+        ("reference", row.reference),
+        ("reason", row.reason),
     )
 
 
 def _case(row: Row, seconds: float) -> JUnitCase:
     outcome, message = _outcome(row)
-    source = row.source if row.source == "agreement" else "claim"
-    return JUnitCase(f"{source}.{row.id}", row.quantity, seconds, outcome, message, details(row))
+    group = f"{kind_of(row.source)}.{row.id}"
+    return JUnitCase(group, row.quantity, seconds, outcome, message, properties=properties(row))
 
 
 def _outcome(row: Row) -> tuple[Outcome, str]:
@@ -192,21 +192,23 @@ def verify(
     cache = cache or BuildCache()
     chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
-    checked = check(
-        chosen, suite.make_method, options.quick, cache,
-        _in_workers(suite, options.quick, cache, beside),
-    )  # fmt: skip
+
+    def measured(claims: Sequence[Claim]) -> Sequence[ClaimResult]:
+        elsewhere = _in_workers(suite, options.quick, cache, beside)
+        return check(claims, suite.make_method, options.quick, cache, elsewhere)
+
+    session = CheckSession(chosen, measured, cases_of, partial(further_cases, engines))
+    session.run(options.out, f"{options.called} verify", options.checks)
+    checked = session.measured
     changed = tuple(_write(checked, suite, options))
     found = Verified(tuple(checked), engines, changed, options.fail_under)
-    suites = junit_suites(checked, engines)
     text = markdown(found)
-    write(options.out / "verify.xml", junit_xml(f"{options.called} verify", suites))
     write(options.out / "verify.md", text)
     write_job_summary(text)
     show(found.summary)
     show_changes(found.changed)
     show_engines(engines)
-    lines = [share_sentence(found), *([] if found.passed else github_annotations(suites))]
+    lines = [share_sentence(found), *([] if found.passed else github_annotations(session.judged))]
     print("".join(f"{line}\n" for line in lines if line), end="")
     return found
 

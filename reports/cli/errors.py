@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
 import typer
@@ -20,14 +20,19 @@ def words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
-def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Parse claim ids such as "V3,V5"; returned in the order of `known`, all of them for "".
+def choose_claims(
+    text: str, known: Iterable[str], of_place: Callable[[str], Collection[str]] = lambda place: ()
+) -> tuple[str, ...]:
+    """Parse claim ids such as "V3,V5", or places of the papers such as "H fig. 3.5"; returned in
+    the order of `known`, all of them for "".
+
+    of_place  the ids of the claims that check what is printed at a place
 
     The word CONTENDERS_CLAIMS stands for all that belong to external integrators. Raises
     typer.BadParameter for an unknown id, and for that word where there are none.
     """
     known = tuple(known)
-    asked = words(text)
+    asked = tuple(name for word in words(text) for name in of_place(word) or [word])
     if text and not asked:
         raise typer.BadParameter(
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."

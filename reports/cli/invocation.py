@@ -57,13 +57,20 @@ class Invocation:
         anew: bool = False,
         below: str = "",
         fail_under: float = 100.0,
+        checks: Sequence[str] = (),
     ) -> Options:
         """The options of a command on the suite. Raises typer.BadParameter for unknown words."""
-        chosen = choose_claims(claims, [claim.id for claim in suite.claims])
+        from benchmarks.claims.statements import claims_at  # it brings pandas
+
+        chosen = choose_claims(
+            claims,
+            [claim.id for claim in suite.claims],
+            lambda word: claims_at(word, suite.claims) if word[:2] in ("H ", "M ") else (),
+        )
         engines = () if require is None else choose_engines(require, suite.engines())
         return Options(
             quick, chosen, self.folder(out, below), self.command, engines, tuple(contenders), anew,
-            self.called, fail_under,
+            self.called, fail_under, tuple(checks),
         )  # fmt: skip
 
 
@@ -115,7 +122,8 @@ def within(least: float, most: float, unit: str) -> Callable[..., float | None]:
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs.")
 CLAIMS = typer.Option(
     "", "--claims", metavar="V3,V5",
-    help='Only these claims; "contenders": those of the external integrators.',
+    help='Only these claims, or those at a place of a paper, as "H fig. 3.5"; "contenders": those '
+    "of the external integrators.",
 )  # fmt: skip
 CONTENDER = typer.Option(
     [],

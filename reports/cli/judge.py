@@ -55,7 +55,11 @@ def judge_command(file: Path, request: JudgeRequest, out: Path, command: str, ca
     write(out / "judge.xml", junit_xml(f"{called} judge", suites))
     for sentence in (*found.notes, *sentences(found)):
         print(visible(sentence))  # it has names of bodies, joints and parts of a model
-    print(f"See {page}.", *github_annotations(suites), sep="\n")
+    print(
+        f"See {page}.",
+        *github_annotations([case for cases in suites.values() for case in cases]),
+        sep="\n",
+    )
     return int(request.error is not None and not found.passed)
 
 

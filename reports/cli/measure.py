@@ -38,10 +38,20 @@ def verify_claims(
         callback=within(0.0, 100.0, "a percentage"),
         help="Exit 1 when fewer of the checks come out as expected.",
     ),
+    matching: str = typer.Option(
+        "",
+        "-k",
+        metavar="EXPRESSION",
+        help='Only claims with checks whose names match, as "pendulum and not V7".',
+    ),
+    failed: bool = typer.Option(
+        False, "--last-failed", help="Only claims with checks that failed last time in this folder."
+    ),
     scheduler: str = SCHEDULER,
     out: Path = FOLDER,
 ) -> int:
     """Check the claims; exit 1 when a verdict is not as expected."""
+    from reports.build.check_session import NoChecks
     from reports.build.verify import verify
     from reports.build.workers import on_scheduler
     from reports.results.own_problems import joined
@@ -51,10 +61,15 @@ def verify_claims(
         joined(given.load(), checking.contender, checking.timeout) as known,
         on_scheduler(known, scheduler) as suite,
     ):
+        checks = [*(["-k", matching] if matching else []), *(["--last-failed"] if failed else [])]
         options = given.options(
-            suite, quick, out, checking.claims, checking.require, fail_under=fail_under
-        )
-        passed = verify(suite, options).passed
+            suite, quick, out, checking.claims, checking.require, fail_under=fail_under,
+            checks=checks,
+        )  # fmt: skip
+        try:
+            passed = verify(suite, options).passed
+        except NoChecks as nothing:
+            raise typer.BadParameter(str(nothing)) from None
         faults = list(suite.faults())
     _tell(faults)
     return int(not passed or (bool(faults) and fail_under == 100.0))

@@ -26,6 +26,7 @@ class JUnitCase:
     outcome     "failure": the answer is not as expected; "error": there is no answer
     message     one sentence on an outcome other than "passed"
     details     more text, for people, whatever the outcome
+    properties  (name, text) of each, whatever the outcome
     """
 
     class_name: str
@@ -34,6 +35,7 @@ class JUnitCase:
     outcome: Outcome = "passed"
     message: str = ""
     details: str = ""
+    properties: tuple[tuple[str, str], ...] = ()
 
 
 def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
@@ -52,11 +54,10 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
     return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def github_annotations(suites: Mapping[str, Sequence[JUnitCase]]) -> list[str]:
+def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
     """Lines by which a job on GitHub shows what failed, at most MOST; none in other places."""
     if os.environ.get("GITHUB_ACTIONS") != "true":
         return []
-    cases = [case for suite in suites.values() for case in suite]
     failed = [case for case in cases if case.outcome in ("failure", "error")]
     return [
         f"::error title={_escaped(f'{case.class_name}: {case.name}', ':,')}"

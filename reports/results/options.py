@@ -25,6 +25,7 @@ class Options:
     require     engines that must be available
     contenders  external integrators, as package.module:Class
     anew        do not resume an interrupted build
+    checks      options of pytest that choose among the rows, such as ("-k", "pendulum")
     """
 
     quick: bool = False
@@ -36,3 +37,4 @@ class Options:
     anew: bool = False
     called: str = "python -m reports"
     fail_under: float = 100.0
+    checks: tuple[str, ...] = ()

@@ -21,13 +21,11 @@ def cases(tmp_path):
     """Test cases of the verify.xml that was written, by class and name."""
 
     def read():
-        root = tree.parse(tmp_path / "verify.xml").getroot()
-        found = {(case.get("classname"), case.get("name")): case for case in root.iter("testcase")}
+        (suite,) = tree.parse(tmp_path / "verify.xml").getroot()
         for kind in ("failures", "errors", "skipped"):
-            suites = sum(int(suite.get(kind)) for suite in root)
             tag = {"failures": "failure", "errors": "error"}.get(kind, kind)
-            assert int(root.get(kind)) == suites == len(list(root.iter(tag)))
-        return found
+            assert int(suite.get(kind)) == len(list(suite.iter(tag)))
+        return {(case.get("classname"), case.get("name")): case for case in suite}
 
     return read
 
@@ -44,9 +42,10 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(
     assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
     found = cases()
     good = found["claim.V1", "good"]
-    assert [child.tag for child in good] == ["system-out"]
-    assert "measured: 0.25 -+ 0.01\nbound: at most 0.5" in good.find("system-out").text
-    failure = found["claim.V1", "wrong <&?"].find("failure")
+    assert [child.tag for child in good] == ["properties"]
+    properties = {one.get("name"): one.get("value") for one in good[0]}
+    assert (properties["measured"], properties["bound"]) == ("0.25 -+ 0.01", "at most 0.5")
+    failure = found["claim.V1", "wrong <&#x00"].find("failure")
     assert "contradicted, expected was holds: measured 0.75, bound at most 0.5" in failure.get(
         "message"
     )
@@ -260,3 +259,36 @@ def test_provenance_says_how_the_file_was_last_written(make_suite, tmp_path):
     assert run(make_suite, ["verify", "--quick", "--out", str(tmp_path)]) == 0
     origins = json.loads((tmp_path / "provenance.json").read_text())
     assert origins["claims.csv"]["setting"] == "quick"
+
+
+def test_k_measures_only_claims_with_checks_that_match(
+    make_suite, make_claim, make_row, tmp_path, capsys
+):
+    rows = (make_row(quantity="pendulum"), make_row(quantity="orbit"))
+    suite = make_suite(make_claim("V1", rows), make_claim("V2", (make_row(quantity="orbit"),)))
+    assert run(lambda: suite, ["verify", "-k", "V1 and pendulum", "--out", str(tmp_path)]) == 0
+    assert set(pd.read_csv(tmp_path / "claims.csv")["id"]) == {"V1"}
+    (tested,) = tree.parse(tmp_path / "verify.xml").getroot().iter("testcase")
+    assert tested.get("name") == "pendulum"
+    for words in ("top", "(("):
+        assert run(lambda: suite, ["verify", "-k", words, "--out", str(tmp_path)]) == 2
+        assert words in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_checks_that_failed_last_time_are_repeated_alone(
+    make_suite, make_claim, make_row, tmp_path, capsys
+):
+    wrong = make_claim("V1", (make_row(verdict="contradicted"),))
+    words = ["verify", "--last-failed", "--out", str(tmp_path)]
+    for status, first in ((1, wrong), (1, wrong), (0, make_claim("V1"))):
+        assert run(lambda first=first: make_suite(first, make_claim("V2")), words) == status
+    studied = [line for line in capsys.readouterr().err.splitlines() if line.startswith("[")]
+    assert [line.partition(" title")[0] for line in studied][-2:] == ["[1/1] V1", "[1/1] V1"]
+
+
+def test_claims_are_chosen_by_the_place_of_a_paper(make_suite, make_claim, make_row, tmp_path):
+    rows = {"V1": "H fig. 2.3", "V2": "H thm. 2.1.1, 3.1.1", "V3": "H 3.1.1"}
+    suite = make_suite(*(make_claim(id, (make_row(source=at),)) for id, at in rows.items()))
+    words = ["verify", "--claims", "H thm. 3.1.1,V1", "--out", str(tmp_path)]
+    assert run(lambda: suite, words) == 0
+    assert list(pd.read_csv(tmp_path / "claims.csv")["id"]) == ["V1", "V2"]
