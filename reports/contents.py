@@ -7,8 +7,8 @@ from functools import partial
 import pandas as pd
 
 import galvi
-from benchmarks.claims import CLAIMS
-from benchmarks.claims.agreements import AGREEMENTS, engines
+from benchmarks.claims import AGREEMENTS, CLAIMS
+from benchmarks.claims.agreements import engines
 from benchmarks.store.provenance import provenance
 from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision

@@ -20,5 +20,6 @@ def _claims() -> tuple[Claim, ...]:
 
 
 CLAIMS = _claims()
+AGREEMENTS = claims_in(FOLDER / "agreements.md")
 
-__all__ = ["CLAIMS", "Claim"]
+__all__ = ["AGREEMENTS", "CLAIMS", "Claim"]

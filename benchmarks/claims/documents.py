@@ -20,9 +20,9 @@ is appended to the default. Braces with semicolons repeat a line: lists of the s
 together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
 is a measured number.
 
-The module that measures has one function, or two:
+What measures, a module or "module:object", has one function, or two:
 
-measure(make_method, quick, report) -> {quantity: number, or a sentence why there is none}
+measure(make_method, quick, report) -> {quantity: number, why there is none, or a Number}
 study(make_method, quick, report) -> tidy frame, and read(frame) -> {quantity: measurement}
 
 Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
@@ -40,16 +40,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from importlib import import_module
 from itertools import product
 from pathlib import Path
-from types import ModuleType
+from pkgutil import resolve_name
 from typing import Any
 
 import pandas as pd
 
 from benchmarks.checks import bounds, series_bounds
-from benchmarks.checks.bounds import Bound
+from benchmarks.checks.bounds import NOT_RUN, Bound
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
 from benchmarks.checks.faults import Fault, faulty
 from benchmarks.statistics.estimate import Measurement
@@ -76,6 +75,29 @@ LIMITS = {
 NEAR = {"": bounds.Near, "order ": bounds.Order, "base ": bounds.Base}
 WITHOUT_NUMBERS = {"converges": bounds.Converges, "geometric": series_bounds.Geometric}
 NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A measured number and what goes with it.
+
+    reference  what it was held against, in place of the document's words
+    absent     the package for want of which there is none, as `why` says: its row is then expected
+               not to run
+    why        there is no number
+    """
+
+    value: float = NAN
+    reference: str = ""
+    absent: str = ""
+    why: str = ""
+
+    def texts(self) -> dict[str, str]:
+        """Texts of its row in place of the document's."""
+        texts = {"reference": self.reference} if self.reference else {}
+        if self.absent:
+            texts |= {"expected": NOT_RUN, "reason": self.why, "absent": self.absent}
+        return texts
 
 
 @dataclass(frozen=True)
@@ -236,13 +258,13 @@ def _number(text: str) -> float:
 
 def claim_of(section: Section) -> Claim:
     """The claim of a section and of the module that measures it."""
-    module = import_module(f"benchmarks.claims.{section.defaults['measured by']}")
+    module = resolve_name(f"benchmarks.claims.{section.defaults['measured by']}")
     listed = hasattr(module, "measure")
     return Claim(
         section.id,
         section.title,
         partial(_measured, module, section.id) if listed else module.study,
-        partial(_judged, section, values_of if listed else module.read),
+        partial(_judged, section, numbers_of if listed else module.read),
         figures=tuple(filter(None, section.defaults.get("figures", "").split("; "))),
         timed="alone" in section.defaults,
         statement=section.statement,
@@ -251,24 +273,40 @@ def claim_of(section: Section) -> Claim:
 
 
 def _measured(
-    module: ModuleType, id: str, make_method: MakeMethod, quick: bool, report: Report
+    module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
     """The tidy frame of a module's numbers."""
-    return frame(
-        row(study=id, quantity=quantity, value=NAN, status=value)
-        if isinstance(value, str)
-        else row(study=id, quantity=quantity, value=float(value))
-        for quantity, value in module.measure(make_method, quick, report).items()
-    )
+    rows = []
+    for quantity, number in module.measure(make_method, quick, report).items():
+        if isinstance(number, str):
+            number = Number(why=number)
+        elif not isinstance(number, Number):
+            number = Number(float(number))
+        rows.append(
+            row(
+                study=id,
+                quantity=quantity,
+                value=number.value,
+                label=number.reference,
+                status=number.why,
+                absent=number.absent,
+            )
+        )
+    return frame(rows)
 
 
-def values_of(table: pd.DataFrame) -> dict[str, Measurement]:
+def numbers_of(table: pd.DataFrame) -> dict[str, Number]:
     """The numbers of a frame by quantity."""
-    return dict(zip(table["quantity"], table["value"], strict=True))
+    return {
+        line.quantity: Number(line.value, line.label, line.absent, line.status)
+        for line in table.itertuples()
+    }
 
 
 def _judged(
-    section: Section, read: Callable[[pd.DataFrame], Mapping[str, Measurement]], table: pd.DataFrame
+    section: Section,
+    read: Callable[[pd.DataFrame], Mapping[str, Measurement | Number]],
+    table: pd.DataFrame,
 ) -> list[Row]:
     """The rows of a section; without a table, of numbers that were not measured."""
     quantities = [line["quantity"] for line in section.lines]
@@ -284,22 +322,27 @@ def _judged(
 
 
 def _row(section: Section, line: Mapping[str, str], numbers: Mapping[str, Any]) -> Row:
+    measured = numbers[line["quantity"]]
     texts = {name: _filled(line[name], numbers, "g") for name in FIELDS if name in line}
+    if isinstance(measured, Number):
+        texts |= measured.texts()
+        measured = measured.value
     bound = bound_of(_filled(line["bound"], numbers, "r"))
-    return judged(section.id, line["quantity"], bound, numbers[line["quantity"]], **texts)
+    return judged(section.id, line["quantity"], bound, measured, **texts)
 
 
 def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
     """The text with numbers in place of their names."""
 
     def number(match: re.Match[str]) -> str:
-        value = float(numbers.get(match[1], NAN))
+        measured = numbers.get(match[1], NAN)
+        value = measured.value if isinstance(measured, Number) else float(measured)
         return repr(value) if plain == "r" else format(value, match[2] or plain)
 
     return NUMBER.sub(number, text)
 
 
-def _faults(section: Section, module: ModuleType) -> Iterator[Fault]:
+def _faults(section: Section, module: Any) -> Iterator[Fault]:
     """The planted faults of a section, each with the quantities of the lines that name it."""
     seen: dict[str, set[str]] = {}
     for line in section.lines:

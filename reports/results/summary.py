@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from benchmarks.checks.bounds import EXCEEDS, FINDING, NOT_RUN, VERDICTS
-from benchmarks.checks.claim import Row
+from benchmarks.checks.claim import AGREEMENT, Row
 from benchmarks.checks.coverage import coverage
-from benchmarks.claims.agreement import SOURCE
 from benchmarks.claims.statements import statements, unfounded
 from reports.results.claim_results import ClaimResult
 
@@ -69,7 +68,7 @@ class Summary:
         return measured and self.share >= fail_under and sound
 
     def __str__(self) -> str:
-        agreements = {row.id for row in self.rows if row.source == SOURCE}
+        agreements = {row.id for row in self.rows if row.source == AGREEMENT}
         claims = {row.id for row in self.rows} - agreements
         kinds = ((len(claims), "claim"), (len(agreements), "agreement"))
         of = " and ".join(many(count, noun) for count, noun in kinds if count)

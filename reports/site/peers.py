@@ -14,8 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.claims.agreement import AgreementCase
-from benchmarks.claims.agreements import AGREEMENTS
+from benchmarks.claims.agreements import AGREEMENTS, WithGalvi
 from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
@@ -145,10 +144,10 @@ def _page(one: Peer) -> str:
 
 def _agreements(names: set[str]) -> Iterator[str]:
     """The agreements with galvi that a contender takes part in."""
-    for one in AGREEMENTS:
-        (cases,) = one.study.args  # of the partial function that runs them
-        if names & {case.contender.name for case in cases if isinstance(case, AgreementCase)}:
-            yield one.id
+    for claim, agreements in AGREEMENTS.items():
+        pairs = (pair for pair in agreements.pairs if isinstance(pair, WithGalvi))
+        if names & {pair.contender.name for pair in pairs}:
+            yield claim
 
 
 def _settings(one: Participant, unit: str) -> str:

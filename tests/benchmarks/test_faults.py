@@ -6,10 +6,11 @@ import pytest
 
 from benchmarks.checks.claim import Claim
 from benchmarks.checks.faults import Fault
-from benchmarks.claims import CLAIMS
+from benchmarks.claims import AGREEMENTS, CLAIMS
 from tests.benchmarks.planted_tables import contradicted
+from tests.benchmarks.quick_studies import quick
 
-FAULTS = [(claim, fault) for claim in CLAIMS for fault in claim.caught]
+FAULTS = [(claim, fault) for claim in (*CLAIMS, *AGREEMENTS) for fault in claim.caught]
 # Claims whose quick studies take more than a second; the faults of others are of the same kinds.
 SLOW = (
     *("V3", "V4", "V6", "V7", "V9", "V11", "V13", "V14", "V15", "V16", "V19", "V20", "V22", "V23"),
@@ -31,7 +32,13 @@ SLOW = (
     ],
 )
 def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
-    assert fault.is_seen(contradicted(claim, fault))
+    assert fault.is_seen(contradicted(claim, fault) | not_run_for_want_of_an_engine(claim))
+
+
+def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
+    if claim not in AGREEMENTS:
+        return set()
+    return {row.quantity for row in claim.judge(quick(claim)) if row.absent}
 
 
 def test_every_claim_declares_a_fault_and_tells_them_apart() -> None:
