@@ -1,8 +1,9 @@
 """Claims as documents: what a paper says is a section with a table of checks, a line for each row.
 
-A section of a Markdown file:
+A document follows a paper: "## 2.3.1 Existence and uniqueness" is a part of it, with a table of
+what is printed there (see `benchmarks.claims.statements`) and with sections of claims:
 
-    ## V12: The stage equations have one solution below a step
+    ### V12: The stage equations have one solution below a step
 
     What the paper says, and what was measured where that differs.
 
@@ -36,11 +37,12 @@ caught  planted faults, separated by semicolons, that must contradict this line:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
-from itertools import product
+from functools import cache, partial
+from itertools import product, starmap
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -54,11 +56,13 @@ from benchmarks.checks.faults import Fault, faulty
 from benchmarks.statistics.estimate import Measurement
 from benchmarks.store.frames import frame, row
 
+FOLDER = Path(__file__).parent
+NAMES = ("hall_1", "hall_2", "hall_3", "hall_4", "miglio", "own", "agreements")
 FIELDS = ("source", "setup", "claimed", "expected", "reason", "reference")
 OPTIONS = ("measured by", "figures", "alone")
 COLUMNS = ("quantity", "bound", *FIELDS, "caught")
-HEADING = re.compile(r"^#{1,6} .*$", re.MULTILINE)
-SECTION = re.compile(r"## ([A-Z]\d+): (.+)")
+PART = re.compile(r"^## (.+)$", re.MULTILINE)
+SECTION = re.compile(r"^### ([A-Z]\d+): (.+)$", re.MULTILINE)
 DEFAULT = re.compile(rf"^- ({'|'.join((*FIELDS, *OPTIONS))}): ((?:.|\n(?=  ))+)", re.MULTILINE)
 LIST = re.compile(r"\{([^{}]*;[^{}]*)\}")
 NUMBER = re.compile(r"\{([a-z]\w*)(?::([^{};]+))?\}")
@@ -122,29 +126,76 @@ class Section:
         return {match[1] for text in texts for match in NUMBER.finditer(text)}
 
 
-def sections(document: str) -> Iterator[Section]:
-    """The sections of a document that are claims."""
-    headings = list(HEADING.finditer(document))
-    ends = [heading.start() for heading in headings[1:]] + [len(document)]
-    for heading, end in zip(headings, ends, strict=True):
-        if match := SECTION.fullmatch(heading[0]):
-            yield _section(match[1], match[2], document[heading.end() : end])
+@dataclass(frozen=True)
+class Part:
+    """What stands under a heading of a paper.
+
+    text        before the tables and sections
+    statements  texts by column of the table of printed statements
+    sections    of its claims
+    """
+
+    title: str
+    text: str
+    statements: tuple[Mapping[str, str], ...]
+    sections: tuple[Section, ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A document; `title` is its first heading, `text` what stands below that."""
+
+    title: str
+    text: str
+    parts: tuple[Part, ...]
+
+
+def all_documents() -> tuple[Document, ...]:
+    """All documents: those of the papers in their order, galvi's own, agreements."""
+    return tuple(read_document(FOLDER / f"{name}.md") for name in NAMES)
+
+
+@cache
+def read_document(path: Path) -> Document:
+    """The document in a file."""
+    head, *parts = PART.split(path.read_text(encoding="utf-8"))
+    title, _, text = head.removeprefix("# ").partition("\n")
+    return Document(title, " ".join(text.split()), tuple(starmap(_part, _pairs(parts))))
+
+
+def _part(title: str, text: str) -> Part:
+    before, *rest = SECTION.split(text)
+    prose, *tables = _tables(before)
+    sections = zip(rest[::3], rest[1::3], rest[2::3], strict=True)
+    statements = tuple(cells for table in tables[::2] for cells in table_in(table))
+    return Part(title, " ".join(prose.split()), statements, tuple(starmap(_section, sections)))
+
+
+def _pairs(texts: Sequence[str]) -> Iterator[tuple[str, str]]:
+    return zip(texts[::2], texts[1::2], strict=True)
+
+
+def _tables(text: str) -> list[str]:
+    """The text before the first table, and each table with the text after it."""
+    return re.split(r"((?:^\|.*\n)+)", f"{text}\n", flags=re.MULTILINE)
 
 
 def _section(id: str, title: str, text: str) -> Section:
     statement = re.split(r"^[-|] ", text, maxsplit=1, flags=re.MULTILINE)[0]
-    before, *parts = re.split(r"((?:^\|.*\n)+)", f"{text}\n", flags=re.MULTILINE)
+    before, *tables = _tables(text)
     defaults = _defaults(before)
-    texts_before = [{}, *map(_defaults, parts[1::2])]
-    lines = tuple(
-        line
-        for table, own in zip(parts[::2], texts_before, strict=False)
-        for cells in table_in(table)
-        for line in _repeated(_joined(_joined(defaults, own), cells))
-    )
+    nearer: Mapping[str, str] = {}
+    lines = []
+    for table, after in _pairs(tables):
+        for cells in table_in(table):
+            lines += _repeated(_joined(_joined(defaults, nearer), cells))
+        nearer = _defaults(after)
     if unknown := {name for line in lines for name in line} - {*COLUMNS}:
         raise ValueError(f"{id}: a table has columns of {COLUMNS}; received {sorted(unknown)}.")
-    return Section(id, title, " ".join(statement.split()), defaults, lines)
+    quantities = Counter(line["quantity"] for line in lines)
+    if repeated := [quantity for quantity, count in quantities.items() if count > 1]:
+        raise ValueError(f"{id}: each quantity needs a line of its own; repeated: {repeated}.")
+    return Section(id, title, " ".join(statement.split()), defaults, tuple(lines))
 
 
 def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, str]:
@@ -357,6 +408,6 @@ def _faults(section: Section, module: Any) -> Iterator[Fault]:
             yield replace(module.FAULTS[name], what=name, seen=quantities)
 
 
-def claims_in(path: Path) -> tuple[Claim, ...]:
+def claims_in(document: Document) -> tuple[Claim, ...]:
     """The claims of a document, in its order."""
-    return tuple(map(claim_of, sections(path.read_text(encoding="utf-8"))))
+    return tuple(claim_of(section) for part in document.parts for section in part.sections)

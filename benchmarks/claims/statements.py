@@ -1,8 +1,10 @@
-"""The ledger: every printed statement of both papers, and what became of it.
+"""Every printed statement of both papers, and what became of it.
 
-`statements.csv` has a line for each theorem, lemma, figure, table and quantitative or checkable
-sentence, in the papers' order. Its status follows from the verdicts of its claims' rows that speak
-of it, by their `source`:
+Under each heading of a paper a document has a table with a line for each theorem, lemma, figure,
+table and quantitative or checkable sentence: where it is printed, what kind it is of, what it says
+in our words, its status and effect, the claims that check it, perhaps by which of their rows ("V11
+at H fig. 1.1: energy"), and why. The status follows from the verdicts of its claims' rows that
+speak of it, by their `source`:
 
 reproduced            at least one is attained, holds or exceeds
 not reproduced        at least one is not reproduced
@@ -16,13 +18,16 @@ not checked           it could be; the line says by what
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 
-from benchmarks.claims.kit import *
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_REPRODUCED
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.claims.documents import Part, all_documents
+from benchmarks.store.frames import frame
 
-FILE = Path(__file__).with_name("statements.csv")
 PAPERS = ("H", "M")
 REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
 STATUSES = {  # status: the verdicts of which one is needed
@@ -104,12 +109,20 @@ def claims_at(place: str, claims: Iterable[Claim]) -> tuple[str, ...]:
 
 @cache
 def statements() -> tuple[Statement, ...]:
-    """All of them."""
-    with FILE.open(encoding="utf-8", newline="") as file:
-        return tuple(
-            Statement(**{**line, "claims": tuple(line["claims"].split())})
-            for line in csv.DictReader(file)
-        )
+    """All of them, in the order of the documents."""
+    return tuple(
+        statement for document in all_documents() for part in document.parts
+        for statement in statements_of(part)
+    )  # fmt: skip
+
+
+def statements_of(part: Part) -> Iterator[Statement]:
+    """What is printed under one heading of a paper."""
+    for cells in part.statements:
+        status, _, effect = cells["status"].partition(", ")
+        claims, _, rows = cells["checks"].partition(" at ")
+        texts = (cells["where"], cells["kind"], cells["statement"], status, effect)
+        yield Statement(*texts, tuple(claims.split()), rows, cells["why"])
 
 
 def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:

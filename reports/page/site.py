@@ -72,10 +72,8 @@ def ledger() -> dict[str, Any]:
     )  # fmt: skip
     return {
         "headline": counted(found),
-        "all": found,
         "misprints": [one for one in found if one.status == FALSE],
         "effects": EFFECTS.items(),
-        "statuses": list(STATUSES),
         "counts": grid(counts, dict.fromkeys(PAPERS, "number")),
     }
 
@@ -137,7 +135,7 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
             ("verdicts", "What the papers claim", 2),
         )
     elif part.name == "statements":
-        yield from (("misprints", "False as printed", 2), ("ledger", "All statements", 2))
+        yield "misprints", "False as printed", 2
     elif part.name == "claims":
         for group in content["claim_groups"]:
             yield group.anchor, group.title, 2

@@ -8,6 +8,7 @@ function searchClaims() {
   const [words, verdict, said] = ["input", "select", "output"].map((tag) => form.querySelector(tag));
   const claims = [...document.querySelectorAll("article.claim")];
   const texts = claims.map((claim) => fold(claim.textContent));
+  const printed = [...document.querySelectorAll("section.printed")];
   const show = () => {
     const asked = fold(words.value).split(/\s+/).filter(Boolean);
     let count = 0;
@@ -19,9 +20,13 @@ function searchClaims() {
       if (asked.length) claim.querySelectorAll("details").forEach((one) => { one.open = fits && texts[k].length < 40000; });
       count += fits;
     });
-    document.querySelectorAll("main h2[id^='group-']").forEach((heading) => {
+    printed.forEach((one) => {
+      const text = fold(one.textContent);
+      one.hidden = Boolean(verdict.value) || !asked.every((word) => text.includes(word));
+    });
+    document.querySelectorAll("main h2[id^='part-']").forEach((heading) => {
       let next = heading.nextElementSibling, any = false;
-      for (; next && next.tagName !== "H2"; next = next.nextElementSibling) any ||= next.matches("article:not([hidden])");
+      for (; next && next.tagName !== "H2"; next = next.nextElementSibling) any ||= next.matches("article:not([hidden]), section.printed:not([hidden])");
       heading.hidden = !any;
     });
     said.textContent = `${count} of ${claims.length} claims`;

@@ -1,0 +1,207 @@
+"""Claims as documents: what a section says becomes rows, and what it does not say is refused."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import galvi
+from benchmarks.checks import bounds, series_bounds
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
+from benchmarks.checks.claim import Claim
+from benchmarks.checks.faults import Fault
+from benchmarks.claims.documents import (
+    NAMES,
+    Number,
+    all_documents,
+    bound_of,
+    claims_in,
+    read_document,
+)
+
+HEAD = """# A paper
+
+What it is.
+
+## 1.1 A heading
+
+| where | kind | statement | status | checks | why |
+| --- | --- | --- | --- | --- | --- |
+| H 1.1 | sentence | It is so. | reproduced | V1 at H 1.1: error | |
+
+### V1: A claim
+
+What the paper says.
+It says it at length.
+
+- measured by: made_up
+- source: H 1.1
+- setup: a pendulum
+- reason: So it
+  is.
+
+"""
+
+
+@pytest.fixture
+def claim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The claim of a table, and of the numbers that a module of this name measures."""
+
+    def made(table: str, numbers: dict[str, Any], **more: Any) -> Claim:
+        module = ModuleType("benchmarks.claims.made_up")
+        vars(module)["measure"] = lambda make_method, quick, report: numbers
+        vars(module).update(more)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        path = tmp_path / f"{len(list(tmp_path.iterdir()))}.md"
+        path.write_text(HEAD + table)
+        (only,) = claims_in(read_document(path))
+        return only
+
+    return made
+
+
+def judged(claim: Claim) -> list[Any]:
+    return claim.judge(claim.study(galvi.Galerkin, True, print))
+
+
+def test_a_line_is_repeated_for_its_lists_and_has_the_defaults(claim: Any) -> None:
+    table = """| quantity | bound | setup | reason | expected |
+| --- | --- | --- | --- | --- |
+| error, n = {2; 4}, {a; b; c} | at most {1; 2} | + n = {2; 4} | | |
+| other \\|error\\| | at least 1 | | Otherwise. | contradicted |
+"""
+    numbers = {f"error, n = {n}, {name}": 0.5 * n for n in (2, 4) for name in "abc"}
+    made = claim(table, {**numbers, "other |error|": 0.5})
+    rows = judged(made)
+    assert [row.quantity for row in rows][:4] == [*list(numbers)[:3], "error, n = 4, a"]
+    assert rows[0].setup == "a pendulum; n = 2" and rows[0].bound == "at most 1"
+    assert rows[0].reason == "So it is." and rows[-1].reason == "Otherwise."
+    assert {row.source for row in rows} == {"H 1.1"} and made.statement.endswith("at length.")
+    assert [row.verdict for row in rows] == [HOLDS] * 6 + [CONTRADICTED]
+    assert rows[-1].expected == CONTRADICTED
+    assert {row.verdict for row in made.judge(pd.DataFrame())} == {NOT_RUN}
+
+
+def test_a_table_may_have_defaults_of_its_own_and_a_mark_repeats_the_cell_above(claim: Any) -> None:
+    table = """| quantity | bound | claimed |
+| --- | --- | --- |
+| one | at most 1 | O(h) |
+| two | " | " |
+
+- setup: + at the end
+- source: M (3)
+
+| quantity | bound |
+| --- | --- |
+| three | at most {limit} |
+"""
+    one, two, three = judged(claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5}))
+    assert two.claimed == "O(h)" and two.bound == "at most 1" and three.bound == "at most 2.5"
+    assert (
+        three.setup.endswith("; at the end") and three.source == "M (3)" and one.source == "H 1.1"
+    )
+
+
+LINE = "| quantity | bound |\n| --- | --- |\n| one | at most 1 |\n"
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"two": 2.0}, "without a line: ['two']; without a number: ['one']"),
+        ({"one": 1.0, "two": 2.0}, "without a line: ['two']"),
+    ],
+)
+def test_a_number_without_a_line_and_a_line_without_a_number_are_errors(
+    claim: Any, numbers: dict[str, float], words: str
+) -> None:
+    with pytest.raises(ValueError) as refused:
+        judged(claim(LINE, numbers))
+    assert "V1: every number that is measured needs a line" in str(refused.value)
+    assert words in str(refused.value)
+
+
+def test_two_lines_of_one_quantity_are_refused(claim: Any) -> None:
+    with pytest.raises(ValueError, match="V1: each quantity needs a line of its own"):
+        claim(LINE + "| one | at least {1; 2} |\n", {"one": 1.0})
+
+
+def test_why_there_is_no_number_is_kept(claim: Any) -> None:
+    made = claim(LINE, {"one": "The run stopped."})
+    table = made.study(galvi.Galerkin, True, print)
+    assert list(table["status"]) == ["The run stopped."]
+    assert {row.verdict for row in made.judge(table)} == {NOT_RUN}
+    absent = Number(reference="a code", absent="engine", why="No module named 'engine'.")
+    (row,) = judged(claim(LINE, {"one": absent}))
+    assert (row.expected, row.absent, row.reason) == (NOT_RUN, "engine", absent.why)
+    assert row.reference == "a code"
+
+
+def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: Any) -> None:
+    table = """| quantity | bound | caught |
+| --- | --- | --- |
+| one | at most 1 | b 1e-6 beta 1e-6; a wrong sign |
+| two | at most 1 | a wrong sign |
+"""
+    faults = {"a wrong sign": Fault()}
+    numbers = {"one": 1.0, "two": 1.0}
+    arrays, sign = claim(table, numbers, FAULTS=faults).caught
+    assert arrays.what == "b 1e-6 beta 1e-6" and arrays.seen == {"one"}
+    assert sign.what == "a wrong sign" and sign.seen == {"one", "two"}
+    method = arrays.make(galvi.Polynomials(2), galvi.gauss(2))
+    sound = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    assert method.table.b == pytest.approx(sound.table.b * (1.0 + 1e-6), rel=1e-15)
+    with pytest.raises(KeyError):
+        claim(table, numbers, FAULTS={})
+
+
+@pytest.mark.parametrize(
+    ("text", "bound"),
+    [
+        ("at most 1e-3; rounding 1e-9", bounds.AtMost(1e-3, round_off=1e-9)),
+        ("at least 1/3; errors", bounds.AtLeast(1.0 / 3.0, uncertainty=0.0)),
+        ("above 0", bounds.Above(0.0)),
+        ("below 1; errors 0.5", bounds.Below(1.0, uncertainty=0.5)),
+        ("exactly 3", bounds.Exactly(3.0)),
+        ("0.5 to 2", bounds.Within(0.5, 2.0)),
+        ("2 within 0.1; in words: about", bounds.Near(2.0, 0.1, noun="about")),
+        ("order 4", bounds.Order(4.0)),
+        ("order 4 within 0.1; either side", bounds.Order(4.0, 0.1, better=0)),
+        ("base 0.56 within 0.01", bounds.Base(0.56, 0.01)),
+        ("converges", bounds.Converges()),
+        ("geometric", series_bounds.Geometric()),
+        ("each n at most 0.5", series_bounds.FactorPerN(0.5)),
+        ("no growth at most 1e-3; even if short", series_bounds.NoGrowth(1e-3, conclusive=False)),
+        ("finding", bounds.Finding()),
+        ("finding: order 3", bounds.Finding(bounds.Order(3.0))),
+        ("order 2 or at least 4; errors up to 1",
+         bounds.Reported(bounds.Order(2.0), bounds.AtLeast(4.0, uncertainty=0.0, most=1.0))),
+    ],
+)  # fmt: skip
+def test_a_bound_is_what_its_words_say(text: str, bound: bounds.Bound) -> None:
+    assert bound_of(text) == bound
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(["at most", "above"]))
+def test_a_limit_is_read_to_the_last_bit(limit: float, word: str) -> None:
+    read: Any = bound_of(f"{word} {limit!r}")
+    assert read.limit == limit and read.word == word
+
+
+@pytest.mark.parametrize("text", ["about 3", "at most", "at most 1; roughly", "order", "", "1 to"])
+def test_what_is_no_bound_is_refused(text: str) -> None:
+    with pytest.raises(ValueError):
+        bound_of(text)
+
+
+def test_every_section_of_a_document_has_a_heading_and_every_table_its_columns() -> None:
+    assert len(all_documents()) == len(NAMES)
+    ids = [s.id for document in all_documents() for part in document.parts for s in part.sections]
+    assert len(set(ids)) == len(ids) >= 64
