@@ -13,7 +13,18 @@ from setuptools import find_packages, setup
 
 SUITE = ("references", "benchmarks", "reports")
 PLUGIN = "reports.pytest_galvi"
-DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.js", "*.j2", "*.mplstyle", "*.png", "data/*.csv")
+DATA = (
+    "py.typed",
+    "*.csv",
+    "*.md",
+    "*.bib",
+    "*.css",
+    "*.js",
+    "*.j2",
+    "*.mplstyle",
+    "*.png",
+    "data/*.csv",
+)
 
 TOP = Path(__file__).parent
 INFO = TOP / "PKG-INFO"  # of an unpacked sdist, which git does not know

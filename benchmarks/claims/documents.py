@@ -309,7 +309,7 @@ def _number(text: str) -> float:
 
 def claim_of(section: Section) -> Claim:
     """The claim of a section and of the module that measures it."""
-    module = resolve_name(f"benchmarks.claims.{section.defaults['measured by']}")
+    module = resolve_name(f"{__package__}.{section.defaults['measured by']}")
     listed = hasattr(module, "measure")
     return Claim(
         section.id,

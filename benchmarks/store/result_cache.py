@@ -22,7 +22,7 @@ from benchmarks.store.row_files import digest_of
 FOLDER = "unfinished"  # subfolder of the output folder
 WEEK = 7 * 86_400  # seconds after which a result expires
 ENDING = ".json"
-KINDS = (".py", ".csv")  # code, and data of initial states and truths
+KINDS = (".py", ".csv", ".md")  # code, data of initial states and truths, documents of claims
 
 
 def digest_of_sources(code: tuple[str, ...] = (), machine: bool = True) -> str:

@@ -24,7 +24,7 @@ from reports.tables.macros import bibliography
 from tests.reports.test_track_against import git
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
+SHIPPED = {".py", ".typed", ".csv", ".md", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
 PLUGIN = "reports/pytest_galvi/"  # apart in the wheel: pytest imports it, and must not import galvi
 
