@@ -27,7 +27,6 @@ from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v29_moving_frames as v29
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
-from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
 from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
 from benchmarks.measures import second_variation
@@ -231,7 +230,9 @@ def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
         row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
         for n in v14.NS for quantity, power in powers.items() for h in steps
     )  # fmt: skip
-    printed = [one for one in V14.judge(made) if one.quantity.startswith("order of distance /")]
+    printed = [
+        one for one in CLAIM["V14"].judge(made) if one.quantity.startswith("order of distance /")
+    ]
     assert tuple(one.verdict for one in printed) == verdicts
 
 
