@@ -23,6 +23,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     SINGULARITY,
     STEP,
     convergence_of_polynomials,
+    fixed_number,
     problem,
 )
 from benchmarks.claims.vector_spaces.v26_discrete_lagrangian import V26
@@ -171,7 +172,7 @@ def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
 def test_what_an_order_gains_with_n_is_measured(gain: float, verdict: str) -> None:
     """Planted: errors h^(n/2 + 2), as H reads them off, and others."""
     table = quick(CLAIM["V7"])
-    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == v07.fixed_number(100))
+    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == fixed_number(100))
     h, n = (table.loc[own, name].to_numpy(float) for name in ("step", "n"))
     table.loc[own, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
     found = {row.quantity: row.verdict for row in CLAIM["V7"].judge(table)}
