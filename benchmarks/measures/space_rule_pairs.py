@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,6 +65,15 @@ def pairs(numbers: Iterable[int], points: Iterable[int]) -> Iterator[Pair]:
                     yield Pair(
                         kind_of(make_space), number, space, family_of(make_rule), many, whole
                     )
+
+
+def methods(
+    make_method: Callable[[Space, Rule], Any], numbers: Iterable[int], points: Iterable[int]
+) -> Iterator[tuple[Pair, Any]]:
+    """Each pair with its method, without those that are refused: ill-posed or inconsistent."""
+    for pair in pairs(numbers, points):
+        with suppress(ValueError):
+            yield pair, make_method(pair.space, pair.rule)
 
 
 def kinds() -> tuple[str, ...]:

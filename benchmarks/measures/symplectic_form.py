@@ -35,7 +35,9 @@ def map_derivative(problem: Problem, method: Any, step: float) -> Array:
 
 
 def canonical_defect(DF: Array) -> float:
-    """Largest entry of DF^T J DF - J over |DF|^2, J = [[0, 1], [-1, 0]]."""
+    """Largest entry of DF^T J DF - J over |DF|^2, J = [[0, 1], [-1, 0]]; NaN where DF is."""
+    if np.any(np.isnan(DF)):
+        return float("nan")
     d = len(DF) // 2
     J = np.block([[np.zeros((d, d)), np.eye(d)], [-np.eye(d), np.zeros((d, d))]])
     return float(np.max(np.abs(DF.T @ J @ DF - J)) / max(1.0, np.linalg.norm(DF, 2) ** 2))

@@ -27,10 +27,10 @@ from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v29_moving_frames as v29
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
-from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
 from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
 from benchmarks.measures import second_variation
+from benchmarks.measures.boundary_motion import CURVE, ENDS
 from benchmarks.measures.symplectic_form import canonical_defect, form_defect, map_derivative
 from benchmarks.store.frames import frame, row
 from galvi import Problem
@@ -226,12 +226,14 @@ def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
 ) -> None:
     """Curves of order n + 1/2 hold, and those of order n do not: no verdict is built in."""
     steps = 2.0 ** -np.arange(2.0, 8.0)
-    powers = {v14.ENDS: lambda n: 2.0 * n - 1.0, v14.CURVE: lambda n: n + more}
+    powers = {ENDS: lambda n: 2.0 * n - 1.0, CURVE: lambda n: n + more}
     made = frame(
         row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
         for n in v14.NS for quantity, power in powers.items() for h in steps
     )  # fmt: skip
-    printed = [one for one in V14.judge(made) if one.quantity.startswith("order of distance /")]
+    printed = [
+        one for one in CLAIM["V14"].judge(made) if one.quantity.startswith("order of distance /")
+    ]
     assert tuple(one.verdict for one in printed) == verdicts
 
 

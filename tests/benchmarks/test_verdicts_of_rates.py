@@ -23,16 +23,16 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     SINGULARITY,
     STEP,
     convergence_of_polynomials,
+    fixed_number,
     problem,
 )
-from benchmarks.claims.vector_spaces.v07_momentum_along_curve import V7
 from benchmarks.claims.vector_spaces.v26_discrete_lagrangian import V26
 from benchmarks.statistics import convergence_fits
 from benchmarks.store.frames import pick
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import OSCILLATOR, oscillator_action
-from tests.benchmarks.planted_tables import rows
+from tests.benchmarks.planted_tables import CLAIM, rows
 from tests.benchmarks.quick_studies import quick
 
 FLOOR = 1e-12
@@ -152,14 +152,13 @@ def test_leading_errors_of_invariants_are_odd_in_time_for_even_n() -> None:
             assert (abs(cross) < 1e-20) == even, (n, cross)
             assert (abs(dot) < 1e-20) == even, (n, dot)
             assert not even or abs(slope) > 1.0
-    assert [v07.order_of(n) for n in range(3, 9)] == [2, 4, 4, 6, 6, 8]
 
 
 # --- the claims
 
 
 def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
-    found = {row.quantity: row.measured for row in rows(V7)}
+    found = {row.quantity: row.measured for row in rows(CLAIM["V7"])}
     at, off = (
         found[f"order of the {v07.ANGULAR}{of}"]
         for of in (" as h tends to 0, n = 4, 100 steps", ", n = 4, 100 steps from another point")
@@ -167,27 +166,16 @@ def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
     assert at is not None and off is not None and at - off > 0.8
 
 
-def test_the_law_would_be_contradicted_if_the_orders_were_lower() -> None:
-    """Angular momentum of order 1 less: no verdict of V7 is built in."""
-    table = quick(V7)
-    lower = (table["quantity"] == v07.ANGULAR) & table["study"].str.endswith("100 steps")
-    table.loc[lower, "value"] /= table.loc[lower, "step"]
-    verdicts = {row.quantity: row.verdict for row in V7.judge(table)}
-    for reading, n in ((v07.POINTS, 3), (v07.POINTS, 5), (v07.POINTS, 6), (v07.DEGREE, 4)):
-        name = f"order of the {v07.ANGULAR}, {reading} n = {n}, 100 steps"
-        assert verdicts[name] == CONTRADICTED
-
-
 @pytest.mark.parametrize(
     ("gain", "verdict"), [(0.5, ATTAINED), (1.0, NOT_REPRODUCED), (0.75, CONTRADICTED)]
 )
 def test_what_an_order_gains_with_n_is_measured(gain: float, verdict: str) -> None:
     """Planted: errors h^(n/2 + 2), as H reads them off, and others."""
-    table = quick(V7)
-    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == v07.fixed_number(100))
+    table = quick(CLAIM["V7"])
+    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == fixed_number(100))
     h, n = (table.loc[own, name].to_numpy(float) for name in ("step", "n"))
     table.loc[own, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
-    found = {row.quantity: row.verdict for row in V7.judge(table)}
+    found = {row.quantity: row.verdict for row in CLAIM["V7"].judge(table)}
     name = f"what the order of the {v07.ANGULAR} gains with n, 100 steps"
     assert found[name] == verdict
 

@@ -21,9 +21,10 @@ from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import distances, follow, least_solvable
 from benchmarks.studies.long_steps import ALONG, DISTANCE, ENERGY, FRAME_DISTANCE, FRAME_ENERGY
 from references.textbook.implicit_euler import IMPLICIT_EULER
+from tests.benchmarks.planted_tables import CLAIM
 from tests.benchmarks.quick_studies import quick
 
-V9, V11, V15, V22, V24 = v09_solar_system_in_long_steps.V9, v11.V11, v15.V15, v22.V22, v24.V24
+V9, V11, V22, V24 = v09_solar_system_in_long_steps.V9, v11.V11, v22.V22, v24.V24
 
 
 def table_of(claim: Claim) -> pd.DataFrame:
@@ -184,7 +185,7 @@ def test_a_frame_that_gains_too_little_is_caught() -> None:
 # ---- Noether quantities
 
 
-@pytest.mark.slow(beside="test_a_drift_of_another_order_is_caught")
+@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 def test_components_that_share_a_space_after_all_are_caught() -> None:
     """Their angular momentum is then conserved: no order is left to be found."""
 
@@ -192,18 +193,10 @@ def test_components_that_share_a_space_after_all_are_caught() -> None:
         shared = galvi.Polynomials(max(space.degrees)) if hasattr(space, "degrees") else space
         return galvi.Galerkin(shared, rule)
 
-    found = verdicts(V15, V15.study(make, True, lambda sentence: None))
+    claim = CLAIM["V15"]
+    found = verdicts(claim, claim.study(make, True, lambda sentence: None))
     orders = [v for q, v in found.items() if q.startswith("order of the change of angular")]
     assert len(orders) == len(v15.MIXED) and FINDING not in orders
-
-
-def test_a_drift_of_another_order_is_caught() -> None:
-    table = table_of(V15)
-    chosen = table["study"] == v15.ROTATION
-    table.loc[chosen, "value"] *= table.loc[chosen, "step"]
-    found = verdicts(V15, table)
-    orders = [v for q, v in found.items() if q.startswith("order of the change of angular")]
-    assert orders == [CONTRADICTED] * len(v15.MIXED)
 
 
 # ---- best approximation, and the cost

@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
+from benchmarks.claims.kit import (
+    ORACLES,
+    Case,
+    DataFrame,
+    MakeMethod,
+    Measurement,
+    Report,
+    frame,
+    number,
+    readings,
+    refine,
+)
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FLOOR,
-    METHOD,
-    ORBIT,
-    SETUP,
+    IN_N,
+    OTHER_MOTIONS,
     STEP,
     STEPS,
-    THEORY,
     convergence_of_polynomials,
     n_refinement,
     oracles,
     problem,
-    truths,
 )
 from references.closed_forms.kepler import KEPLER
 
-CLAIMED, RESOLUTION = 0.56, 0.005
 QUANTITY = "one-step error"
 CENTRED = "n-refinement, one step about the pericentre"
-ROUND_OFF = 2e-14  # of one step
+FAULTS = OTHER_MOTIONS
 
 # The factor n^-g. The error of a step is the product of two expansions in Legendre polynomials, of
 # q', singular like (t - t*)^(-1/2), and of the derivative of a variation of the motion, singular
@@ -38,60 +45,24 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step error, the same of one step whose middle is the
     pericentre, and the distance between the two references."""
     ns = range(8, 55, 3) if quick else range(7, 61)
-    many = n_refinement(ns, (QUANTITY,), make_method, report)
+    rows = n_refinement(ns, (QUANTITY,), make_method, report)
     cases = [Case(n, STEP, 1) for n in range(8, 46, 3 if quick else 1)]
     start = problem(-STEP / 2)
-    one = refine(CENTRED, start, KEPLER, cases, (QUANTITY,), make_method, report)
-    return frame([*many.to_dict("records"), *one, *oracles("oracles", STEP * STEPS, STEPS)])
+    rows += refine(CENTRED, start, KEPLER, cases, (QUANTITY,), make_method, report)
+    return frame(rows + oracles("oracles", STEP * STEPS, STEPS))
 
 
-def judge(table: DataFrame) -> list[Row]:
-    """Compare the fitted base with 0.56, and that of one step with the theory's."""
-    fit = readings.base(table, FLOOR, study="n-refinement", quantity=QUANTITY, power=POWER)
-    one = readings.base(table, ROUND_OFF, study=CENTRED, quantity=QUANTITY)
-    theory = convergence_of_polynomials(-STEP / 2, STEP) ** 2
-    return [
-        V3.row(
-            "base of the one-step error",
-            Base(CLAIMED, RESOLUTION),
-            fit,
-            claimed="O(0.56^n)",
-            reason=f"{THEORY}. A fit over finite n has to allow for a factor n^-g: g = 0 for one "
-            "step, up to 1/2 for the steps of many revolutions, which are centred differently; "
-            "fitted with g = 1/4 -+ 1/4. With g = 0 alone the same errors give 0.547, with 1/2 "
-            "0.554.",
-            reference=truths(table),
+def read(table: DataFrame) -> dict[str, Measurement]:
+    """The fitted bases of many steps and of one, and that of one by theory."""
+    apart = number(table, quantity=ORACLES)
+    return {
+        "base of the one-step error": readings.base(
+            table, FLOOR, study=IN_N, quantity=QUANTITY, power=POWER
         ),
-        V3.row(
-            "base of the error of one step about the pericentre",
-            Finding(Base(theory, RESOLUTION)),
-            one,
-            setup=f"{ORBIT}; {METHOD}; one step from t = -1 to t = 1 about the pericentre",
-            claimed="H prints no base of one step",
-            reason=f"{THEORY}; one step has no factor n^-g.",
+        "base of the error of one step about the pericentre": readings.base(
+            table, 2e-14, study=CENTRED, quantity=QUANTITY
         ),
-        V3.row(
-            ORACLES,
-            Finding(AtMost(FLOOR / 10)),
-            number(table, quantity=ORACLES),
-            claimed="none: a tenth of the smallest error fitted",
-            reason="Both solve the same problem, one by formula and one by steps.",
-        ),
-    ]
-
-
-V3 = Claim(
-    "V3",
-    "Kepler at h = 2: one-step error O(0.56^n)",
-    study,
-    judge,
-    ("H fig. 2.6",),
-    setup=SETUP,
-    reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
-    statement="H fig. 2.6: the one-step error is O(0.56^n).",
-    caught=(
-        of_table("base of the one-step error", beta=1.0 + 1e-6),
-        of_motion("clock reversed", bool, reversed_clock),
-        of_motion("centre heavier", bool, heavier),
-    ),
-)
+        ORACLES: apart,
+        "apart": apart,
+        "theory": convergence_of_polynomials(-STEP / 2, STEP) ** 2,
+    }

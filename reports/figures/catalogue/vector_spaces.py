@@ -8,6 +8,8 @@ from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
 from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
+from benchmarks.claims.vector_spaces.kepler_orbit import STEP
+from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N
 from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
 from reports.results.section import Figure
 
@@ -42,16 +44,16 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
     Figure(
         name="curve-between-same-points",
         source="H thm. 2.3.6",
-        title=f"one step of h = {v14.STEP:g} of the Kepler problem, e = 0.6",
+        title=f"one step of h = {STEP:g} of the Kepler problem, e = 0.6",
         claims=("V14",),
         draw=convergence_in_n,
         options={
             "rates": tuple(
-                Rate(v14.IN_N, quantity, label, v14.FLOOR[quantity],
+                Rate(IN_N, quantity, label, v14.FLOOR[quantity],
                      power=(v14.POWERS[quantity], 0.0))
                 for quantity, label in (
-                    (v14.ENDS, "end"),
-                    (v14.CURVE, "curve, $W^{1,1}$"),
+                    (ENDS, "end"),
+                    (CURVE, "curve, $W^{1,1}$"),
                     (v14.LARGEST, r"curve, $L^\infty$"),
                 )
             ),
@@ -68,7 +70,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         draw=convergence_in_h,
         options={
             "rates": tuple(
-                Rate(v14.IN_H, v14.CURVE, f"$n={n}$", v14.FLOOR[v14.CURVE], n=n) for n in v14.NS
+                Rate(IN_H, CURVE, f"$n={n}$", v14.FLOOR[CURVE], n=n) for n in v14.NS
             ),
             "ylabel": "distance in $W^{1,1}$",
         },
@@ -77,7 +79,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
     Figure(
         name="discrete-lagrangian",
         source="H thm. 2.3.2",
-        title=f"one step of h = {v14.STEP:g} of the Kepler problem, e = 0.6",
+        title=f"one step of h = {STEP:g} of the Kepler problem, e = 0.6",
         claims=("V26",),
         draw=convergence_in_n,
         options={
