@@ -108,8 +108,11 @@ def some(words: str) -> Callable[[set[str]], object]:
 
 
 def heavier(problem: Problem) -> Problem:
-    """The centre, or the Sun, heavier by a millionth."""
+    """The centre, or the Sun, heavier by a millionth; or a body about its third axis."""
     system: Any = problem.system
+    if isinstance(system, galvi.RigidBody):
+        moments = system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
+        return replace(problem, system=galvi.RigidBody(moments, system.potential))
     if isinstance(system, galvi.NBody):
         by = np.where(np.arange(system.masses.size) == 0, 1.0 + 1e-6, 1.0)
         return replace(problem, system=galvi.NBody(system.masses * by, system.G))
@@ -126,15 +129,15 @@ def _set_apart(table: pd.DataFrame) -> None:
     table.loc[table["quantity"].str.startswith(ORACLES), "value"] = 1.0
 
 
-def times(by: float, **where: str) -> Callable[[pd.DataFrame], None]:
-    """Values of these rows multiplied."""
+def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame], None]:
+    """Values of these rows multiplied, perhaps by a power of their step, too."""
 
     def change(table: pd.DataFrame) -> None:
         chosen = pd.Series(True, index=table.index)
         for name, value in where.items():
             chosen &= table[name] == value
         assert chosen.any(), where
-        table.loc[chosen, "value"] *= by
+        table.loc[chosen, "value"] *= by * table.loc[chosen, "step"] ** power
 
     return change
 
