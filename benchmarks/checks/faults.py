@@ -108,8 +108,11 @@ def some(words: str) -> Callable[[set[str]], object]:
 
 
 def heavier(problem: Problem) -> Problem:
-    """The centre, or the Sun, heavier by a millionth."""
+    """The centre, or the Sun, heavier by a millionth; or a body about its third axis."""
     system: Any = problem.system
+    if isinstance(system, galvi.RigidBody):
+        moments = system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
+        return replace(problem, system=galvi.RigidBody(moments, system.potential))
     if isinstance(system, galvi.NBody):
         by = np.where(np.arange(system.masses.size) == 0, 1.0 + 1e-6, 1.0)
         return replace(problem, system=galvi.NBody(system.masses * by, system.G))

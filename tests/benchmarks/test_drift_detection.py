@@ -16,8 +16,6 @@ import galvi
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim
 from benchmarks.checks.series_bounds import NoGrowth
-from benchmarks.claims.lie_groups.l04_free_body_energy import L4
-from benchmarks.claims.lie_groups.l08_pendulum_energy import L8
 from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
 from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
 from benchmarks.statistics.drift import LEAST, drift
@@ -136,8 +134,8 @@ def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
             v15.ALONG,
             f"error of {v15.ALONG}, over the largest of single steps from exact states",
         ),
-        (L4, "energy error, n = 8", "energy error, n = 8"),
-        (L8, "energy error", "energy error, n = 8"),
+        (CLAIM["L4"], "energy error, n = 8", "energy error, n = 8"),
+        (CLAIM["L8"], "energy error", "energy error, n = 8"),
     ],
     ids=["V2", "V8", "V15", "L4", "L8"],
 )

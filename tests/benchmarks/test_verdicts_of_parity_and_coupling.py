@@ -1,4 +1,4 @@
-"""L3, L14, L16, V12 and V20: verdicts that are not built in, and coupling terms that are missed."""
+"""L14, L16, V12 and V20: verdicts that are not built in, and coupling terms that are missed."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, NOT_REPRODUCED
-from benchmarks.claims.lie_groups import l03_free_body_order as l03
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
-from benchmarks.claims.lie_groups.rule_on_potential import PlanePendulum, clenshaw_curtis_points
+from benchmarks.claims.lie_groups.rule_on_potential import clenshaw_curtis_points, pendulum_after
 from benchmarks.claims.rule_orders import order_with
 from benchmarks.claims.vector_spaces import v12_stage_iteration_contracts as v12
 from benchmarks.claims.vector_spaces import v20_contraction_constant as v20
@@ -27,63 +24,8 @@ from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
 from benchmarks.test_problems.oscillators import HARDENING, NONLINEAR
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
-from tests.benchmarks.quick_studies import quick
 
 JOINED = "joined pendulums on SO(3) x SO(3)"
-
-
-@pytest.fixture(scope="module")
-def orders() -> pd.DataFrame:
-    return quick(l03.L3)
-
-
-def verdict(table: pd.DataFrame, quantity: str) -> str:
-    return next(row.verdict for row in l03.L3.judge(table) if row.quantity == quantity)
-
-
-def with_order(table: pd.DataFrame, study: str, n: int, order: int) -> pd.DataFrame:
-    """The frame with errors 0.1 h^order in one of its series."""
-    changed = table.copy()
-    named = (changed["study"] == study) & (changed["n"] == n)
-    changed.loc[named, "value"] = 0.1 * changed.loc[named, "step"] ** order
-    return changed
-
-
-@pytest.mark.parametrize("points", sorted(l03.POINTS))
-def test_one_number_of_points_with_the_orders_of_h_would_be_enough(
-    orders: pd.DataFrame, points: str
-) -> None:
-    quantity = "least order over n - 1, n, n + 1, 2 n Gauss points, n = 5"
-    assert verdict(orders, quantity) == NOT_REPRODUCED
-    assert verdict(with_order(orders, l03.STUDIES[points], 5, 4), quantity) == ATTAINED
-
-
-@pytest.mark.parametrize(
-    ("study", "n", "order", "quantity"),
-    [
-        (l03.FEW, 7, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 7"),
-        (l03.FEW, 5, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 5"),
-        (l03.EXACT, 7, 6, "order with Clenshaw-Curtis n - 1 on V alone, degree n - 2, n = 7"),
-        (l03.PENDULUM, 5, 6, "order at n = 5 minus order at n = 4"),
-    ],
-)
-def test_where_the_reading_breaks_is_measured(
-    orders: pd.DataFrame, study: str, n: int, order: int, quantity: str
-) -> None:
-    assert verdict(with_order(orders, study, n, order), quantity) == CONTRADICTED
-
-
-def test_a_rule_that_is_slightly_wrong_on_the_potential_is_caught(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def wrong(n: int) -> Any:
-        nodes, weights = clenshaw_curtis_points(n)
-        return nodes, weights * (1.0 + 1e-4)
-
-    monkeypatch.setattr(l03, "clenshaw_curtis_points", wrong)
-    found = contradicted(l03.L3)
-    assert {quantity for quantity in found if "on V alone" not in quantity} == set()
-    assert len(found) == len(l03.WITH_FEW)
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 8])
@@ -93,7 +35,7 @@ def test_the_rule_and_the_steps_by_hand_are_those_of_galvi(n: int) -> None:
     assert np.allclose(rule.weights, weights, atol=1e-15)  # 3e-16 was measured
     method = galvi.Galerkin(galvi.Polynomials(n - 1), rule)
     run = galvi.integrate(galvi.problems.planar_pendulum(2.0), method, 0.25, 4)
-    same = PlanePendulum(n - 1, (nodes, weights), (nodes, weights)).run(2.0, 0.0, 0.25, 4)
+    same = pendulum_after(2.0, 0.0, 0.25, 4, n - 1, (nodes, weights), (nodes, weights))
     assert np.allclose([run.q[-1, 0], run.p[-1, 0]], same, atol=1e-14)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.measures.rigid_invariants import turns
 from galvi.arrays import Array
 
 
@@ -17,8 +18,8 @@ def turned(path: Array) -> float:
     The skew part of the rotation is sin(angle) axis: the axis being continuous, its sign changes
     where the angle passes pi. Samples must be dense enough to see it.
     """
-    skew, trace = _parts(path)
-    angle = float(np.arctan2(0.5 * np.linalg.norm(skew[-1]), 0.5 * (trace[-1] - 1.0)))
+    skew, _ = _parts(path)
+    angle = float(turns(path[:1], path[-1:])[0])
     flips = np.sum(np.sum(skew[1:-1] * skew[2:], axis=1) < 0.0)
     return 2.0 * np.pi - angle if flips % 2 else angle
 
@@ -26,7 +27,7 @@ def turned(path: Array) -> float:
 def cayley_rate(path: Array, omega: Array) -> tuple[Array, Array]:
     """xi and xi' (k, 3): xi' = Omega + xi x Omega / 2 + xi (xi . Omega) / 4, Omega of the body."""
     skew, trace = _parts(path)
-    xi: Array = 2.0 * skew / (1.0 + trace)[:, None]
+    xi = 2.0 * skew / (1.0 + trace)[:, None]
     along = np.sum(xi * omega, axis=1)[:, None]
     return xi, omega + 0.5 * np.cross(xi, omega) + 0.25 * along * xi
 
@@ -48,12 +49,5 @@ def distance_of_polynomials(path: Array, omega: Array, degree: int) -> float:
 def _parts(path: Array) -> tuple[Array, Array]:
     """sin(angle) axis times 2 (k, 3), and the trace (k,), of the rotations since the first."""
     relative = np.einsum("ji,kjl->kil", path[0], path)
-    skew = np.stack(
-        [
-            relative[:, 2, 1] - relative[:, 1, 2],
-            relative[:, 0, 2] - relative[:, 2, 0],
-            relative[:, 1, 0] - relative[:, 0, 1],
-        ],
-        axis=-1,
-    )
-    return skew, np.trace(relative, axis1=1, axis2=2)
+    skew = relative - np.swapaxes(relative, 1, 2)
+    return skew[:, (2, 0, 1), (1, 2, 0)], np.trace(relative, axis1=1, axis2=2)

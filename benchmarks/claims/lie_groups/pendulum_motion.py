@@ -1,45 +1,42 @@
-"""The 3D pendulum of H 3.5.2, shared by L6 to L9, L11, L15, L17 and L18."""
+"""The 3D pendulum of H 3.5.2 and its truths, shared by L6 to L9, L11, L15, L17 and L18."""
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
-from benchmarks.work_precision.with_settings import WithSettings
-from references.textbook.quaternions import QUATERNION_DOP853, TIGHT
+import numpy as np
 
-WEIGHT = 9.81  # m g; H gives none
+import galvi
+from benchmarks.claims.kit import ORACLES, Any, Problem, replace, row
+from benchmarks.claims.lie_groups import free_body
+from benchmarks.work_precision.with_settings import WithSettings
+from references import Contender
+from references.scipy import ivp
+from references.scipy.rigid_ivp import RIGID_DOP853
+from references.textbook import quaternions
+
 BODY = (
     "3D pendulum, J_d = diag(1, 2.8, 2), so J = diag(4.8, 3, 3.8) about the pivot, "
     "centre of mass at (0, 0, 1), e3 down"
 )
-START = "R0 = I, body velocity (0.5, -0.5, 0.4)"
 METHOD = "Polynomials(n - 1), gauss(n) (H states no number of points), Cayley chart"
-MOTION = f"{BODY}, m g = {WEIGHT:g} (H gives none); {START}"
-STEP, DURATION = 0.5, 5.0
+MOTION = f"{BODY}, m g = 9.81 (H gives none); R0 = I, body velocity (0.5, -0.5, 0.4)"
 FLOOR = 8e-15  # entries of R after T = 5; 1e-15 was measured at n = 9 and above
-TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple precision at T = 5
-
-
-def problem() -> Problem:
-    """The 3D pendulum started near its hanging equilibrium."""
-    return galvi.problems.pendulum_3d(weight=WEIGHT)
-
-
-def refinement(
-    study: str, cases: Iterable[Case], make_method: MakeMethod, report: Report
-) -> list[dict[str, Any]]:
-    """Series of the one-step and the curve error."""
-    options = (make_method, report, method_on_group)
-    return refine(study, problem(), TRUTH, cases, ENDS_AND_CURVE, *options)
-
-
-def _heavier(problem: Problem) -> Problem:
-    """By a millionth."""
-    system: Any = problem.system
-    weight = replace(system.potential, mass=system.potential.mass * (1.0 + 1e-6))
-    return Problem(galvi.RigidBody(system.inertia, weight), problem.q0, problem.v0, problem.t0)
-
-
-OTHER_MOTIONS = (
-    of_motion("clock reversed", bool, reversed_clock),
-    of_motion("another weight", bool, _heavier),
+TRUTH = WithSettings(quaternions.QUATERNION_DOP853, quaternions.TIGHT)  # 2e-15 from heyoka in
+# quadruple precision at T = 5
+SECOND = WithSettings(RIGID_DOP853, ivp.TIGHT)
+problem = galvi.problems.pendulum_3d
+OTHER_MOTIONS = tuple(
+    replace(fault, what=what, seen=bool) for what, fault in free_body.OTHER_MOTIONS.items()
 )
+
+
+def oracles(
+    motion: Problem,
+    duration: float,
+    samples: int,
+    first: Contender = TRUTH,
+    second: Contender = SECOND,
+    study: str = ORACLES,
+) -> dict[str, Any]:
+    """The row ORACLES: largest entry by which two truths differ at so many times."""
+    both = [truth.run(motion, duration, {"samples": samples}).q for truth in (first, second)]
+    return row(study=study, quantity=ORACLES, value=float(np.max(np.abs(both[0] - both[1]))))

@@ -32,7 +32,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
     Figure(
         name="fig-3-05",
         source="H fig. 3.5",
-        title=f"3D pendulum, h = {pendulum_motion.STEP:g}, T = {pendulum_motion.DURATION:g}",
+        title="3D pendulum, h = 0.5, T = 5",
         claims=("L6",),
         draw=convergence_in_n,
         options={
