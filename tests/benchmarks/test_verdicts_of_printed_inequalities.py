@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -20,17 +21,15 @@ from benchmarks.claims.vector_spaces import (
     nodal_step,
 )
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
-from benchmarks.claims.vector_spaces import v27_printed_inequalities as v27
 from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS
 from benchmarks.claims.vector_spaces.singular_approximation import closed_errors, quadrature_error
 from benchmarks.claims.vector_spaces.v23_brownout_order import V23
-from benchmarks.claims.vector_spaces.v27_printed_inequalities import V27
 from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
 from benchmarks.measures.independent_space import gauss_points
 from benchmarks.test_problems.oscillators import SingularDrive
 from references.scipy.ivp import RADAU
-from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.planted_tables import contradicted
 
 CACHES = (brownout_particle.truth, brownout_crossing.crossing)
 
@@ -81,33 +80,6 @@ def test_the_rule_misses_a_half_parabola_by_the_stated_number(theta: float) -> N
     assert brownout_crossing.rule_error(theta, 4) == pytest.approx(missed, abs=1e-14)
 
 
-@pytest.mark.parametrize("array", ["psi", "slope"])
-def test_a_wrong_table_is_seen_in_both_inequalities(array: str) -> None:
-    found = contradicted(V27, faulty(**{array: 1.0 + 1e-6}))
-    assert "largest departure of best constant / (h / pi) from 1, all h and means" in found
-    other = "largest departure of beta / sqrt(2 h) from 1, at the other end, all h and means"
-    assert (other in found) == (array == "slope")
-
-
-def test_inequalities_that_are_true_are_not_accused() -> None:
-    table = frame_of(V27)
-    steps = table["step"]
-    poincare, beta = table["quantity"] == v27.POINCARE, table["quantity"] == v27.OWN
-    table.loc[poincare, "value"] = 0.99 * steps[poincare] ** 2 / np.pi**2
-    table.loc[beta, "value"] = 1.01 * steps[beta]
-    found = verdicts(V27, table)
-    accused = [name for name in found if "(h^2 / pi^2)" in name or "beta / h" in name]
-    assert len(accused) == 4 and {found[name] for name in accused} == {HOLDS}
-
-
-def test_nodes_that_are_no_better_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    kinds = {"Chebyshev": nodal_step.equispaced_points, "equispaced": nodal_step.chebyshev_points}
-    monkeypatch.setattr(v27, "NODES", kinds)
-    found = contradicted(V27)
-    for what in ("condition of A", "the Lebesgue constant"):
-        assert f"least of {what} on equispaced points over Chebyshev ones" in found
-
-
 def test_the_rational_step_is_that_of_mpmath_on_one_cubic() -> None:
     """q = q0 + v t + a t^2 + b t^3 by mpmath's quadrature of the weak form, h = 1."""
     with mpmath.workdps(30):
@@ -122,7 +94,7 @@ def test_the_rational_step_is_that_of_mpmath_on_one_cubic() -> None:
         left = mpmath.matrix([[weak(k, i) for k in (1, 2, 3)] for i in range(3)])
         right = mpmath.matrix([-weak(0, i) for i in range(3)])
         end = 1 + sum(mpmath.lu_solve(left, right))
-    step = nodal_step.oscillator_step(nodal_step.chebyshev_points(4), v27.Fraction(1))
+    step = nodal_step.oscillator_step(nodal_step.chebyshev_points(4), Fraction(1))
     assert float(step[0][0]) == pytest.approx(float(end), abs=1e-15)
 
 
