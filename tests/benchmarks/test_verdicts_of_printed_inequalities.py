@@ -8,13 +8,10 @@ from typing import Any
 
 import mpmath
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
-from benchmarks.checks.claim import Claim
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS
 from benchmarks.claims.vector_spaces import (
     brownout_crossing,
     brownout_particle,
@@ -25,21 +22,13 @@ from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v2
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS
 from benchmarks.claims.vector_spaces.singular_approximation import closed_errors, quadrature_error
 from benchmarks.claims.vector_spaces.v23_brownout_order import V23
-from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
 from benchmarks.measures.independent_space import gauss_points
 from benchmarks.test_problems.oscillators import SingularDrive
 from references.scipy.ivp import RADAU
-from tests.benchmarks.planted_tables import contradicted
+from tests.benchmarks.planted_tables import CLAIM, contradicted
+from tests.benchmarks.quick_studies import quick
 
 CACHES = (brownout_particle.truth, brownout_crossing.crossing)
-
-
-def frame_of(claim: Claim) -> pd.DataFrame:
-    return claim.study(galvi.Galerkin, True, lambda sentence: None)
-
-
-def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
-    return {row.quantity: row.verdict for row in claim.judge(table)}
 
 
 @pytest.fixture
@@ -117,18 +106,11 @@ def test_best_errors_are_those_of_mpmath(place: float, b: float) -> None:
 
 
 def test_a_rate_that_is_true_is_not_accused() -> None:
-    table = frame_of(V28)
-    for kind in (v28.BEST, v28.CLOSED):
-        rows = table["quantity"] == kind
-        s = np.where(table.loc[rows, "study"].str.contains("b = -0.55"), 3.0, 2.0)
-        table.loc[rows, "value"] = 0.5 * (table.loc[rows, "n"] - 1.0) ** -s
-    found = verdicts(V28, table)
+    table = quick(CLAIM["V28"])
+    best = table["quantity"] == v28.BEST
+    s = np.where(table.loc[best, "study"].str.contains("b = -0.55"), 3.0, 2.0)
+    table.loc[best, "value"] = 0.5 * (table.loc[best, "n"] - 1.0) ** -s
+    found = {row.quantity: row.verdict for row in CLAIM["V28"].judge(table)}
     powers = [name for name in found if name.startswith("power of 1 / N")]
     assert len(powers) == 10 and {found[name] for name in powers} == {HOLDS}
     assert found["largest departure of the power of 1 / N from 3/2 - b, t* inside"] == CONTRADICTED
-
-
-def test_what_the_papers_do_not_say_is_a_finding() -> None:
-    found = verdicts(V28, frame_of(V28))
-    path = [name for name in found if name.startswith("order of the error along the path")]
-    assert len(path) == 9 and {found[name] for name in path} == {FINDING}
