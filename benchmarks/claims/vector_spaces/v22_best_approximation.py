@@ -78,50 +78,38 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         row(study="Kepler", quantity=ORACLES, value=np.max(abs(apart))),
         *of_integrals(),
     ]
-    for name, case in CASES.items():
+    observations += [
+        row(study=name, quantity=ORACLES, value=distance_of(*case)) for name, case in CASES.items()
+    ]
+    rules = {name: lambda N: galvi.gauss(N + 1) for name in CASES} | RULES
+    for name, rule in rules.items():
         report(name)
-        observations.append(row(study=name, quantity=ORACLES, value=distance_of(*case)))
-        for N in DEGREES:
-            method = make_method(galvi.Polynomials(N), galvi.gauss(N + 1))
+        for N in DEGREES[1:] if name == LOBATTO else DEGREES:
+            method = make_method(galvi.Polynomials(N), rule(N))
             for count in counts:
-                observations += best_of(name, N, count)
-                observations.append(path_of(name, method, N, count))
-    for label, rule in RULES.items():
-        report(label)
+                observations += errors_of(name, method, N, count)
+    for name, rule in RULES.items():
 
         def method_of(make: MakeMethod, n: int, rule: Any = rule) -> Any:
             return make(galvi.Polynomials(n - 1), rule(n - 1))
 
-        observations += refine(label, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
-        for N in DEGREES[1:] if label == LOBATTO else DEGREES:
-            method = method_of(make_method, N + 1)
-            observations += [path_of(label, method, N, count) for count in counts]
+        observations += refine(name, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
     return frame(observations)
 
 
-def best_of(name: str, N: int, count: int) -> list[dict[str, Any]]:
-    """Of the errors of best polynomials on all subintervals."""
-    _, exact, duration, kinks = CASES[name]
-    errors = best_errors(exact, np.linspace(0.0, duration, count + 1), N, kinks)
-    return rows(
-        {LARGEST: errors.max(), MEAN: errors.mean()},
-        study=name,
-        n=N + 1,
-        step=duration / count,
-        steps=count,
-    )
-
-
-def path_of(name: str, method: Any, N: int, count: int) -> dict[str, Any]:
-    """|u - u_N|_X of one step in the middle from the exact state."""
+def errors_of(name: str, method: Any, N: int, count: int) -> list[dict[str, Any]]:
+    """|u - u_N|_X of one step in the middle from the exact state; of one of CASES, errors of best
+    polynomials on all subintervals, too."""
     problem, exact, duration, kinks = CASES.get(name, CASES["smooth"])
-    h = duration / count
-    t = np.linspace(0.0, duration, count + 1)[count // 2]
+    edges, h = np.linspace(0.0, duration, count + 1), duration / count
+    t = float(edges[count // 2])
     q, v = exact(np.array([t]))
-    run = galvi.integrate(Problem(problem.system, q, v, float(t)), method, h, 1)
-    path = step_error(run, exact, kinks) if run.success else np.nan
-    where = {"study": name, "n": N + 1, "step": h, "steps": count, "status": failure(run)}
-    return row(quantity=PATH, value=path, **where)
+    run = galvi.integrate(Problem(problem.system, q, v, t), method, h, 1)
+    errors = {PATH: step_error(run, exact, kinks) if run.success else np.nan}
+    if name in CASES:
+        best = best_errors(exact, edges, N, kinks)
+        errors |= {LARGEST: best.max(), MEAN: best.mean()}
+    return rows(errors, study=name, n=N + 1, step=h, steps=count, status=failure(run))
 
 
 def of_integrals() -> list[dict[str, Any]]:

@@ -135,7 +135,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         for b in EXPONENTS
     ]
     largest = np.array([[order(LARGEST, b, N).rate for b in ROUGH] for N in DEGREES])
-    apart = float(np.nanmax(readings.values(table, quantity=APART)))
+    distances = readings.values(table, quantity=APART)  # NaN where the closed form has no digits
+    apart = readings.largest(distances[np.isfinite(distances)])
     motion = readings.largest_of(table, quantity=ORACLES)
     return {
         **{
