@@ -96,7 +96,7 @@ def wrong_theory(sound: Callable[..., Any]) -> Callable[..., Any]:
     return wrong
 
 
-WEAK = tuple(replace(one, lipschitz=one.lipschitz / 20.0) for one in (PENDULUM, HARDENING))
+WEAK = tuple(replace(case, lipschitz=case.lipschitz / 20.0) for case in (PENDULUM, HARDENING))
 NARROW = replace(HARDENING, radius=1.0, lipschitz=4.0)
 PLACE = "benchmarks.test_problems.oscillators.NONLINEAR"
 FAULTS = {

@@ -20,11 +20,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import eval_jacobi, gammaln
 
-from benchmarks.claims.kit import Array, Trajectory
+from benchmarks.claims.kit import Any, Array, Trajectory
 from benchmarks.measures.best_approximation import Motion, error_at, misses
 from benchmarks.measures.independent_space import gauss_points
 
-remembered_gauss_points = lru_cache(maxsize=64)(gauss_points)
+gauss_once = lru_cache(maxsize=64)(gauss_points)
 LEAST = 1e-9
 GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
 
@@ -50,7 +50,7 @@ def closed_errors(
     return np.sqrt(np.where(left > LEAST * whole, left, np.nan))
 
 
-def _side(k: Array, a: float, y: float) -> Array:
+def _side(k: Any, a: float, y: float) -> Array:
     """int_y^1 (X - y)^a P_k(X) dX."""
     scale = np.exp(gammaln(k + 1.0) + gammaln(a + 2.0) - gammaln(k + a + 2.0))
     return np.asarray(
@@ -66,12 +66,12 @@ def quadrature_error(motion: Motion, place: float, start: float, stop: float, de
 
 def path_error(run: Trajectory, motion: Motion, place: float) -> float:
     """|u - u_N|_X of the first step of a run."""
-    return error_at(run, motion, *graded_nodes(place, *run.t[:2], 40))
+    return error_at(run, motion, *graded_nodes(place, run.t[0], run.t[1], 40))
 
 
 def graded_nodes(place: float, start: float, stop: float, points: int) -> tuple[Array, Array]:
     """Nodes and weights on [start, stop], graded towards t* where it is inside or at an end."""
-    s, b = remembered_gauss_points(points)
+    s, b = gauss_once(points)
     if not start <= place <= stop:
         return start + (stop - start) * s, (stop - start) * b
     grown, weights = s**GRADE, GRADE * s ** (GRADE - 1) * b

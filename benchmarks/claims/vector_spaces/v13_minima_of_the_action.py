@@ -51,12 +51,14 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     for name, case in cases.items():
         report(name)
         bound, along = math.pi / math.sqrt(case[-1]), partial(along_step, method, *case)
-        least, form, norm, farthest = np.array([along(h) for h in bound * ratios]).T
-        lost, first = np.argmin(least > 0.0), math.nan
-        if least[lost] < 0.0:
+        eigenvalue, form, norm, farthest = np.array([along(h) for h in bound * ratios]).T
+        lost, first = np.argmin(eigenvalue > 0.0), math.nan
+        if eigenvalue[lost] < 0.0:
             first = brentq(lambda h, along=along: along(h)[0], 0.01, bound * ratios[lost]) / bound
         numbers |= {
-            f"least eigenvalue over all steps below the bound, {name}": np.min(least[ratios < 1.0]),
+            f"least eigenvalue over all steps below the bound, {name}": np.min(
+                eigenvalue[ratios < 1.0]
+            ),
             f"step where the least eigenvalue is 0, over the bound, {name}": first,
             f"second variation over H (2.22), least below the coercive bound, {name}": np.min(form),
             f"second variation over C_f |dq|^2 in W11, least below the coercive bound, {name}": (

@@ -58,12 +58,12 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 def spaces() -> dict[str, tuple[Any, Functions, int]]:
     """galvi's spaces, the same functions in numpy, and the number of pieces."""
-    one = powers(0)
+    constant = powers(0)
     return {
         **{f"P{s}": (galvi.Polynomials(s), powers(s), 1) for s in (1, 2, 3, 4, 6)},
-        "{1, Fourier 1}": (galvi.Fourier(1), one + waves(1), 1),
-        "{1, Fourier 2}": (galvi.Fourier(2), one + waves(2), 1),
-        "{1, Fourier 1}, w = 2": (galvi.Fourier(1, 2.0), one + waves(1, 2.0), 1),
+        "{1, Fourier 1}": (galvi.Fourier(1), constant + waves(1), 1),
+        "{1, Fourier 2}": (galvi.Fourier(2), constant + waves(2), 1),
+        "{1, Fourier 1}, w = 2": (galvi.Fourier(1, 2.0), constant + waves(1, 2.0), 1),
         "{1, t, Fourier 1}": (galvi.PolynomialFourier(1, 1), powers(1) + waves(1), 1),
         "{1, t, Fourier 2}": (galvi.PolynomialFourier(1, 2), powers(1) + waves(2), 1),
         "piecewise P1, 2": (galvi.PiecewisePolynomials(1, 2), broken_powers(1, 2, 0), 2),

@@ -46,9 +46,9 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
             every.append(numbers_of(method, name, degree, *points(number)))
     exact = grams(all_of_degree(16), *gauss_points(40))
     measured = contraction.extremes(every)
-    least = measured["least inf-sup constant over all spaces and rules"]
+    constant = measured["least inf-sup constant over all spaces and rules"]
     return measured | {
-        "departure of that from 1 / sqrt(2)": abs(least - math.sqrt(0.5)),
+        "departure of that from 1 / sqrt(2)": abs(constant - math.sqrt(0.5)),
         "z0 from Friedrichs' inequality, polynomials of degree 16": eigvalsh(
             exact.place, exact.energy
         )[-1]
@@ -59,14 +59,15 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[str, float]:
     """The numbers of one rule and degree."""
     table, functions = method.table, all_of_degree(degree)
-    seen, (starts, ends) = grams(functions, t, b), kernels(functions)
-    constant = friedrichs(seen)
+    gram, (starts, ends) = grams(functions, t, b), kernels(functions)
+    constant = friedrichs(gram)
     square = 3.0 * constant**2 / z0() ** 2  # eta C_N^2 at h^2 K / m = 1
-    root = np.linalg.cholesky(starts.T @ seen.energy @ starts).T
-    left = ends.T @ seen.slope @ starts
-    linear = np.linalg.solve(left, ends.T @ seen.place @ starts)  # M (5), u = starts x
+    root = np.linalg.cholesky(starts.T @ gram.energy @ starts).T
+    left = ends.T @ gram.slope @ starts
+    linear = np.linalg.solve(left, ends.T @ gram.place @ starts)  # M (5), u = starts x
     slopes = table.slope.T @ (table.b[:, None] * table.slope)
-    own = size(table.C @ table.psi, np.linalg.cholesky(slopes + np.outer(table.end, table.end)).T)
+    of_table = np.linalg.cholesky(slopes + np.outer(table.end, table.end)).T
+    contracted = size(of_table @ table.C @ table.psi, of_table)
     radius = np.max(abs(np.linalg.eigvals(table.A)))
     runs = [
         galvi.integrate(
@@ -83,11 +84,11 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
         "galvi.theory's C_N over numpy's, largest departure from 1": abs(
             method.theory().friedrichs / constant - 1.0
         ),
-        f"largest contraction of a pass over eta C_N^2, {rule}": own / square,
+        f"largest contraction of a pass over eta C_N^2, {rule}": contracted / square,
         "contraction of galvi's pass less that of M's linear problem, over h^2 K / m, largest": abs(
-            own - size(linear, root)
+            contracted - size(root @ linear, root)
         ),
-        "least inf-sup constant over all spaces and rules": inf_sup(functions, seen),
+        "least inf-sup constant over all spaces and rules": inf_sup(functions, gram),
         "least step where passes stop to converge, over M's bound": (square / radius) ** 0.5
         if radius > 0.0
         else math.inf,
@@ -117,6 +118,6 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
     return numbers
 
 
-def size(matrix: Any, root: Any) -> float:
-    """The norm of a map of x, where |x| is that of root x."""
-    return float(np.linalg.norm(root @ matrix @ np.linalg.inv(root), 2))
+def size(mapped: Any, root: Any) -> float:
+    """The norm of a map of x, where |x| is that of root x; `mapped` is root times its matrix."""
+    return float(np.linalg.norm(mapped @ np.linalg.inv(root), 2))

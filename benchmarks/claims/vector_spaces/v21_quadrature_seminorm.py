@@ -27,13 +27,13 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         name: np.array([extremes(make_method(galvi.Polynomials(N), rule(N)), N) for N in DEGREES])
         for name, rule in RULES.items()
     }
-    least, largest = ratios.pop("Lobatto N").T
+    smallest, largest = ratios.pop("Lobatto N").T
     attained = np.sqrt(2.0 + 1.0 / (np.array(DEGREES) - 1.0))
     return {
         "departure of the largest ratio from sqrt(2 + 1 / (N - 1)), Lobatto N nodes": np.max(
             abs(largest - attained)
         ),
-        "least ratio over all N, Lobatto N nodes": np.min(least),
+        "least ratio over all N, Lobatto N nodes": np.min(smallest),
         **{f"largest ratio, Lobatto N nodes, N = {N}": largest[N - 2] for N in (2, 3, 4)},
         **{
             f"largest departure of the ratio from 1, {name} nodes": np.max(abs(of_rule - 1.0))

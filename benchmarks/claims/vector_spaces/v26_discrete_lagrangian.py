@@ -70,7 +70,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         LOBATTO: (orbit, KEPLER, with_lobatto, NS[LOBATTO], halved[6:]),
         IN_N: (orbit, KEPLER, method_of, range(6, 31, 3 if quick else 1), [long]),
     }
-    found = []
+    observations = []
     for name, (problem, truth, made, ns, sizes) in cases.items():
         report(name)
         for n in ns:
@@ -78,12 +78,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             for h in sizes:
                 run = galvi.integrate(problem, method, h, 1)
                 errors = errors_of(run, h, truth, name == "oscillator")
-                found += rows(errors, study=name, n=n, step=h, steps=1, status=failure(run))
+                observations += rows(errors, study=name, n=n, step=h, steps=1, status=failure(run))
         for h in (long, *sizes[::4]):
             along, end = action_along(problem, h, truth)
             apart = abs(along - exact_lagrangian(problem, problem.q0, end, h))
-            found.append(row(study=name, quantity=ORACLES, step=h, value=apart))
-    return frame(found)
+            observations.append(row(study=name, quantity=ORACLES, step=h, value=apart))
+    return frame(observations)
 
 
 def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, float]:

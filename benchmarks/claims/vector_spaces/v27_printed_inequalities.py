@@ -49,7 +49,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     means = closed_form, partial(discrete, *legendre), partial(discrete, *tabulated)
     poincare = np.array([[mean(h)[0] for h in LENGTHS] for mean in means])
     beta = np.array([[mean(h)[1:] for h in STEPS] for mean in means]).transpose(2, 0, 1)
-    own, other = beta / np.sqrt(STEPS)
+    whole, doubled = beta / np.sqrt(STEPS)
     over, short = beta[0, 0] / STEPS, STEPS <= 1.0
     printed, below = poincare[0] * np.pi**2 / LENGTHS**2, np.pi > LENGTHS
     return {
@@ -62,15 +62,15 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         "poincare": np.max(abs(poincare[1] / poincare[0] - 1.0)),
         "least of beta / h, at the norm's own end, h <= 1": np.min(over[short]),
         "largest of beta / h, at the norm's own end, h > 1": np.max(over[~short]),
-        "largest |u(end)| / (sqrt(h) |u|_X), at the norm's own end, all h and means": np.max(own),
+        "largest |u(end)| / (sqrt(h) |u|_X), at the norm's own end, all h and means": np.max(whole),
         "least |u(end)| / (sqrt(h) |u|_X) of the best u, at the norm's own end, all h and means": (
-            np.min(own)
+            np.min(whole)
         ),
         "largest departure of beta / sqrt(h) from 1, at the norm's own end, all h and means": (
-            np.max(abs(own - 1.0))
+            np.max(abs(whole - 1.0))
         ),
         "largest departure of beta / sqrt(2 h) from 1, at the other end, all h and means": np.max(
-            abs(other / np.sqrt(2.0) - 1.0)
+            abs(doubled / np.sqrt(2.0) - 1.0)
         ),
         "inf_sup": np.max(abs(beta[:, 1] / beta[:, 0] - 1.0)),
         **of_nodes(make_method, EXACTLY[:-1] if quick else EXACTLY),
@@ -95,8 +95,8 @@ def discrete(u: Array, du: Array, b: Array, ends: Array, h: float) -> tuple[floa
     mass, stiffness, inside = (u * b) @ u.T, (du * b) @ du.T, null_space(ends.T)
     squares = eigvalsh(inside.T @ mass @ inside, inside.T @ stiffness @ inside)
     energy = (stiffness + np.outer(ends[:, 0], ends[:, 0])) / h
-    own, other = np.sqrt(np.sum(ends * np.linalg.solve(energy, ends), axis=0))
-    return h * np.sqrt(squares[-1]), own, other
+    constants = np.sqrt(np.sum(ends * np.linalg.solve(energy, ends), axis=0))
+    return h * np.sqrt(squares[-1]), *constants
 
 
 def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float]:
@@ -111,15 +111,15 @@ def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float
     compared = conditions[:, [NS.index(n) for n in exactly]] / exact
     different, apart = [], []
     for n in exactly:
-        one, two = (oscillator_step(points(n), Fraction(1)) for points in kinds)
+        rational, again = (oscillator_step(points(n), Fraction(1)) for points in kinds)
         method = make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
         runs = [
             galvi.integrate(Problem(oscillator, np.array([q0]), np.array([v0])), method, 1.0, 1)
             for q0, v0 in ((1.0, 0.0), (0.0, 1.0))
         ]
-        own = np.array([[run.q[-1, 0], run.p[-1, 0]] for run in runs]).T
-        different.append(np.sum(one != two))
-        apart.append(np.max(abs(own - one.astype(float))))
+        by_galvi = np.array([[run.q[-1, 0], run.p[-1, 0]] for run in runs]).T
+        different.append(np.sum(rational != again))
+        apart.append(np.max(abs(by_galvi - rational.astype(float))))
     return {
         "least of condition of A on equispaced points over Chebyshev ones": np.min(
             conditions[1] / conditions[0]
