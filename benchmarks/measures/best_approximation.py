@@ -27,13 +27,13 @@ def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float
     kinks   where u is not smooth: quadrature stops there
     """
     starts, stops = edges[:-1], edges[1:]
-    errors = _misses(motion, *_nodes(starts, stops), starts, stops, degree)
+    errors = misses(motion, *_nodes(starts, stops), starts, stops, degree)
     for kink in kinks:
         for k in np.flatnonzero((starts < kink) & (kink < stops)):
             start, stop = starts[k : k + 1], stops[k : k + 1]
             parts = [_nodes(start, np.array([kink])), _nodes(np.array([kink]), stop)]
             t, w = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
-            errors[k] = _misses(motion, t, w, start, stop, degree)[0]
+            errors[k] = misses(motion, t, w, start, stop, degree)[0]
     return errors
 
 
@@ -41,13 +41,17 @@ def step_error(run: Trajectory, motion: Motion, kinks: Sequence[float] = ()) -> 
     """|u - u_N|_X of the first step of a run with one component."""
     start, stop = float(run.t[0]), float(run.t[1])
     ends = np.array([start, *(kink for kink in kinks if start < kink < stop), stop])
-    t, w = (part.ravel() for part in _nodes(ends[:-1], ends[1:]))
+    return error_at(run, motion, *(part.ravel() for part in _nodes(ends[:-1], ends[1:])))
+
+
+def error_at(run: Trajectory, motion: Motion, t: Array, w: Array) -> float:
+    """The same by quadrature with nodes t and weights w."""
     gap = motion(t)[1] - run.velocity(t)[:, 0]
     end = float(motion(run.t[1:2])[0][0]) - run.q[1, 0]
-    return float(np.sqrt(np.sum(w * gap**2) + end**2 / (stop - start)))
+    return float(np.sqrt(np.sum(w * gap**2) + end**2 / (run.t[1] - run.t[0])))
 
 
-def _misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int) -> Array:
+def misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int) -> Array:
     """Norms of the residuals of projections of u', (K,); quadrature nodes t, weights w, (K, p)."""
     slope, h = motion(t)[1], (stops - starts)[:, None]
     P = legvander(2.0 * (t - starts[:, None]) / h - 1.0, degree - 1)

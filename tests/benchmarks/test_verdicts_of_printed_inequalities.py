@@ -3,44 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import mpmath
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-import galvi
-from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
-from benchmarks.checks.claim import Claim
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS
 from benchmarks.claims.vector_spaces import (
     brownout_crossing,
     brownout_particle,
     nodal_step,
 )
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
-from benchmarks.claims.vector_spaces import v27_printed_inequalities as v27
 from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS
 from benchmarks.claims.vector_spaces.singular_approximation import closed_errors, quadrature_error
 from benchmarks.claims.vector_spaces.v23_brownout_order import V23
-from benchmarks.claims.vector_spaces.v27_printed_inequalities import V27
-from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
 from benchmarks.measures.independent_space import gauss_points
 from benchmarks.test_problems.oscillators import SingularDrive
 from references.scipy.ivp import RADAU
-from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.planted_tables import CLAIM, contradicted
+from tests.benchmarks.quick_studies import quick
 
 CACHES = (brownout_particle.truth, brownout_crossing.crossing)
-
-
-def frame_of(claim: Claim) -> pd.DataFrame:
-    return claim.study(galvi.Galerkin, True, lambda sentence: None)
-
-
-def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
-    return {row.quantity: row.verdict for row in claim.judge(table)}
 
 
 @pytest.fixture
@@ -81,33 +69,6 @@ def test_the_rule_misses_a_half_parabola_by_the_stated_number(theta: float) -> N
     assert brownout_crossing.rule_error(theta, 4) == pytest.approx(missed, abs=1e-14)
 
 
-@pytest.mark.parametrize("array", ["psi", "slope"])
-def test_a_wrong_table_is_seen_in_both_inequalities(array: str) -> None:
-    found = contradicted(V27, faulty(**{array: 1.0 + 1e-6}))
-    assert "largest departure of best constant / (h / pi) from 1, all h and means" in found
-    other = "largest departure of beta / sqrt(2 h) from 1, at the other end, all h and means"
-    assert (other in found) == (array == "slope")
-
-
-def test_inequalities_that_are_true_are_not_accused() -> None:
-    table = frame_of(V27)
-    steps = table["step"]
-    poincare, beta = table["quantity"] == v27.POINCARE, table["quantity"] == v27.OWN
-    table.loc[poincare, "value"] = 0.99 * steps[poincare] ** 2 / np.pi**2
-    table.loc[beta, "value"] = 1.01 * steps[beta]
-    found = verdicts(V27, table)
-    accused = [name for name in found if "(h^2 / pi^2)" in name or "beta / h" in name]
-    assert len(accused) == 4 and {found[name] for name in accused} == {HOLDS}
-
-
-def test_nodes_that_are_no_better_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    kinds = {"Chebyshev": nodal_step.equispaced_points, "equispaced": nodal_step.chebyshev_points}
-    monkeypatch.setattr(v27, "NODES", kinds)
-    found = contradicted(V27)
-    for what in ("condition of A", "the Lebesgue constant"):
-        assert f"least of {what} on equispaced points over Chebyshev ones" in found
-
-
 def test_the_rational_step_is_that_of_mpmath_on_one_cubic() -> None:
     """q = q0 + v t + a t^2 + b t^3 by mpmath's quadrature of the weak form, h = 1."""
     with mpmath.workdps(30):
@@ -122,7 +83,7 @@ def test_the_rational_step_is_that_of_mpmath_on_one_cubic() -> None:
         left = mpmath.matrix([[weak(k, i) for k in (1, 2, 3)] for i in range(3)])
         right = mpmath.matrix([-weak(0, i) for i in range(3)])
         end = 1 + sum(mpmath.lu_solve(left, right))
-    step = nodal_step.oscillator_step(nodal_step.chebyshev_points(4), v27.Fraction(1))
+    step = nodal_step.oscillator_step(nodal_step.chebyshev_points(4), Fraction(1))
     assert float(step[0][0]) == pytest.approx(float(end), abs=1e-15)
 
 
@@ -145,18 +106,11 @@ def test_best_errors_are_those_of_mpmath(place: float, b: float) -> None:
 
 
 def test_a_rate_that_is_true_is_not_accused() -> None:
-    table = frame_of(V28)
-    for kind in (v28.BEST, v28.CLOSED):
-        rows = table["quantity"] == kind
-        s = np.where(table.loc[rows, "study"].str.contains("b = -0.55"), 3.0, 2.0)
-        table.loc[rows, "value"] = 0.5 * (table.loc[rows, "n"] - 1.0) ** -s
-    found = verdicts(V28, table)
+    table = quick(CLAIM["V28"])
+    best = table["quantity"] == v28.BEST
+    s = np.where(table.loc[best, "study"].str.contains("b = -0.55"), 3.0, 2.0)
+    table.loc[best, "value"] = 0.5 * (table.loc[best, "n"] - 1.0) ** -s
+    found = {row.quantity: row.verdict for row in CLAIM["V28"].judge(table)}
     powers = [name for name in found if name.startswith("power of 1 / N")]
     assert len(powers) == 10 and {found[name] for name in powers} == {HOLDS}
     assert found["largest departure of the power of 1 / N from 3/2 - b, t* inside"] == CONTRADICTED
-
-
-def test_what_the_papers_do_not_say_is_a_finding() -> None:
-    found = verdicts(V28, frame_of(V28))
-    path = [name for name in found if name.startswith("order of the error along the path")]
-    assert len(path) == 9 and {found[name] for name in path} == {FINDING}

@@ -17,7 +17,6 @@ import galvi
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, NOT_REPRODUCED, Base, Order
 from benchmarks.claims.vector_spaces import step_actions as measured
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
-from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     ECCENTRICITY,
     SINGULARITY,
@@ -26,9 +25,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     fixed_number,
     problem,
 )
-from benchmarks.claims.vector_spaces.v26_discrete_lagrangian import V26
 from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import pick
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import OSCILLATOR, oscillator_action
@@ -178,14 +175,6 @@ def test_what_an_order_gains_with_n_is_measured(gain: float, verdict: str) -> No
     found = {row.quantity: row.verdict for row in CLAIM["V7"].judge(table)}
     name = f"what the order of the {v07.ANGULAR} gains with n, 100 steps"
     assert found[name] == verdict
-
-
-def test_every_order_of_a_discrete_lagrangian_has_its_step() -> None:
-    table = quick(V26)
-    for name, ns in v26.NS.items():
-        for n in ns:
-            for quantity in (v26.ACTION, v26.STEPPED):
-                assert not pick(table, study=name, n=n, quantity=quantity).empty
 
 
 # --- actions in closed form

@@ -1,4 +1,4 @@
-"""Rows of V9, V11, V15, V22 and V24 rest on derived bounds or on scaling, and catch its absence."""
+"""Rows of V9, V11, V15 and V24 rest on derived bounds or on scaling, and catch its absence."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from benchmarks.checks.claim import Claim
 from benchmarks.claims.vector_spaces import euler_readings, v09_solar_system_in_long_steps
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
-from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import distances, follow, least_solvable
 from benchmarks.studies.long_steps import ALONG, DISTANCE, ENERGY, FRAME_DISTANCE, FRAME_ENERGY
@@ -24,7 +23,7 @@ from references.textbook.implicit_euler import IMPLICIT_EULER
 from tests.benchmarks.planted_tables import CLAIM
 from tests.benchmarks.quick_studies import quick
 
-V9, V11, V22, V24 = v09_solar_system_in_long_steps.V9, v11.V11, v22.V22, v24.V24
+V9, V11, V24 = v09_solar_system_in_long_steps.V9, v11.V11, v24.V24
 
 
 def table_of(claim: Claim) -> pd.DataFrame:
@@ -199,24 +198,7 @@ def test_components_that_share_a_space_after_all_are_caught() -> None:
     assert len(orders) == len(v15.MIXED) and FINDING not in orders
 
 
-# ---- best approximation, and the cost
-
-
-def test_a_path_by_lobatto_of_n_nodes_that_is_one_order_better_is_caught() -> None:
-    table = table_of(V22)
-    chosen = (table["study"] == "Lobatto N") & (table["quantity"] == v22.PATH)
-    table.loc[chosen, "value"] *= table.loc[chosen, "step"]
-    found = verdicts(V22, table)
-    lobatto = [v for q, v in found.items() if "smooth, Lobatto N, N" in q]
-    assert lobatto == [CONTRADICTED] * 3
-
-
-def test_a_rough_path_below_ms_lower_bound_is_caught() -> None:
-    table = table_of(V22)
-    chosen = (table["study"] == "rough") & (table["quantity"] == v22.PATH)
-    table.loc[chosen, "value"] /= table.loc[chosen, "step"]
-    found = [v for q, v in verdicts(V22, table).items() if f"{v22.PATH}, rough" in q]
-    assert found[1:] == [CONTRADICTED] * 3  # of degree 1 the bound is 1
+# ---- the cost
 
 
 def test_no_verdict_about_the_cost_rests_on_a_time() -> None:

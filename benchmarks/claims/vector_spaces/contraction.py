@@ -1,54 +1,106 @@
-"""The passes of a fixed-point iteration: their ratios, and where their stages are."""
+"""The passes of a fixed-point iteration for the stages of a nonlinear oscillator's step."""
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
-REACH, SPREAD = "reach of the iterates over rho", "|q| of the iterates over rho"
-SAME = "galvi's step less the fixed point"
+import numpy as np
+
+import galvi
+from benchmarks.claims.kit import Array, Fault, always
+from benchmarks.test_problems.oscillators import HARDENING, PENDULUM, NonlinearOscillator
+
 PASSES = 400
 DONE = 1e-9  # of the first pass: below it differences are rounded
 LOST = 1e9
 
 
+def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Of the numbers of one name the least, if it begins so, or the largest; NaN if one is."""
+    by_name = {name: [of[name] for of in numbers if name in of] for of in numbers for name in of}
+    return {
+        name: (np.min if name.startswith("least") else np.max)(every)
+        for name, every in by_name.items()
+    }
+
+
 @dataclass(frozen=True, eq=False)
-class Passes:
-    """A sequence w -> pass(w) down to round-off.
+class Iteration:
+    """Passes x -> h^2 pull V'(q0 + places x) - h v0 drift, from x = 0; stages are q0 + places x.
 
-    limit   the last iterate
-    first   size of the first difference
-    ratio   the largest ratio of successive differences
-    spread  the largest |value| at the stages, over all iterates
+    pull    (unknowns, stages)
+    places  (stages, unknowns)
+    drift   (unknowns,)
+    end     (unknowns,): the step ends at q0 + end x
+    norm    of x: 2 or inf
     """
 
-    limit: Array
-    first: float
-    ratio: float
-    spread: float
+    pull: Array
+    places: Array
+    drift: Array
+    end: Array
+    norm: float
+
+    def limit(self, oscillator: NonlinearOscillator) -> float:
+        """The step at which the norm of a pass's derivative reaches 1, at random places and where
+        |V''| is K."""
+        curvatures = oscillator.curvature(oscillator.places(len(self.places)))
+        norms = [np.linalg.norm(self.pull * bend @ self.places, self.norm) for bend in curvatures]
+        return float(max(norms)) ** -0.5 if any(norms) else math.inf
+
+    def run(
+        self, oscillator: NonlinearOscillator, method: Any, h: float, factor: float
+    ) -> dict[str, float]:
+        """Down to round-off; NaN where passes do not converge.
+
+        ratio   the largest of successive differences, over the `factor` that bounds it
+        reach   how far stages may come by Banach's theorem, from the first difference, over rho
+        spread  the largest |q| of the stages of all iterates, over rho
+        apart   galvi's step less the fixed point
+        """
+        problem: Any = oscillator.problem()
+        (q0,), (v0,) = problem.q0, problem.v0
+        iterates, sizes = [np.zeros_like(self.drift)], list[Any]()
+        while len(sizes) < PASSES:
+            pulled = self.pull @ oscillator.slope(q0 + self.places @ iterates[-1])
+            iterates.append(h**2 * pulled - h * v0 * self.drift)
+            sizes.append(np.linalg.norm(iterates[-1] - iterates[-2], self.norm))
+            if not 1e-16 < sizes[-1] < LOST * sizes[0]:
+                break
+        changes = np.array(sizes)
+        if not changes[-1] <= DONE * changes[0]:
+            return dict.fromkeys(("ratio", "reach", "spread", "apart"), math.nan)
+        ratios = (changes[1:] / changes[:-1])[changes[:-1] > DONE * changes[0]]
+        dual = 1 if self.norm == np.inf else 2
+        farthest = np.max(np.linalg.norm(self.places, dual, axis=1)) * changes[0] / (1.0 - factor)
+        step = galvi.integrate(problem, method, h, 1, solver="fixed_point")
+        return {
+            "ratio": np.max(ratios) / factor,
+            "reach": (abs(q0) + farthest) / oscillator.radius,
+            "spread": np.max(abs(q0 + iterates @ self.places.T)) / oscillator.radius,
+            "apart": abs(step.q[-1, 0] - q0 - self.end @ iterates[-1]),
+        }
 
 
-def passes(
-    once: Callable[[Array], Array],
-    start: Array,
-    size: Callable[[Array], float],
-    stages: Callable[[Array], Array],
-) -> Passes:
-    """From `start`; NaN for ratio and limit where passes do not converge.
+def wrong_theory(sound: Callable[..., Any]) -> Callable[..., Any]:
+    """Constants a millionth off."""
 
-    size    norm of a difference
-    stages  w -> values at the quadrature points
-    """
-    w, after = start, once(start)
-    differences, spread = [size(after - w)], float(np.max(abs(stages(w))))
-    for _ in range(PASSES):
-        w, after = after, once(after)
-        spread = max(spread, float(np.max(abs(stages(w)))))
-        differences.append(size(after - w))
-        if not 1e-16 * max(1.0, size(w)) < differences[-1] < LOST * differences[0]:
-            break
-    found = np.array(differences)
-    settled = bool(found[-1] <= DONE * found[0])
-    before, later = found[:-1], found[1:]
-    large = before > DONE * found[0]
-    ratio = float(np.max(later[large] / before[large])) if settled else float("nan")
-    return Passes(after if settled else np.full_like(after, np.nan), found[0], ratio, spread)
+    def wrong(*method: Any, **of: Any) -> Any:
+        known = sound(*method, **of)
+        step = known.stage_step and known.stage_step * (1.0 + 1e-6)
+        return replace(known, friedrichs=known.friedrichs * (1.0 + 1e-6), stage_step=step)
+
+    return wrong
+
+
+WEAK = tuple(replace(case, lipschitz=case.lipschitz / 20.0) for case in (PENDULUM, HARDENING))
+NARROW = replace(HARDENING, radius=1.0, lipschitz=4.0)
+PLACE = "benchmarks.test_problems.oscillators.NONLINEAR"
+FAULTS = {
+    "constants of theory, a millionth off": Fault(wrong={"galvi.Galerkin.theory": wrong_theory}),
+    "a Lipschitz constant of K / 20": Fault(wrong={PLACE: always(WEAK)}),
+    "an interval that iterates leave": Fault(wrong={PLACE: always((PENDULUM, NARROW))}),
+}

@@ -7,9 +7,13 @@ one is the action of the motion from q0 to q1 in the time h (H 2.1.1), in closed
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
+import numpy as np
 from scipy.integrate import romb
 
-from benchmarks.claims.kit import *
+from benchmarks.claims.kit import Array, Problem, Trajectory
 from benchmarks.measures import independent_invariants
 from galvi import CentralForce, LinearSpring, RigidBody
 from references import Contender

@@ -7,44 +7,39 @@ functions but the last.
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 import galvi
-from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.claims.vector_spaces.contraction import passes
+from benchmarks.claims.kit import Array, MakeMethod, Report
+from benchmarks.claims.vector_spaces import contraction
 from benchmarks.measures.independent_space import (
     gauss_points,
     lagrange_at_chebyshev,
     slopes,
     values,
 )
-from benchmarks.test_problems.oscillators import NONLINEAR, NonlinearOscillator
-from galvi.arrays import Array
+from benchmarks.test_problems import oscillators
 
 NS = (3, 4, 6, 8, 12, 16, 20)
 SHOWN = (4, 8, 16)  # n with rows of their own
 SIZES = np.arange(0.05, 1.0, 0.05)  # steps below 1
 SHARES = (0.5, 0.9)  # of H's bound, for passes of nonlinear oscillators
+FAULTS = contraction.FAULTS
 size = partial(np.linalg.norm, ord=np.inf)
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
     """Extremes over n, and limits over bounds for some n."""
-    by_n = {n: numbers_of(make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n)), n) for n in NS}
-    measured = {
-        name: (min if name.startswith("least") else max)(numbers[name] for numbers in by_n.values())
-        for name in by_n[NS[0]]
-        if not name.startswith("measured")
-    }
-    for name in (name for name in by_n[NS[0]] if name.startswith("measured")):
-        measured |= {f"{name}, n = {n}": by_n[n][name] for n in SHOWN}
-    return measured
+    return contraction.extremes(
+        [numbers_of(make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n)), n) for n in NS]
+    )
 
 
-def numbers_of(method: Any, n: int) -> dict[str, float]:
+def numbers_of(method: Any, n: int) -> dict[str, Any]:
     """The numbers of one n: those of extremes over n, and measured limits."""
     basis, (t, b) = lagrange_at_chebyshev(n - 1), gauss_points(2 * n)
     phi, dphi = values(basis, t), slopes(basis, t)
@@ -61,8 +56,6 @@ def numbers_of(method: Any, n: int) -> dict[str, float]:
         "largest |A^-1| at h < 1 over |A_1^-1|, all n": max(map(size, inverses[1:]))
         / size(inverse),
         "least of measured limit / bound, all n": limit,
-        "measured limit / bound": limit,
-        "measured limit in any norm / bound": np.max(abs(np.linalg.eigvals(D))) ** -0.5 / bound,
         "galvi's pass against H's, largest relative difference, all n": np.max(
             abs(pass_of(method) - D)
         )
@@ -71,8 +64,29 @@ def numbers_of(method: Any, n: int) -> dict[str, float]:
             own_bound / bound - 1.0
         ),
     }
-    for oscillator in NONLINEAR:
-        numbers |= of_nonlinear(oscillator, method, phi, b, inverse, factor * oscillator.lipschitz)
+    if n in SHOWN:
+        spectral = np.max(abs(np.linalg.eigvals(D))) ** -0.5 / bound
+        numbers[f"measured limit / bound, n = {n}"] = limit
+        numbers[f"measured limit in any norm / bound, n = {n}"] = spectral
+    pull = inverse @ np.vstack([np.zeros(2 * n), phi[:-1] * b])
+    passes = contraction.Iteration(pull, phi.T, inverse[:, 1], np.eye(n)[-1], np.inf)
+    for oscillator in oscillators.NONLINEAR:
+        slower = factor * oscillator.lipschitz
+        bound, name = min(1.0, 1.0 / slower), oscillator.name
+        limit = passes.limit(oscillator) / bound
+        runs = [passes.run(oscillator, method, h, h * slower) for h in bound * np.array(SHARES)]
+        largest = contraction.extremes(runs)
+        numbers |= {
+            f"largest ratio of successive passes over H's factor, {name}, all n": largest["ratio"],
+            f"least of measured limit / bound, {name}, all n": limit,
+            f"galvi's step less the fixed point, {name}, largest over all n": runs[-1]["apart"],
+        }
+        if n in SHOWN:
+            numbers[f"measured limit / bound, {name}, n = {n}"] = limit
+        if math.isfinite(oscillator.radius):
+            reach, spread = largest["reach"], largest["spread"]
+            numbers[f"largest reach of the iterates over rho, {name}, all n"] = reach
+            numbers[f"largest |q| of the iterates over rho, {name}, all n"] = spread
     return numbers
 
 
@@ -85,62 +99,3 @@ def pass_of(method: Any) -> Array:
     coefficients = np.linalg.inv(nodes)
     at_stages = coefficients[:1] + table.psi @ coefficients[1:]
     return -np.asarray((nodes[:, 1:] - nodes[:1, 1:]) @ table.C @ at_stages)
-
-
-def of_nonlinear(
-    oscillator: NonlinearOscillator,
-    method: Any,
-    phi: Array,
-    b: Array,
-    inverse: Array,
-    factor: float,
-) -> dict[str, float]:
-    """H's passes A^-1 f(w) for an oscillator with a Lipschitz constant of its own; ``factor`` is
-    H's factor of successive passes over h."""
-    start: Any = oscillator.problem()
-    (q0,), (v0,), n, name = start.q0, start.v0, len(phi), oscillator.name
-    bound = min(1.0, 1.0 / factor)
-
-    def stage_pass(w: Array, h: float) -> Array:
-        """A^-1 = A_1^-1 diag(1, h, .. h)."""
-        forces = h * (phi[:-1] * b) @ oscillator.slope(phi.T @ w) - v0 * np.eye(n - 1)[0]
-        return inverse @ np.concatenate([[q0], h * forces])
-
-    ran = {
-        share: passes(
-            partial(stage_pass, h=share * bound),
-            np.full(n, q0),
-            lambda w: float(np.max(abs(w))),
-            lambda w: phi.T @ w,
-        )
-        for share in SHARES
-    }
-    slope = inverse @ np.vstack([np.zeros(2 * n), phi[:-1] * b])
-    places = oscillator.places(2 * n)
-    steepest = max(size((slope * bend) @ phi.T) for bend in oscillator.curvature(places))
-    step = galvi.integrate(start, method, SHARES[-1] * bound, 1, solver="fixed_point")
-    limit = steepest**-0.5 / bound
-    numbers = {
-        f"largest ratio of successive passes over H's factor, {name}, all n": max(
-            run.ratio / (share * bound * factor) for share, run in ran.items()
-        ),
-        f"least of measured limit / bound, {name}, all n": limit,
-        f"measured limit / bound, {name}": limit,
-        f"galvi's step less the fixed point, {name}, largest over all n": abs(
-            step.q[-1, 0] - ran[SHARES[-1]].limit[-1]
-        ),
-    }
-    if np.isfinite(oscillator.radius):
-        spread = np.max(np.sum(abs(phi), axis=0))
-        reach = max(
-            abs(q0) + spread * run.first / (1.0 - share * bound * factor)
-            for share, run in ran.items()
-        )
-        numbers |= {
-            f"largest reach of the iterates over rho, {name}, all n": reach / oscillator.radius,
-            f"largest |q| of the iterates over rho, {name}, all n": max(
-                run.spread for run in ran.values()
-            )
-            / oscillator.radius,
-        }
-    return numbers

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import galvi
+from benchmarks.claims.kit import Array, DataFrame, Fault, MakeMethod, Report
 from benchmarks.measures.independent_space import (
     Functions,
     broken_powers,
@@ -14,35 +22,48 @@ from benchmarks.measures.independent_space import (
 )
 from galvi.tableau import IllPosed
 
-NORM, SOLVABLE = "|.|_{X,N} is a norm", "free particle has a unique motion"
-DEFECT, END = "free particle off the straight line", "displacement over a step h v0"
-ACCEPTED, AS_ILL_POSED = "accepted", "refused as ill-posed"
-TABLE_DEFECT, SAID = "defect of the table", "galvi.theory agrees"
 STRAIGHT = 1e-13  # of a step; 2e-14 and 3e-11 were the nearest measured by numpy
-CLEAR = 1e-9  # least singular value over the largest; 1e-16 and 8e-8 were the nearest measured
-KINDS = (
-    "polynomials, Fourier, both, piecewise and Hermite, with Gauss, Lobatto and repeated Gauss "
-    "rules"
-)
-LEMMA = "pairs in which the two sides of the lemma differ"
-ILL_POSED = "pairs refused as ill-posed without being so, or not refused"
-BENT = "pairs accepted with a bent free motion, or refused with a straight one"
-FEWER = "pairs of each refused kind, the fewer"
-TABLES = "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs"
-OTHERWISE = "pairs that galvi.theory judges otherwise"
-FAR = "how far a free particle comes in a step, over h v0"
-OFF = "how far a free particle is off a straight line, over h v0"
-PERIODIC, MIXED = "{1, Fourier 2}, Gauss 16", "{1, t, Fourier 2}, Gauss 5"
+SINGULAR = 1e9  # condition numbers; 1e7 and 1e16 were the nearest measured
 
 
-def spaces() -> Mapping[str, tuple[Any, Functions, int]]:
-    """Name -> (galvi's space, the same functions in numpy, pieces)."""
-    one = powers(0)
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
+    """Both sides of the lemma and galvi's decisions over all pairs, and two that are no methods."""
+    pairs = DataFrame(
+        {
+            "name": f"{name}, {rule.name}",
+            **by_hand(functions, *points),
+            **by_galvi(make_method, space, rule),
+        }
+        for name, (space, functions, pieces) in spaces().items()
+        for rule, points in rules(pieces)
+    ).set_index("name")
+    unique, straight = pairs["unique"], pairs["off"] <= STRAIGHT
+    otherwise = (pairs["well posed"] != unique) | (pairs["consistent"] != straight)
+    still, bent = "{1, Fourier 2}, Gauss 16", "{1, t, Fourier 2}, Gauss 5"
+    return {
+        "pairs in which the two sides of the lemma differ": sum(pairs["norm"] != unique),
+        "pairs refused as ill-posed without being so, or not refused": sum(
+            pairs["ill-posed"] == unique
+        ),
+        "pairs accepted with a bent free motion, or refused with a straight one": sum(
+            pairs["accepted"] != straight
+        ),
+        "pairs of each refused kind, the fewer": min(sum(~unique), sum(unique & ~straight)),
+        "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs": pairs["defect"].max(),
+        "pairs that galvi.theory judges otherwise": sum(otherwise),
+        f"how far a free particle comes in a step, over h v0, {still}": pairs["end"][still],
+        f"how far a free particle is off a straight line, over h v0, {bent}": pairs["off"][bent],
+    }
+
+
+def spaces() -> dict[str, tuple[Any, Functions, int]]:
+    """galvi's spaces, the same functions in numpy, and the number of pieces."""
+    constant = powers(0)
     return {
         **{f"P{s}": (galvi.Polynomials(s), powers(s), 1) for s in (1, 2, 3, 4, 6)},
-        "{1, Fourier 1}": (galvi.Fourier(1), one + waves(1), 1),
-        "{1, Fourier 2}": (galvi.Fourier(2), one + waves(2), 1),
-        "{1, Fourier 1}, w = 2": (galvi.Fourier(1, 2.0), one + waves(1, 2.0), 1),
+        "{1, Fourier 1}": (galvi.Fourier(1), constant + waves(1), 1),
+        "{1, Fourier 2}": (galvi.Fourier(2), constant + waves(2), 1),
+        "{1, Fourier 1}, w = 2": (galvi.Fourier(1, 2.0), constant + waves(1, 2.0), 1),
         "{1, t, Fourier 1}": (galvi.PolynomialFourier(1, 1), powers(1) + waves(1), 1),
         "{1, t, Fourier 2}": (galvi.PolynomialFourier(1, 2), powers(1) + waves(2), 1),
         "piecewise P1, 2": (galvi.PiecewisePolynomials(1, 2), broken_powers(1, 2, 0), 2),
@@ -51,158 +72,51 @@ def spaces() -> Mapping[str, tuple[Any, Functions, int]]:
     }
 
 
-def rules(pieces: int) -> Mapping[str, tuple[galvi.Rule, tuple[Array, Array]]]:
-    """Name -> (galvi's rule, nodes and weights by numpy)."""
-    found = {f"Gauss {n}": (galvi.gauss(n), gauss_points(n)) for n in (1, 2, 3, 4, 5, 6, 8, 16)}
+def rules(pieces: int) -> Iterator[tuple[galvi.Rule, tuple[Array, Array]]]:
+    """galvi's rules, and their nodes and weights by numpy."""
+    for n in (1, 2, 3, 4, 5, 6, 8, 16):
+        yield galvi.gauss(n), gauss_points(n)
     for n in (2, 3, 4, 5, 6, 7):
-        found[f"Lobatto {n}"] = galvi.lobatto(n), lobatto_points(n)
-    if pieces > 1:
-        for n in (1, 2, 3):
-            repeated = galvi.composite(galvi.gauss(n), pieces)
-            found[repeated.name] = repeated, _repeated(gauss_points(n), pieces)
-    return found
+        yield galvi.lobatto(n), lobatto_points(n)
+    for n in (1, 2, 3) if pieces > 1 else ():
+        t, b = gauss_points(n)
+        nodes = ((np.arange(pieces)[:, None] + t) / pieces).ravel()
+        yield galvi.composite(galvi.gauss(n), pieces), (nodes, np.tile(b / pieces, pieces))
 
 
-def _repeated(points: tuple[Array, Array], pieces: int) -> tuple[Array, Array]:
-    t, b = points
-    return (
-        ((np.arange(pieces)[:, None] + t) / pieces).ravel(),
-        np.tile(b / pieces, pieces),
-    )
-
-
-def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Both sides of the lemma and galvi's decisions over all pairs, and two that are no methods."""
-    pairs: dict[str, dict[str, float]] = {}
-    for name, (space, functions, pieces) in spaces().items():
-        report(name)
-        for rule_name, (rule, points) in rules(pieces).items():
-            found = {**_by_hand(functions, *points), **_by_galvi(make_method, space, rule)}
-            found[SAID] = _agrees(space, rule, found)
-            pairs[f"{name}, {rule_name}"] = found
-    wide = DataFrame.from_dict(pairs, orient="index")
-    straight, unsolved = wide[DEFECT] <= STRAIGHT, wide[SOLVABLE] == 0
-    return {
-        LEMMA: (wide[NORM] != wide[SOLVABLE]).sum(),
-        ILL_POSED: ((wide[AS_ILL_POSED] > 0) != unsolved).sum(),
-        BENT: ((wide[ACCEPTED] > 0) != straight).sum(),
-        FEWER: min(unsolved.sum(), (~straight & ~unsolved).sum()),
-        TABLES: readings.largest(wide[TABLE_DEFECT].dropna().to_numpy()),
-        OTHERWISE: (wide[SAID] == 0).sum(),
-        **{
-            f"{quantity}, {pair}": wide.loc[pair, part] if wide.loc[pair, SOLVABLE] else math.nan
-            for pair, part, quantity in ((PERIODIC, END, FAR), (MIXED, DEFECT, OFF))
-        },
-    }
-
-
-def _by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
+def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
     """M's problem (9) on [0, 1], m = 1, from u = 0 with p = 1, in functions of norm 1."""
-    fine_u, fine_du = table(functions, *[gauss_points(60)[0]])
-    size = np.sqrt(np.mean(fine_u**2, axis=0) + np.mean(fine_du**2, axis=0))
-    place, slope = (part / size for part in table(functions, t))
+    u, du = table(functions, gauss_points(60)[0])
+    size = np.sqrt(np.mean(u**2, axis=0) + np.mean(du**2, axis=0))
+    place, slope = (values / size for values in table(functions, t))
     ends = table(functions, np.array([0.0, 1.0]))[0] / size
     stiff = slope.T @ (b[:, None] * slope)
     saddle = np.block([[stiff, -ends[1:].T], [ends[:1], np.zeros((1, 1))]])
-    norm = stiff + np.outer(ends[1], ends[1])
-    seen = _gap(norm), _gap(saddle)
-    found = {NORM: float(seen[0] > CLEAR), SOLVABLE: float(seen[1] > CLEAR)}
-    found[DEFECT] = found[END] = float("nan")
-    if found[SOLVABLE]:
+    norm, unique = (
+        np.linalg.cond(matrix) < SINGULAR for matrix in (stiff + np.outer(ends[1], ends[1]), saddle)
+    )
+    end = off = math.nan
+    if unique:
         motion = np.linalg.solve(saddle, np.append(-ends[0], 0.0))[:-1]
-        found[END] = float(ends[1] @ motion)
-        found[DEFECT] = float(max(np.max(abs(place @ motion - t)), abs(found[END] - 1.0)))
-    return found
+        end = ends[1] @ motion
+        off = max(np.max(abs(place @ motion - t)), abs(end - 1.0))
+    return {"norm": norm, "unique": unique, "end": end, "off": off}
 
 
-def _gap(matrix: Array) -> float:
-    found = np.linalg.svd(matrix, compute_uv=False)
-    return float(found[-1] / found[0])
-
-
-def _by_galvi(make_method: MakeMethod, space: Any, rule: Any) -> dict[str, float]:
+def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str, Any]:
+    """What galvi decides, and how far the table of what it takes is from a straight motion."""
+    theory = galvi.theory(space, rule)
+    decided = {"well posed": theory.well_posed, "consistent": theory.consistent}
     try:
-        method = make_method(space, rule)
+        made = make_method(space, rule).table
     except ValueError as refusal:
-        ill_posed = float(isinstance(refusal, IllPosed))
-        return {ACCEPTED: 0.0, AS_ILL_POSED: ill_posed, TABLE_DEFECT: float("nan")}
-    known = method.table
-    stages = np.max(abs(known.psi @ known.velocity_coefficients - known.c))
-    defect = float(max(stages, abs(known.end @ known.velocity_coefficients - 1.0)))
-    return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0, TABLE_DEFECT: defect}
+        return decided | {"accepted": False, "ill-posed": isinstance(refusal, IllPosed)}
+    stages = np.max(abs(made.psi @ made.velocity_coefficients - made.c))
+    defect = max(stages, abs(made.end @ made.velocity_coefficients - 1.0))
+    return decided | {"accepted": True, "ill-posed": False, "defect": defect}
 
 
-def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:
-    said = galvi.theory(space, rule)
-    straight = bool(found[DEFECT] <= STRAIGHT)
-    return float(said.well_posed == bool(found[SOLVABLE]) and said.consistent == straight)
-
-
-NOT_METHODS = {
-    "source": "M lemma 1, section 5",
-    "claimed": "well-posed if and only if it is able to solve the free particle equations: true "
-    "of a unique motion, and no more is claimed",
-}
-CHECKS = (
-    check(
-        LEMMA,
-        Exactly(0),
-        source="M lemma 1",
-        claimed="unique solution iff a norm",
-        reason="Necessary and sufficient.",
-    ),
-    check(
-        ILL_POSED,
-        Exactly(0),
-        source="M lemma 1",
-        claimed="well posed iff the free particle has a unique motion",
-        reason="galvi eliminates in 60 digits, or 16 for spaces in floats.",
-    ),
-    check(
-        BENT,
-        Finding(Exactly(0)),
-        claimed="consistent iff alpha = c, beta_p = 1 to 1e-13",
-        reason="A method of any order moves a free particle in a straight line.",
-    ),
-    check(
-        FEWER,
-        Finding(AtLeast(5)),
-        claimed="neither criterion is empty",
-        reason="Rules with few points; Fourier spaces, and rules that are not exact for them.",
-    ),
-    check(
-        TABLES,
-        Finding(AtMost(STRAIGHT)),
-        claimed="straight to 1e-13",
-        reason="Rounded once.",
-    ),
-    check(
-        OTHERWISE,
-        Finding(Exactly(0)),
-        source="M lemma 1, ours",
-        claimed="well posed, consistent",
-        reason="The same elimination.",
-    ),
-    check(
-        f"{FAR}, {PERIODIC}",
-        Finding(AtMost(STRAIGHT)),
-        setup=f"{PERIODIC}; {KINDS}",
-        reason="The motion is unique, as lemma 1 says, but beta_p = 0: what has the step as its "
-        "period is where it was, and q never moves. A method of any order comes to 1.",
-        **NOT_METHODS,
-    ),
-    check(
-        f"{OFF}, {MIXED}",
-        Finding(Above(STRAIGHT)),
-        setup=f"{MIXED}; {KINDS}",
-        reason="The motion is unique, as lemma 1 says, but bent: Gauss 5 does not integrate "
-        "the cosines exactly. The error is a part of every step, however short: order 0.",
-        **NOT_METHODS,
-    ),
-)
-
-
-def _unchecked(space: Any, rule: Any) -> Any:
+def taking_bent_motions(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
     """Takes an inconsistent pair for a method."""
     try:
         return galvi.Galerkin(space, rule)
@@ -212,34 +126,20 @@ def _unchecked(space: Any, rule: Any) -> Any:
         return galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(2))
 
 
-def _too_strict(space: Any, rule: Any) -> Any:
+def too_strict(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
     """Refuses what has fewer points than functions: sufficient, as in H, and not necessary."""
     if rule.points < space.dimension:
         raise IllPosed(f"{space} with {rule.name}")
     return galvi.Galerkin(space, rule)
 
 
-V19 = scalars(
-    "V19",
-    "Well posed iff a free particle has a unique motion",
-    measure,
-    CHECKS,
-    source="ours",
-    setup=f"{sum(len(rules(pieces)) for *_, pieces in spaces().values())} pairs; {KINDS}",
-    reference="M's problem (9) in monomials, sines and cosines, by numpy",
-    statement="M lemma 1: a step is well posed if and only if the equations of a free particle "
-    "have a unique solution. Ours: the method is consistent if and only if this solution is a "
-    "straight line.",
-    caught=(
-        of_table(TABLES, velocity_coefficients=1.0 + 1e-12),
-        Fault("inconsistent pairs taken", {BENT}, _unchecked),
-        Fault("fewer points than functions refused", {ILL_POSED}, _too_strict),
-        Fault(
-            "a theory that takes every pair for consistent",
-            {OTHERWISE},
-            wrong={
-                "galvi.theory": lambda sound: lambda *pair: replace(sound(*pair), consistent=True)
-            },
-        ),
-    ),
-)
+def consistent(sound: Callable[..., Any]) -> Callable[..., Any]:
+    """A theory that takes every pair for consistent."""
+    return lambda *pair: replace(sound(*pair), consistent=True)
+
+
+FAULTS = {
+    "inconsistent pairs taken": Fault(make=taking_bent_motions),
+    "fewer points than functions refused": Fault(make=too_strict),
+    "a theory that takes every pair for consistent": Fault(wrong={"galvi.theory": consistent}),
+}

@@ -10,6 +10,7 @@ from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from benchmarks.claims.vector_spaces.kepler_orbit import STEP
 from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N
+from benchmarks.test_problems.oscillators import SMOOTHNESS
 from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
 from reports.results.section import Figure
 
@@ -19,7 +20,6 @@ POSITION = "largest error of the position [unit of length]"
 
 def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
     """The figure of a motion whose third derivative jumps, with a line for each N."""
-    case = v22.CASES["rough"]
     return Figure(
         name=f"best-approximation-{quantity.replace('_', '-')}",
         source="M sec. 5",
@@ -29,7 +29,7 @@ def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
         options={
             "rates": tuple(
                 Rate("rough", quantity, f"$N={N}$", v22.FLOOR,
-                     claimed=min(case.smoothness, N + 1) - minus, n=N + 1)
+                     claimed=min(SMOOTHNESS, N + 1) - minus, n=N + 1)
                 for N in v22.DEGREES
             ),
             "ylabel": ylabel,
