@@ -46,13 +46,10 @@ from references.scipy.ivp import DOP853, TIGHT
 HALVED = tuple(2.0 * PRINTED / 2.0**k for k in range(5))  # years: 0.01 to 0.000625
 REFINED = 0.02  # years
 EXPLICIT, IMPLICIT, SYMPLECTIC = "explicit Euler", "implicit Euler", "symplectic Euler"
-ENERGY, LARGEST = "energy error", "largest energy error"
-RISES = "share of steps in which the energy rises"
-BEYOND = "energy error beyond the modified energy"
-SOLVED = "|q + h v| of Mercury over the least with a solution, solved steps"
-STOPPED = "|q + h v| of Mercury over the least with a solution, where it stops"
-ORDER = "position error after 0.02 years"
-SECOND = "energy change beyond first order in h"
+ENERGY, ORDER = "energy error", "position error after 0.02 years"
+NEAR = "|q + h v| of Mercury over the least with a solution"
+STOPPED = f"{NEAR}, where it stops, largest over h, implicit Euler"
+SOLVED = f"{NEAR}, solved steps, least over h, implicit Euler"
 
 
 def work(run: Any) -> tuple[Array, Array]:
@@ -90,11 +87,12 @@ def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]
             run = contender.run(system, duration, {"step": duration / steps})
             errors = {ORDER: farthest(run, truth)}
             if sign:
-                errors[SECOND] = abs(energy_errors(run)[-1] - sign * duration / steps * slope)
+                change = energy_errors(run)[-1] - sign * duration / steps * slope
+                errors["energy change beyond first order in h"] = abs(change)
             where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
             lines += rows(errors, study=label, **where)
     apart = farthest(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
-    smallest = min(line["value"] for line in lines if line["quantity"] == ORDER)
+    smallest = np.min([line["value"] for line in lines if line["quantity"] == ORDER])
     name = f"{ORACLES} after 0.02 years, over the smallest position error"
     return lines + rows({name: apart / smallest})
 
@@ -104,31 +102,64 @@ def farthest(run: Trajectory, truth: Trajectory) -> float:
     return float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
 
 
-def energies(label: str, contender: Any, system: Problem) -> list[dict[str, Any]]:
-    """Over readings of h: how the energy changes in 20 years, 1 for 0.005 days; of implicit Euler
-    in half a year, in which it stops at all steps, and how near Mercury's come to having no
-    solution. The motion by 0.005 years."""
-    lines, implicit = [], label == IMPLICIT
-    years = dict.fromkeys(HALVED, 0.5 if implicit else YEARS)
-    years |= {PRINTED * UNIT: 0.5} if implicit else {PRINTED / DAYS: 1.0}
-    for h, duration in years.items():
-        count, step = round(duration / h), h * DAYS
+def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
+    """Over readings of h: how the energy changes by explicit and symplectic Euler in 20 years, 1
+    for 0.005 days. The motions by 0.005 years."""
+    lines, rises, ratios = [], [], []
+    for h, years in (*((h, YEARS) for h in HALVED), (PRINTED / DAYS, 1.0)):
+        count, step = round(years / h), h * DAYS
         every = max(1, count // 4000)
         count -= count % every
-        run = contender.run(system, count * step, {"step": step, "save_every": every})
-        errors = energy_errors(run)
-        values: dict[str, Any] = {RISES: np.mean(np.diff(errors[np.isfinite(errors)]) > 0.0)}
-        if implicit:
-            near = nearness(run, step)
-            values |= {SOLVED: np.min(near[:-1]), STOPPED: np.nan if run.success else near[-1]}
-        else:
-            beyond = errors - symplectic_change(run, step)
-            values |= {LARGEST: np.max(abs(errors)), BEYOND: np.max(abs(beyond))}
-        where = {"study": label if h in HALVED else "another unit", "step": h, "steps": count}
-        lines += rows(values, label=label, status=failure(run), **where)
+        setting = {"step": step, "save_every": every}
+        runs = [contenders[x].run(system, count * step, setting) for x in (EXPLICIT, SYMPLECTIC)]
+        explicit, symplectic = (energy_errors(run) for run in runs)
+        rises.append(np.mean(np.diff(explicit) > 0.0))
+        ratios.append(np.max(abs(symplectic)) / np.max(abs(explicit)))
+        if years == YEARS:
+            beyond = symplectic - symplectic_change(runs[1], step)
+            values = {
+                "largest energy error": np.max(abs(symplectic)),
+                "energy error beyond the modified energy": np.max(abs(beyond)),
+            }
+            where = {"step": h, "steps": count, "status": failure(runs[1])}
+            lines += rows(values, study=SYMPLECTIC, **where)
         if h == PRINTED:
-            lines += motion(label, run)
-    return lines
+            lines += motion(EXPLICIT, runs[0]) + motion(SYMPLECTIC, runs[1])
+    return lines + rows(
+        {
+            "share of steps in which the energy rises, least over h, explicit Euler": np.min(rises),
+            "largest energy error of symplectic Euler over that of explicit Euler, "
+            "largest over h": np.max(ratios),
+        }
+    )
+
+
+def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
+    """Implicit Euler over readings of h, in half a year, in which it stops at all of them: how the
+    energy changes, and how near Mercury's steps come to having no solution. The motion by 0.005
+    years."""
+    lines, rises, solved, stopped = [], [], [], []
+    mu = system.system.masses[0] + system.system.masses[1]
+    for h in (*HALVED, PRINTED * UNIT):
+        run = contender.run(system, round(0.5 / h) * h * DAYS, {"step": h * DAYS})
+        done = np.isfinite(run.q).all(axis=(1, 2))
+        drifted = (run.q + h * DAYS * run.v)[done]
+        sizes = np.linalg.norm(drifted[:, 1] - drifted[:, 0], axis=-1)
+        near = sizes / least_solvable(mu, h * DAYS)
+        rises.append(np.mean(np.diff(energy_errors(run)[done]) > 0.0))
+        solved.append(np.min(near[:-1]))
+        stopped.append(np.nan if run.success else near[-1])
+        if h == PRINTED:
+            lines += motion(IMPLICIT, run)
+    return lines + rows(
+        {
+            "share of steps in which the energy rises, largest over h, implicit Euler": np.max(
+                rises
+            ),
+            STOPPED: np.max(stopped),
+            SOLVED: np.min(solved),
+        }
+    )
 
 
 def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
@@ -140,11 +171,3 @@ def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
     for k, body in enumerate(INNER, start=1):
         lines += history("position", t, place[:, k], study=label, label=body)
     return lines
-
-
-def nearness(run: Any, h: float) -> Array:
-    """|q + h v| of Mercury from the Sun over the least with a solution, of all steps done."""
-    drifted = run.q + h * run.v
-    sizes = np.linalg.norm(drifted[:, 1] - drifted[:, 0], axis=-1)
-    masses = run.problem.system.masses
-    return sizes[np.isfinite(sizes)] / least_solvable(masses[0] + masses[1], h)

@@ -7,7 +7,6 @@ import numpy as np
 import galvi
 from benchmarks.claims.kit import (
     OTHER_TRUTH,
-    Array,
     DataFrame,
     Fault,
     MakeMethod,
@@ -23,24 +22,19 @@ from benchmarks.claims.kit import (
     times,
 )
 from benchmarks.claims.vector_spaces.euler_readings import (
-    BEYOND,
     EXPLICIT,
     IMPLICIT,
-    LARGEST,
-    ORDER,
-    RISES,
-    SECOND,
     SOLVED,
     STOPPED,
     SYMPLECTIC,
     energies,
     refined,
+    stops,
 )
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import DAYS, PRINTED, SMALLER, escapes
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from references.textbook.implicit_euler import IMPLICIT_EULER
 
-FLOOR = 1e-13
 METHODS = {EXPLICIT: EXPLICIT_EULER, IMPLICIT: IMPLICIT_EULER, SYMPLECTIC: SYMPLECTIC_EULER}
 
 
@@ -50,13 +44,10 @@ def problem() -> Problem:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """`refined` and `energies` of each method, `escapes`, and what is gone where
-    unconverged steps are accepted."""
+    """`refined`, `energies`, `stops`, `escapes`, and what is gone where unconverged steps are
+    accepted."""
     system = problem()
-    lines = refined(METHODS, system)
-    for label, contender in METHODS.items():
-        report(label)
-        lines += energies(label, contender, system)
+    lines = refined(METHODS, system) + energies(METHODS, system) + stops(METHODS[IMPLICIT], system)
     setting = {"step": PRINTED * DAYS, "accept_unconverged": True}
     q = IMPLICIT_EULER.run(system, 3.0 * DAYS, setting).q[-1]
     far = np.linalg.norm(q[1:4] - q[0], axis=-1)
@@ -68,29 +59,13 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Energy of each method, the end of the implicit one, its escapes, and the orders."""
-
-    def over_h(label: str, quantity: str) -> Array:
-        return readings.values(table, "step", label=label, quantity=quantity)
-
+    """Orders of what was measured at several steps, and the numbers without a series."""
     alone = table[table["study"] == ""]
-    growth = over_h(SYMPLECTIC, LARGEST) / over_h(EXPLICIT, LARGEST)
-    numbers: dict[str, Measurement] = {
-        **dict(zip(alone["quantity"], alone["value"], strict=True)),
-        f"{RISES}, least over h, {EXPLICIT}": readings.least(over_h(EXPLICIT, RISES)),
-        f"{RISES}, largest over h, {IMPLICIT}": readings.largest(over_h(IMPLICIT, RISES)),
-        f"{LARGEST} of {SYMPLECTIC} over that of {EXPLICIT}, largest over h": np.max(growth),
-        f"{STOPPED}, largest over h, {IMPLICIT}": readings.largest(over_h(IMPLICIT, STOPPED)),
-        f"{SOLVED}, least over h, {IMPLICIT}": readings.least(over_h(IMPLICIT, SOLVED)),
-    }
-    series = [(ORDER, label) for label in METHODS]
-    series += [(SECOND, EXPLICIT), (SECOND, IMPLICIT), (LARGEST, SYMPLECTIC), (BEYOND, SYMPLECTIC)]
-    return numbers | {
-        f"order of the {quantity}, {label}": readings.order(
-            table, FLOOR, study=label, quantity=quantity
-        )
-        for quantity, label in series
-    }
+    numbers: dict[str, Measurement] = dict(zip(alone["quantity"], alone["value"], strict=True))
+    at_steps = table[table["step"].notna()]
+    for (quantity, label), series in at_steps.groupby(["quantity", "study"]):
+        numbers[f"order of the {quantity}, {label}"] = readings.order(series, 1e-13)
+    return numbers
 
 
 FAULTS = {
