@@ -13,9 +13,8 @@ import galvi
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
 from benchmarks.measures.orbit_shape import angle, extent, perihelion, period
-from benchmarks.measures.refinement import method_of
-from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, pick, row
+from benchmarks.measures.refinement import method_of, outcome
+from benchmarks.store.frames import frame, history, number, pick, row, rows
 from galvi import Problem, Trajectory
 from references.rebound import ias15
 
@@ -25,8 +24,7 @@ CHANGE, DIFFERENCE = "change of extent", "extent against IAS15"
 TURN, SHIFT = "perihelion against IAS15", "perihelion against IAS15, times the eccentricity"
 ALONG = "distance to IAS15 on the curve"
 MEAN = "mean distance"
-FRAME_DISTANCE = "distance to IAS15, in the Kepler frame"
-FRAME_ENERGY = "energy error, in the Kepler frame"
+IN_FRAME = ", in the Kepler frame"  # after DISTANCE and ENERGY
 CURVE, ENDS = "position on the curve", "position at step ends"
 
 
@@ -60,78 +58,55 @@ class LongSteps:
                      times the eccentricity: how far that turns the ellipse, relative to its size;
                      largest distance to IAS15 on the curve
         'orbit'      positions from the first body, 'position on the curve' and 'at step ends'
-        'frame'      with n - 1 Gauss points in the Kepler frame: distance to IAS15, largest over
-                     step ends, and energy error
+        'frame'      with n - 1 Gauss points in the Kepler frame: as 'n = ...'
         'reference'  distance between IAS15 with its two step criteria, at the end
         """
         report("IAS15")
-        duration = self.step * self.steps
+        duration, n = self.step * self.steps, self.ns[0]
         truth = ias15.IAS15.run(self.problem, duration, {"samples": self.samples})
         other = ias15.IAS15.run(self.problem, duration, {"samples": 1, **ias15.GLOBAL})
         gap = np.linalg.norm(truth.q[-1] - other.q[-1], axis=-1)
-        rows = [
+        found = [
             row(study="reference", quantity=AT_END, label=body, value=gap[k])
             for k, body in enumerate(self.bodies)
         ]
-        for n in self.ns:
-            report(f"n = {n}, {self.steps} steps of {self.step:g} d")
-            method = method_of(make_method, n)
+        chart = galvi.KeplerFrame()
+        in_frame = make_method(galvi.Polynomials(n - 1), galvi.gauss(n - 1), chart)
+        methods = {f"n = {k}": (k, method_of(make_method, k), "") for k in self.ns}
+        for name, (k, method, where) in {**methods, "frame": (n, in_frame, IN_FRAME)}.items():
+            report(f"{name}, {self.steps} steps of {self.step:g} d")
             run = galvi.integrate(self.problem, method, self.step, self.steps)
-            rows += self._errors(run, truth, n)
-            if n == self.ns[0]:
-                rows += self._orbits(run) + self._shapes(run, truth)
-        report(f"the Kepler frame, {self.steps} steps of {self.step:g} d")
-        return frame(rows + self._in_frame(make_method, truth))
+            found += self._errors(run, truth, where, study=name, n=k)
+            if name == f"n = {n}":
+                found += self._orbits(run) + self._shapes(run, truth)
+        return frame(found)
 
-    def _in_frame(self, make_method: MakeMethod, truth: Trajectory) -> list[dict[str, Any]]:
-        n = self.ns[0]
-        space, rule = galvi.Polynomials(n - 1), galvi.gauss(n - 1)
-        method = make_method(space, rule, galvi.KeplerFrame())
-        run = galvi.integrate(self.problem, method, self.step, self.steps)
-        distance = np.linalg.norm(run.q - truth.q[:: self.samples // self.steps], axis=-1)
-        known = {"study": "frame", "n": n, "step": self.step, "steps": self.steps,
-                 "status": "" if run.success else run.status,
-                 "force_evaluations": run.counts["force_evaluations"]}  # fmt: skip
-        energy = float(np.max(np.abs(energy_errors(run))))
-        return [row(quantity=FRAME_ENERGY, value=energy, **known)] + [
-            row(quantity=FRAME_DISTANCE, label=body, value=float(np.max(distance[:, k])), **known)
-            for k, body in enumerate(self.bodies)
-        ]
-
-    def _errors(self, run: Trajectory, truth: Trajectory, n: int) -> list[dict[str, Any]]:
-        settings = {
-            "study": f"n = {n}",
-            "n": n,
-            "step": self.step,
-            "steps": self.steps,
-            "status": "" if run.success else run.status,
-            "force_evaluations": run.counts["force_evaluations"],
-        }
+    def _errors(
+        self, run: Trajectory, truth: Trajectory, where: str, **settings: Any
+    ) -> list[dict[str, Any]]:
+        settings |= {"step": self.step, "steps": self.steps, **outcome(run)}
         distance = np.linalg.norm(run.q - truth.q[:: self.samples // self.steps], axis=-1)
         energy = float(np.max(np.abs(energy_errors(run))))
-        rows = [row(quantity=ENERGY, value=energy, **settings)]
+        found = [row(quantity=ENERGY + where, value=energy, **settings)]
         for k, body in enumerate(self.bodies):
-            largest = float(np.max(distance[:, k]))
-            rows.append(row(quantity=DISTANCE, label=body, value=largest, **settings))
-            rows.append(row(quantity=AT_END, label=body, value=distance[-1, k], **settings))
-        return rows
+            values = {DISTANCE + where: np.max(distance[:, k]), AT_END + where: distance[-1, k]}
+            found += rows(values, label=body, **settings)
+        return found
 
     def _orbits(self, run: Trajectory) -> list[dict[str, Any]]:
         times = curve_times(run, PER_STEP)
-        rows = []
-        for quantity, t, q in ((CURVE, times, run(times)), (ENDS, run.t, run.q)):
-            place = q - q[:, :1]
-            for k, body in enumerate(self.bodies):
-                rows += [
-                    row(study="orbit", quantity=quantity, n=self.ns[0], label=body, t=s,
-                        x=x, y=y, z=z)
-                    for s, (x, y, z) in zip(t, place[:, k], strict=True)
-                ]  # fmt: skip
-        return rows
+        return [
+            one
+            for quantity, t, q in ((CURVE, times, run(times)), (ENDS, run.t, run.q))
+            for k, body in enumerate(self.bodies)
+            for one in history(
+                quantity, t, q[:, k] - q[:, 0], study="orbit", n=self.ns[0], label=body
+            )
+        ]
 
     def _shapes(self, run: Trajectory, truth: Trajectory) -> list[dict[str, Any]]:
         q, end = run(truth.t), float(truth.t[-1])
-        rows = []
+        found = []
         for body in self.watched:
             k = self.bodies.index(body)
             year = period(self.problem, k)
@@ -141,61 +116,32 @@ class LongSteps:
             )
             towards, there = perihelion(run, k)[-1], perihelion(truth, k)[-1]
             turned = angle(towards, there)
-            for quantity, value in (
-                ("closest distance, first revolution", first[0]),
-                ("farthest distance, first revolution", first[1]),
-                ("closest distance, last revolution", last[0]),
-                ("farthest distance, last revolution", last[1]),
-                (CHANGE, np.max(np.abs(last - first)) / np.mean(first)),
-                (DIFFERENCE, np.max(np.abs(last - exact))),
-                (TURN, turned),
-                (SHIFT, turned * np.linalg.norm(there)),
-                (MEAN, np.mean(first)),
-                (ALONG, np.max(np.linalg.norm(q[:, k] - truth.q[:, k], axis=-1))),
-            ):
-                rows.append(
-                    row(study="shape", quantity=quantity, n=self.ns[0], label=body, value=value)
-                )
-        return rows
+            values = {
+                "closest distance, first revolution": first[0],
+                "farthest distance, first revolution": first[1],
+                "closest distance, last revolution": last[0],
+                "farthest distance, last revolution": last[1],
+                CHANGE: np.max(np.abs(last - first)) / np.mean(first),
+                DIFFERENCE: np.max(np.abs(last - exact)),
+                TURN: turned,
+                SHIFT: turned * np.linalg.norm(there),
+                MEAN: np.mean(first),
+                ALONG: np.max(np.linalg.norm(q[:, k] - truth.q[:, k], axis=-1)),
+            }
+            found += rows(values, study="shape", n=self.ns[0], label=body)
+        return found
 
 
-def distance_at_end(table: pd.DataFrame, n: int, body: str) -> float:
-    """Distance from IAS15 at the end in au; NaN when it was not measured."""
-    return number(table, study=f"n = {n}", quantity=AT_END, label=body)
-
-
-def farthest_at_end(table: pd.DataFrame, n: int, bodies: Sequence[str]) -> float:
-    """The largest `distance_at_end`; NaN when one is missing."""
-    return readings.largest([distance_at_end(table, n, body) for body in bodies])
-
-
-def energy_error(table: pd.DataFrame, n: int) -> float:
-    """Largest relative energy error over step ends; NaN when it was not measured."""
-    return number(table, study=f"n = {n}", quantity=ENERGY)
-
-
-def worst_relative(
-    table: pd.DataFrame, bodies: Sequence[str], quantity: str, study: str = "shape"
+def worst(
+    table: pd.DataFrame,
+    bodies: Sequence[str],
+    quantity: str,
+    study: str = "shape",
+    relative: bool = False,
 ) -> float:
-    """The largest over the bodies of a length over the mean distance; NaN when one is missing."""
-    rows, mean = pick(table, study=study, quantity=quantity), pick(table, quantity=MEAN)
-    return readings.largest(
-        [number(rows, label=body) / number(mean, label=body) for body in bodies]
-    )
-
-
-def worst_shape(table: pd.DataFrame, quantity: str, bodies: Sequence[str]) -> float:
-    """The largest of a quantity of series 'shape' over the bodies; NaN when one is missing."""
-    rows = pick(table, study="shape", quantity=quantity)
-    return readings.largest([number(rows, label=body) for body in bodies])
-
-
-def farthest_in_frame(table: pd.DataFrame, bodies: Sequence[str]) -> float:
-    """The largest distance from IAS15 at step ends in the Kepler frame, au."""
-    rows = pick(table, study="frame", quantity=FRAME_DISTANCE)
-    return readings.largest([number(rows, label=body) for body in bodies])
-
-
-def energy_in_frame(table: pd.DataFrame) -> float:
-    """Largest relative energy error over step ends in the Kepler frame."""
-    return number(table, study="frame", quantity=FRAME_ENERGY)
+    """The largest over the bodies, of lengths over the mean distance where relative; NaN when one
+    is missing."""
+    sizes = pick(table, study=study, quantity=quantity)
+    means = pick(table, quantity=MEAN)
+    scale = {body: number(means, label=body) if relative else 1.0 for body in bodies}
+    return float(np.max([number(sizes, label=body) / scale[body] for body in bodies]))

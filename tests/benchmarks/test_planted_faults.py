@@ -20,7 +20,6 @@ from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
 from benchmarks.claims.lie_groups.l11_minima_of_the_action import L11
 from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
-from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v29_moving_frames as v29
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
@@ -33,7 +32,6 @@ from benchmarks.store.frames import frame, row
 from galvi import Problem
 from galvi.charts import CHARTS
 from galvi.kernels.forces.rotor_wind import decay, rotor_wind
-from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from tests.benchmarks.bodies_by_hand import Run, by_hand, runge_kutta
 from tests.benchmarks.planted_tables import contradicted, reversed_clock, rows
 from tests.benchmarks.quick_studies import quick
@@ -52,70 +50,6 @@ def test_invariants_alone_do_not_see_a_wrong_motion(
         galvi, "integrate", lambda problem, *rest: true_to_itself(change(problem), *rest)
     )
     assert [row.verdict for row in rows(CLAIM["V8"])] == [HOLDS, HOLDS]
-
-
-@pytest.mark.slow(
-    beside="test_verdicts_without_drawn_bounds.py::test_an_escape_from_solved_steps_would_be_caught"
-)
-@pytest.mark.parametrize(
-    ("label", "instead", "quantities"),
-    [
-        (
-            v11.SYMPLECTIC,
-            EXPLICIT_EULER,
-            ["order of the energy error beyond the modified energy, symplectic Euler"],
-        ),
-        (
-            v11.IMPLICIT,
-            EXPLICIT_EULER,
-            [
-                "order of the energy change beyond first order in h, implicit Euler",
-                "share of steps in which the energy rises, largest over h, implicit Euler",
-            ],
-        ),
-        (
-            v11.EXPLICIT,
-            SYMPLECTIC_EULER,
-            [
-                "order of the energy change beyond first order in h, explicit Euler",
-                "share of steps in which the energy rises, least over h, explicit Euler",
-            ],
-        ),
-    ],
-    ids=["symplectic is explicit", "implicit is explicit", "explicit is symplectic"],
-)
-def test_a_method_of_euler_that_is_another_is_caught(
-    label: str, instead: Any, quantities: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sound = v11.methods()
-    some = {key: sound[key] for key in sound if key != v11.BLIND}
-    monkeypatch.setattr(v11, "methods", lambda: {**some, label: (instead, {})})
-    monkeypatch.setattr(v11, "two_body_rows", lambda *given: [])
-    assert set(quantities) <= contradicted(CLAIM["V11"])
-
-
-@pytest.mark.slow(beside="test_invariants_alone_do_not_see_a_wrong_motion")
-def test_a_wrong_sign_of_the_velocity_is_caught_in_v11(monkeypatch: pytest.MonkeyPatch) -> None:
-    sound = v11.methods()
-    found = {
-        label: (_Changed(contender, reversed_clock), options)
-        for label, (contender, options) in sound.items()
-        if label != v11.BLIND
-    }
-    monkeypatch.setattr(v11, "methods", lambda: found)
-    monkeypatch.setattr(v11, "two_body_rows", lambda *given: [])
-    orders = [name for name in contradicted(CLAIM["V11"]) if name.startswith("order of the posi")]
-    assert len(orders) == 3
-
-
-class _Changed:
-    """A contender that solves a changed problem."""
-
-    def __init__(self, contender: Any, change: Callable[[Problem], Problem]) -> None:
-        self.contender, self.change = contender, change
-
-    def run(self, problem: Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        return self.contender.run(self.change(problem), duration, setting)
 
 
 # --- The claims about the brownout particle catch a wrong table, force, solve and cost

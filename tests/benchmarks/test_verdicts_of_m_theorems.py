@@ -1,12 +1,10 @@
-"""V30 to V32 catch bounds without a term, wrong motions, tables and clocks; none is built in."""
+"""V30 catches bounds without a term and wrong motions; no verdict is built in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -14,11 +12,8 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.claims.vector_spaces import solution_map, theorem_three
 from benchmarks.claims.vector_spaces import v30_solution_map as v30
-from benchmarks.claims.vector_spaces import v31_mass_and_potential_in_time as v31
 from benchmarks.claims.vector_spaces.solution_map import Stability
 from benchmarks.claims.vector_spaces.v30_solution_map import V30
-from benchmarks.claims.vector_spaces.v31_mass_and_potential_in_time import V31
-from benchmarks.test_problems.oscillators import DRIVEN, FREQUENCY, GROWING_MASS, GROWTH
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted
 from tests.benchmarks.quick_studies import quick
@@ -117,67 +112,3 @@ def test_the_right_side_of_theorem_3_grows_with_the_error_of_the_rule() -> None:
     case = theorem_three.COMPARISONS[0]
     best = [theorem_three.consistency(case, v30.nodes(galvi.lobatto(k)), 3, 0.2)[0] for k in (3, 4)]
     assert best[0] > 10.0 * best[1]
-
-
-@pytest.fixture
-def one_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    """V31 with Gauss N + 1 alone."""
-    monkeypatch.setattr(v31, "RULES", {"Gauss N + 1": v31.RULES["Gauss N + 1"]})
-    monkeypatch.setattr(v31, "QUICK_COUNTS", v31.COUNTS[6:11])
-
-
-def late_mass(h: float) -> dict[str, Any]:
-    """The growing mass at the start of each step, the potential at its time."""
-
-    def masses(t: float) -> tuple[Any, Any]:
-        return np.exp(GROWTH * stopped(t, h)), FREQUENCY**2 * np.exp(GROWTH * t)
-
-    def function(q: Any, v: Any, t: float) -> Any:
-        mass, stiffness = masses(t)
-        return 0.5 * (mass * v[0] ** 2 - stiffness * q[0] ** 2)
-
-    def slopes(q: Any, v: Any, t: float) -> Any:
-        mass, stiffness = masses(t)
-        return np.array([mass * v[0], -stiffness * q[0]])
-
-    return {"function": function, "slopes": slopes}
-
-
-def late_potential(h: float) -> dict[str, Any]:
-    """The driven potential at the start of each step."""
-    system: Any = DRIVEN.system
-    return {
-        "potential": lambda q, t: system.potential(q, stopped(t, h)),
-        "gradient": lambda q, t: system.gradient(q, stopped(t, h)),
-    }
-
-
-def stopped(t: float, h: float) -> float:
-    """The start of the step with this time."""
-    return h * np.floor(t / h + 1e-9)
-
-
-@pytest.mark.slow_cases("mass")
-@pytest.mark.usefixtures("one_rule")
-@pytest.mark.parametrize(
-    ("timed", "late"), [(GROWING_MASS, late_mass), (DRIVEN, late_potential)], ids=["mass", "V"]
-)
-def test_a_clock_that_stands_still_in_a_step_is_caught(
-    monkeypatch: pytest.MonkeyPatch, timed: Any, late: Callable[[float], dict[str, Any]]
-) -> None:
-    def integrate(problem: Problem, method: Any, h: float, steps: int) -> Any:
-        if problem.name == timed.name:
-            system: Any = replace(problem.system, check=False, **late(h))
-            problem = replace(problem, system=system)
-        return INTEGRATE(problem, method, h, steps)
-
-    monkeypatch.setattr(galvi, "integrate", integrate)
-    assert contradicted(V31) == orders(timed.name)
-
-
-def orders(name: str) -> set[str]:
-    """Of q and p with Gauss N + 1."""
-    return {
-        f"order of the {quantity}, {name}, Gauss N + 1, N = {degree}"
-        for quantity in (v31.PLACE, v31.MOMENTUM) for degree in v31.DEGREES
-    }  # fmt: skip

@@ -1,126 +1,173 @@
-"""The three Euler methods of H figure 1.1 over readings of its step, shared by V11's rows.
+"""The three Euler methods of H figure 1.1: motions, and energies over readings of its step.
 
 H prints h = 0.005 without a unit, and neither the duration nor how a step of implicit Euler is
 solved: all three are scanned here.
+
+What the modified equations say of the energy, to first order in h: for q'' = a(q) the solution of a
+method of order 1 is, up to h^2, that of q' = f + h g. With E = K + V, m the masses and <x> the sum
+of m x over the bodies:
+
+explicit    dE/dt = h/2 (<|a|^2> - <v . a'(q) v>), so E(T) - E(0) = h (int <|a|^2> - [<v . a>] / 2)
+implicit    the same with -h
+symplectic  v' = v + h a(q), q' = q + h v': conserves E + h/2 <v . a> up to h^2
+
+(integrating by parts: d/dt <v . a> = <|a|^2> + <v . a'(q) v>).
 """
 
 from __future__ import annotations
 
-from itertools import product
+import numpy as np
+from scipy.integrate import simpson
 
-from benchmarks.claims.kit import *
-from benchmarks.claims.vector_spaces.euler_energy import symplectic_change
-from benchmarks.claims.vector_spaces.implicit_euler_orbit import Orbits, follow, least_solvable
+from benchmarks.claims.kit import (
+    ORACLES,
+    Any,
+    Array,
+    Problem,
+    Trajectory,
+    failure,
+    history,
+    rows,
+)
+from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
+    DAYS,
+    INNER,
+    PRINTED,
+    UNIT,
+    YEARS,
+    least_solvable,
+)
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.independent_invariants import energy
-from references.contender import Contender
+from references.newton import acceleration
+from references.rebound.ias15 import IAS15
+from references.scipy.ivp import DOP853, TIGHT
 
-DAYS = 365.25  # in a year
-PRINTED = 0.005
-UNITS = {"years": 1.0, "years / 2 pi, in which G = 1": 0.5 / np.pi, "days": 1.0 / DAYS}
 HALVED = tuple(2.0 * PRINTED / 2.0**k for k in range(5))  # years: 0.01 to 0.000625
-YEARS, DAY_YEARS = 20.0, 1.0  # the shorter for a step of 0.005 days
-SAVED = 4000  # states, at most
-TO_STOP = 0.5  # years, in which implicit Euler stops at all of these steps
-INNER = ("Mercury", "Venus", "Earth", "Mars")
-SCANNED = (2e-3, 0.05)  # years, the ends of the scan in closed form
-
-LARGEST, RISES = "largest energy error", "share of steps with rising energy"
-BEYOND = "energy error beyond the modified energy"
-SOLVED = "|q + h v| of Mercury over the least with a solution, solved steps"
-STOPPED = "|q + h v| of Mercury over the least with a solution, where it stops"
-ESCAPES = "escapes, every step solved"
-READ, READ_IN_DAYS = ", readings of h", ", h in days"  # after a method's name, in `study`
-LARGER, SMALLER = "implicit Euler, larger solution", "implicit Euler, smaller solution once"
-AFTER = 100  # steps that are followed after it
+REFINED = 0.02  # years
+EXPLICIT, IMPLICIT, SYMPLECTIC = "explicit Euler", "implicit Euler", "symplectic Euler"
+ENERGY, ORDER = "energy error", "position error after 0.02 years"
+NEAR = "|q + h v| of Mercury over the least with a solution"
+STOPPED = f"{NEAR}, where it stops, largest over h, implicit Euler"
+SOLVED = f"{NEAR}, solved steps, least over h, implicit Euler"
 
 
-def explicit_rows(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
-    """Energy of an explicit or symplectic method over 20 years, 1 for a step of 0.005 days."""
-    found = []
-    for h, years in (*((h, YEARS) for h in HALVED), (PRINTED * UNITS["days"], DAY_YEARS)):
-        count = round(years / h)
-        count -= count % max(1, count // SAVED)
-        step = h * DAYS
-        setting = {"step": step, "save_every": max(1, count // SAVED)}
-        run = contender.run(system, count * step, setting)
-        errors = energy_errors(run)
-        beyond = errors - symplectic_change(run, step) / abs(energy_of(system))
-        values = {
-            LARGEST: np.max(np.abs(errors)),
-            RISES: np.mean(np.diff(errors) > 0.0),
-            BEYOND: np.max(np.abs(beyond)),
+def work(run: Any) -> tuple[Array, Array]:
+    """<|a|^2> and <v . a> at each saved state, (k,), over the energy at the start."""
+    accelerated, rest = acceleration(run.problem), np.zeros(run.problem.v0.shape)
+    a = np.array([accelerated(place, rest, run.problem.t0) for place in run.q])
+    size = abs(energy(run.problem, run.problem.q0[None], run.problem.v0[None])[0])
+    weights = run.problem.system.masses[:, None] / size
+    return np.sum(weights * a * a, axis=(1, 2)), np.sum(weights * run.v * a, axis=(1, 2))
+
+
+def explicit_slope(truth: Trajectory) -> float:
+    """(E(T) / E(0) - 1) / h of explicit Euler for small h, from an evenly sampled exact motion."""
+    square, power = work(truth)
+    return float(simpson(square, x=truth.t) - 0.5 * (power[-1] - power[0]))
+
+
+def symplectic_change(run: Trajectory, h: float) -> Array:
+    """E / E(0) - 1 of a run of symplectic Euler up to h^2, from its own states: (k,)."""
+    power = work(run)[1]
+    return -0.5 * h * (power - power[0])
+
+
+def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
+    """After 0.02 years, the step halved: errors of the place and, of explicit and implicit Euler,
+    of the energy beyond that of the modified equation, by IAS15's motion; how far DOP853 is from it
+    over the smallest error of a place."""
+    lines, duration = [], REFINED * DAYS
+    truth = IAS15.run(system, duration, {"samples": 400})
+    slope = explicit_slope(truth)
+    for label, contender in contenders.items():
+        sign = {EXPLICIT: 1.0, IMPLICIT: -1.0}.get(label)
+        for k in range(7):
+            steps = round(REFINED / PRINTED) * 2**k
+            run = contender.run(system, duration, {"step": duration / steps})
+            errors = {ORDER: farthest(run, truth)}
+            if sign:
+                change = energy_errors(run)[-1] - sign * duration / steps * slope
+                errors["energy change beyond first order in h"] = abs(change)
+            where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
+            lines += rows(errors, study=label, **where)
+    apart = farthest(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
+    smallest = np.min([line["value"] for line in lines if line["quantity"] == ORDER])
+    name = f"{ORACLES} after 0.02 years, over the smallest position error"
+    return lines + rows({name: apart / smallest})
+
+
+def farthest(run: Trajectory, truth: Trajectory) -> float:
+    """The largest distance of a body at the end."""
+    return float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
+
+
+def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
+    """Over readings of h: how the energy changes by explicit and symplectic Euler in 20 years, 1
+    for 0.005 days. The motions by 0.005 years."""
+    lines, rises, ratios = [], [], []
+    for h, years in (*((h, YEARS) for h in HALVED), (PRINTED / DAYS, 1.0)):
+        count, step = round(years / h), h * DAYS
+        every = max(1, count // 4000)
+        count -= count % every
+        setting = {"step": step, "save_every": every}
+        runs = [contenders[x].run(system, count * step, setting) for x in (EXPLICIT, SYMPLECTIC)]
+        explicit, symplectic = (energy_errors(run) for run in runs)
+        rises.append(np.mean(np.diff(explicit) > 0.0))
+        ratios.append(np.max(abs(symplectic)) / np.max(abs(explicit)))
+        if years == YEARS:
+            beyond = symplectic - symplectic_change(runs[1], step)
+            values = {
+                "largest energy error": np.max(abs(symplectic)),
+                "energy error beyond the modified energy": np.max(abs(beyond)),
+            }
+            where = {"step": h, "steps": count, "status": failure(runs[1])}
+            lines += rows(values, study=SYMPLECTIC, **where)
+        if h == PRINTED:
+            lines += motion(EXPLICIT, runs[0]) + motion(SYMPLECTIC, runs[1])
+    return lines + rows(
+        {
+            "share of steps in which the energy rises, least over h, explicit Euler": np.min(rises),
+            "largest energy error of symplectic Euler over that of explicit Euler, "
+            "largest over h": np.max(ratios),
         }
-        which = READ if years == YEARS else READ_IN_DAYS
-        where = {"study": label + which, "step": h, "steps": count, "status": failure(run)}
-        found += [row(quantity=name, value=float(x), **where) for name, x in values.items()]
-    return found
+    )
 
 
-def implicit_rows(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
-    """Energy of implicit Euler, and how near Mercury's steps come to having no solution."""
-    found = []
-    for h in (*HALVED, PRINTED * UNITS["years / 2 pi, in which G = 1"]):
-        count, step = round(TO_STOP / h), h * DAYS
-        run = contender.run(system, count * step, {"step": step})
+def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
+    """Implicit Euler over readings of h, in half a year, in which it stops at all of them: how the
+    energy changes, and how near Mercury's steps come to having no solution. The motion by 0.005
+    years."""
+    lines, rises, solved, stopped = [], [], [], []
+    mu = system.system.masses[0] + system.system.masses[1]
+    for h in (*HALVED, PRINTED * UNIT):
+        run = contender.run(system, round(0.5 / h) * h * DAYS, {"step": h * DAYS})
         done = np.isfinite(run.q).all(axis=(1, 2))
-        q, v = run.q[done], system.system.velocity(run.p[done])
-        k = bodies(system).index("Mercury")
-        drifted = q[:, k] - q[:, 0] + step * (v[:, k] - v[:, 0])
-        mu = system.system.masses[0] + system.system.masses[k]
-        near = np.linalg.norm(drifted, axis=-1) / least_solvable(mu, np.array(step))
-        values = {
-            RISES: np.mean(np.diff(energy_errors(run)[done]) > 0.0),
-            SOLVED: np.min(near[:-1]),
-            STOPPED: near[-1] if run.failed_step is not None else np.nan,
+        drifted = (run.q + h * DAYS * run.v)[done]
+        sizes = np.linalg.norm(drifted[:, 1] - drifted[:, 0], axis=-1)
+        near = sizes / least_solvable(mu, h * DAYS)
+        rises.append(np.mean(np.diff(energy_errors(run)[done]) > 0.0))
+        solved.append(np.min(near[:-1]))
+        stopped.append(np.nan if run.success else near[-1])
+        if h == PRINTED:
+            lines += motion(IMPLICIT, run)
+    return lines + rows(
+        {
+            "share of steps in which the energy rises, largest over h, implicit Euler": np.max(
+                rises
+            ),
+            STOPPED: np.max(stopped),
+            SOLVED: np.min(solved),
         }
-        where = {"study": label + READ, "step": h, "status": failure(run)}
-        found += [row(quantity=name, value=float(x), **where) for name, x in values.items()]
-    return found
+    )
 
 
-def two_body_rows(system: Problem, count: int) -> list[dict[str, Any]]:
-    """Inner planets about the Sun alone, every step solved in closed form.
-
-    'implicit Euler, larger solution'  whether the energy ever suffices to escape within 20 years,
-                                       of each h: 1 or 0
-    'implicit Euler, smaller solution once'  share of the steps of 0.005 years, before the one that
-                                       has no solution, at whose smaller one the planet escapes
-    """
-    units = np.array([1.0, UNITS["years / 2 pi, in which G = 1"]])
-    larger = np.unique(np.append(np.geomspace(*SCANNED, count), PRINTED * units))
-    away = two_body(system, larger).energy > 0.0
-    found = [
-        row(study=LARGER, quantity=ESCAPES, label=body, step=step, value=float(escaped))
-        for (body, step), escaped in zip(product(INNER, larger), away, strict=True)
-    ]
-    for k, (body, stop) in enumerate(
-        zip(INNER, two_body(system, np.array([PRINTED])).unsolved, strict=True)
-    ):
-        late = np.arange(1, stop + 1)
-        steps = np.full(late.size, PRINTED)
-        those = two_body(system, steps, (stop + AFTER) * PRINTED, np.tile(late, len(INNER)))
-        share = float(np.mean(those.energy.reshape(len(INNER), -1)[k] > 0.0))
-        found.append(row(study=SMALLER, quantity=ESCAPES, label=body, step=PRINTED, value=share))
-    return found
-
-
-def two_body(
-    system: Problem, h: Array, years: float = YEARS, smaller_at: Array | None = None
-) -> Orbits:
-    """The inner planets about the Sun alone, in au and years: (4 k,), of each planet all h (k,)."""
-    planets = [bodies(system).index(body) for body in INNER]
-    q, v = ((x[planets] - x[0]).repeat(h.size, axis=0) for x in (system.q0, system.v0 * DAYS))
-    mu = (system.system.masses[0] + system.system.masses[planets]).repeat(h.size) * DAYS**2
-    steps = np.tile(h, len(planets))
-    return follow(q, v, mu, steps, years, smaller_at)
-
-
-def bodies(system: Problem) -> tuple[str, ...]:
-    """The names of the bodies."""
-    return system.parameters["bodies"]
-
-
-def energy_of(system: Problem) -> float:
-    """The energy at the start, in au^5 / day^4."""
-    return float(energy(system, system.q0[None], system.v0[None])[0])
+def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
+    """Energy errors of all completed steps, and the inner planets from the Sun at every second."""
+    done = np.isfinite(run.q).all(axis=(1, 2))
+    lines = history(ENERGY, run.t[done], energy_errors(run)[done], study=label)
+    lines[-1]["status"] = failure(run)
+    t, place = run.t[done][::2], (run.q - run.q[:, :1])[done][::2]
+    for k, body in enumerate(INNER, start=1):
+        lines += history("position", t, place[:, k], study=label, label=body)
+    return lines

@@ -1,8 +1,14 @@
-"""V32: Gauss N is collocation, Lobatto N + 1 the pair IIIA-IIIB (M section 1)."""
+"""V32: one step beside those of Runge-Kutta methods, by textbook formulas in numpy (M sec. 1)."""
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
+from collections import defaultdict
+from itertools import product
+
+import numpy as np
+
+import galvi
+from benchmarks.claims.kit import Any, Array, Fault, MakeMethod, Report, always, scaled
 from benchmarks.measures.independent_space import (
     all_of_degree,
     gauss_points,
@@ -10,38 +16,51 @@ from benchmarks.measures.independent_space import (
     values,
 )
 
-DEGREES = (1, 2, 3, 4)
-GAUSS, LOBATTO = "Gauss N", "Lobatto N + 1"
-ENDS, STAGES = "distance of q and p at the end", "distance of the curve from the stages"
-OWN = "distance of the tableau from its partner"
-VERLET, NEWMARK = "Stormer-Verlet", "Newmark, beta = 0, gamma = 1/2"
 STEP, PASSES = 0.5, 200
-ROUND_OFF = 1e-14  # of numbers of size 1; 2e-16 was measured
+ENDS = "distance of q and p at the end"
 
 
-@dataclass(frozen=True, eq=False)
-class Nonlinear:
-    """m q'' = force(q), a problem of galvi and the same in numpy; force of (stages, d)."""
-
-    name: str
-    problem: Callable[[], Problem]
-    mass: float
-    force: Callable[[Array], Array]
-
-
-def _two_springs(q: Array) -> Array:
+def two_springs(q: Array) -> Array:
+    """The acceleration of Henon and Heiles, of (stages, 2)."""
     x, y = q[..., 0], q[..., 1]
     return np.stack([-x - 2.0 * x * y, -y - x**2 + y**2], axis=-1)
 
 
-def _heavy_pendulum() -> Problem:
-    return Problem(galvi.Canonical(2.0, galvi.CosinePotential(1.0)), np.ones(1), np.ones(1))
-
-
-PROBLEMS = (
-    Nonlinear("Henon-Heiles", galvi.problems.henon_heiles, 1.0, _two_springs),
-    Nonlinear("pendulum", _heavy_pendulum, 2.0, lambda q: -np.sin(q)),
+PENDULUM = galvi.Canonical(2.0, galvi.CosinePotential(1.0))
+CASES = (  # problem, mass, acceleration
+    (galvi.problems.henon_heiles(), 1.0, two_springs),
+    (galvi.Problem(PENDULUM, np.ones(1), np.ones(1)), 2.0, lambda q: -0.5 * np.sin(q)),
 )
+RULES = {  # rule, the same in numpy, its number of points less N
+    "Gauss N": (galvi.gauss, gauss_points, 0),
+    "Lobatto N + 1": (galvi.lobatto, lobatto_points, 1),
+}
+
+
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
+    """The largest distances over both cases."""
+    apart = defaultdict(list)
+    for rule, N, (problem, mass, acceleration) in product(RULES, range(1, 5), CASES):
+        of, points, more = RULES[rule]
+        c, b = points(N + more)
+        a = collocation(c)
+        run = galvi.integrate(problem, make_method(galvi.Polynomials(N), of(N + more)), STEP, 1)
+        motion = acceleration, problem.q0, problem.v0
+        q, v, places = runge_kutta(*motion, a, b)
+        ends = {f", {rule}, N = {N}": (q, v)}
+        if rule == "Gauss N":
+            apart["distance of the tableau from its partner, Gauss N, all N"].append(
+                abs(partner(a, b) - a)
+            )
+        elif N == 1:
+            ends[" from Stormer-Verlet, Lobatto 2, N = 1"] = verlet(*motion)
+            ends[" from Newmark, beta = 0, gamma = 1/2, Lobatto 2, N = 1"] = newmark(*motion)
+        for name, (q, v) in ends.items():
+            apart[ENDS + name] += [abs(run.q[-1] - q), abs(run.p[-1] - mass * v)]
+        apart[f"distance of the curve from the stages, {rule}, N = {N}"].append(
+            abs(run(STEP * c) - places)
+        )
+    return {quantity: np.max([np.max(x) for x in sizes]) for quantity, sizes in apart.items()}
 
 
 def collocation(c: Array) -> Array:
@@ -57,185 +76,40 @@ def partner(a: Array, b: Array) -> Array:
     return b * (1.0 - a.T / b[:, None])
 
 
-def runge_kutta(case: Nonlinear, a: Array, b: Array, h: float) -> tuple[Array, Array, Array]:
-    """One step: q and p at its end, and the places of the stages; a of q, its partner of p."""
-    start = case.problem()
-    q, p = start.q0, case.mass * start.v0
-    other = partner(a, b)
+def runge_kutta(acceleration: Any, q: Array, v: Array, a: Array, b: Array) -> tuple[Any, Any, Any]:
+    """q and v at the end, and the places of the stages; a of q, its partner of v."""
     places = np.tile(q, (len(b), 1))
     for _ in range(PASSES):
-        momenta = p + h * other @ case.force(places)
-        places = q + h * a @ momenta / case.mass
-    momenta = p + h * other @ case.force(places)
-    return q + h * b @ momenta / case.mass, p + h * b @ case.force(places), places
+        velocities = v + STEP * partner(a, b) @ acceleration(places)
+        places = q + STEP * a @ velocities
+    return q + STEP * b @ velocities, v + STEP * b @ acceleration(places), places
 
 
-def verlet(case: Nonlinear, h: float) -> tuple[Array, Array]:
+def verlet(acceleration: Any, q: Array, v: Array) -> tuple[Any, Any]:
     """Half a kick, a drift, half a kick."""
-    start = case.problem()
-    half = case.mass * start.v0 + 0.5 * h * case.force(start.q0)
-    q = start.q0 + h * half / case.mass
-    return q, half + 0.5 * h * case.force(q)
+    half = v + 0.5 * STEP * acceleration(q)
+    end = q + STEP * half
+    return end, half + 0.5 * STEP * acceleration(end)
 
 
-def newmark(
-    case: Nonlinear, h: float, beta: float = 0.0, gamma: float = 0.5
-) -> tuple[Array, Array]:
-    """Displacements and velocities from both accelerations (Newmark 1959)."""
-    start = case.problem()
-    q0, v0 = start.q0, start.v0
-    before = case.force(q0) / case.mass
-    q = q0 + h * v0 + h**2 * 0.5 * before
-    for _ in range(PASSES):
-        after = case.force(q) / case.mass
-        q = q0 + h * v0 + h**2 * ((0.5 - beta) * before + beta * after)
-    after = case.force(q) / case.mass
-    return q, case.mass * (v0 + h * ((1.0 - gamma) * before + gamma * after))
+def newmark(acceleration: Any, q: Array, v: Array) -> tuple[Any, Any]:
+    """Displacements and velocities from the accelerations at both ends (Newmark 1959)."""
+    before = acceleration(q)
+    end = q + STEP * v + 0.5 * STEP**2 * before
+    return end, v + 0.5 * STEP * (before + acceleration(end))
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Distances of one step from the Runge-Kutta method's, by rule, in `study`, degree, n = N + 1,
-    and problem, in `label`; of Lobatto 2 from two formulas; of a tableau from its partner."""
-    found: list[dict[str, Any]] = []
-    for name, rule, points in (
-        (GAUSS, galvi.gauss, gauss_points),
-        (LOBATTO, galvi.lobatto, lobatto_points),
-    ):
-        for degree in DEGREES:
-            report(f"{name}, N = {degree}")
-            count = degree if name == GAUSS else degree + 1
-            c, b = points(count)
-            a = collocation(c)
-            method = make_method(galvi.Polynomials(degree), rule(count))
-            if name == GAUSS:
-                apart = float(np.max(abs(partner(a, b) - a)))
-                found += rows({OWN: apart}, study=name, n=degree + 1)
-            for case in PROBLEMS:
-                run = galvi.integrate(case.problem(), method, STEP, 1)
-                q, p, places = runge_kutta(case, a, b, STEP)
-                curve = run(run.t[0] + STEP * c)
-                seen = {ENDS: _apart(run, q, p), STAGES: float(np.max(abs(curve - places)))}
-                if name == LOBATTO and degree == 1:
-                    seen[VERLET] = _apart(run, *verlet(case, STEP))
-                    seen[NEWMARK] = _apart(run, *newmark(case, STEP))
-                where = {"n": degree + 1, "label": case.name, "status": failure(run)}
-                found += rows(seen, study=name, **where)
-    return frame(found)
+def one_point_more(space: Any, rule: Any) -> galvi.Galerkin:
+    """The method with the next rule of the same kind."""
+    rules = galvi.lobatto if "Lobatto" in rule.name else galvi.gauss
+    return galvi.Galerkin(space, rules(rule.points + 1))
 
 
-def _apart(run: galvi.Trajectory, q: Array, p: Array) -> float:
-    return float(max(np.max(abs(run.q[-1] - q)), np.max(abs(run.p[-1] - p))))
-
-
-def judge(table: DataFrame) -> list[Row]:
-    """Rows by rule and degree, then for the two formulas, then for the tableaux."""
-    kinds = {
-        GAUSS: (
-            "collocation at Gauss's points",
-            "u_N' interpolates p / m at the points, and p is the polynomial of degree N with "
-            "p' = force there.",
-        ),
-        LOBATTO: (
-            "the pair Lobatto IIIA-IIIB",
-            "The curve is the collocation polynomial of p / m, and the discrete momenta are those "
-            "of the symplectic partner.",
-        ),
-    }
-    return [
-        *(
-            V32.row(
-                f"{quantity}, {name}, N = {degree}",
-                AtMost(ROUND_OFF),
-                readings.largest_of(table, quantity=quantity, study=name, n=degree + 1),
-                claimed=f"some Galerkin variational integrators are Runge-Kutta methods: {kind}",
-                reason=reason,
-            )
-            for name, (kind, reason) in kinds.items()
-            for degree in DEGREES
-            for quantity in (ENDS, STAGES)
-        ),
-        *(
-            V32.row(
-                f"distance of q and p at the end from {name}, Lobatto 2, N = 1",
-                AtMost(ROUND_OFF),
-                readings.largest_of(table, quantity=name),
-                claimed=f"{name.split(',')[0]} fits in this framework",
-                reason=reason,
-                reference="its formula in numpy",
-            )
-            for name, reason in (
-                (VERLET, "The pair IIIA-IIIB of two stages."),
-                (NEWMARK, "Explicit, it is Stormer-Verlet; M does not say which beta and gamma."),
-            )
-        ),
-        V32.row(
-            f"{OWN}, {GAUSS}, all N",
-            Finding(AtMost(ROUND_OFF)),
-            readings.largest_of(table, quantity=OWN),
-            claimed="no claim: one tableau stands for both halves of the pair",
-            reason="Collocation at Gauss's points is symplectic by itself.",
-            reference="numpy",
-        ),
-    ]
-
-
-V32 = Claim(
-    "V32",
-    "Gauss N is collocation, Lobatto N + 1 the pair IIIA-IIIB",
-    study,
-    judge,
-    source="M sec. 1",
-    setup=f"{' and '.join(case.name for case in PROBLEMS)} (m = 2, q = v = 1); one step of "
-    f"h = {STEP:g}; Polynomials(N)",
-    reference="Runge-Kutta steps in numpy: a by collocation at the nodes, its partner from "
-    "b_i a^_ij + b_j a_ji = b_i b_j",
-    statement="M sec. 1: Stormer-Verlet, Newmark's method and symplectic partitioned Runge-Kutta "
-    "methods fit in the framework, and some Galerkin variational integrators are Runge-Kutta "
-    "methods. Measured: Gauss N is collocation at these points, and Lobatto N + 1 the pair "
-    "IIIA-IIIB.",
-    caught=(
-        *(
-            of_table(
-                *(
-                    f"{ENDS}, {name}, N = {N}"
-                    for name in (GAUSS, LOBATTO)
-                    for N in DEGREES[1 if (array, name) == ("A", LOBATTO) else 0 :]
-                ),
-                **{array: 1.0 + 1e-11},
-            )
-            for array in ("A", "b", "beta")
-        ),
-        of_table(
-            *(f"{STAGES}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES),
-            C=1.0 + 1e-11,
-        ),
-        Fault(
-            "a rule of one point more",
-            {f"{ENDS}, {name}, N = {N}" for name in (GAUSS, LOBATTO) for N in DEGREES},
-            lambda space, rule: galvi.Galerkin(
-                space, (galvi.lobatto if "Lobatto" in rule.name else galvi.gauss)(rule.points + 1)
-            ),
-        ),
-        *(
-            Fault(f"a wrong {name}", seen, wrong={f"{__name__}.{name}": change})
-            for name, change, seen in (
-                (
-                    "partner",
-                    always(lambda a, b: a),
-                    {f"{ENDS}, {LOBATTO}, N = {N}" for N in DEGREES},
-                ),
-                (
-                    "verlet",
-                    always(lambda case, h: newmark(case, h, 0.25)),
-                    {f"{ENDS} from {VERLET}, Lobatto 2, N = 1"},
-                ),
-                (
-                    "newmark",
-                    always(lambda case, h: (case.problem().q0, case.problem().v0)),
-                    {f"{ENDS} from {NEWMARK}, Lobatto 2, N = 1"},
-                ),
-                ("collocation", scaled(1.0 + 1e-11), {f"{OWN}, {GAUSS}, all N"}),
-            )
-        ),
-    ),
-)
+FAULTS = {
+    "a rule of one point more": Fault(make=one_point_more),
+    "a wrong partner": Fault(wrong={f"{__name__}.partner": always(lambda a, b: a)}),
+    **{
+        f"a wrong {name}": Fault(wrong={f"{__name__}.{name}": scaled(1.0 + 1e-11)})
+        for name in ("verlet", "newmark", "collocation")
+    },
+}

@@ -13,7 +13,8 @@ from benchmarks.claims.vector_spaces import v06_kepler_order as v06
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
-from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
+from benchmarks.claims.vector_spaces.euler_readings import ENERGY, EXPLICIT, IMPLICIT, SYMPLECTIC
+from benchmarks.claims.vector_spaces.implicit_euler_orbit import DAYS, INNER, PRINTED, YEARS
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FIXED_TIME,
     FLOOR,
@@ -85,13 +86,13 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=paths,
         options={
             "panels": (
-                Panel(v11.EXPLICIT, v11.EXPLICIT, HALF),
-                Panel(v11.IMPLICIT, v11.IMPLICIT, HALF, stops=True),
-                Panel(v11.SYMPLECTIC, v11.SYMPLECTIC, HALF),
+                Panel(EXPLICIT, EXPLICIT, HALF),
+                Panel(IMPLICIT, IMPLICIT, HALF, stops=True),
+                Panel(SYMPLECTIC, SYMPLECTIC, HALF),
             ),
-            "bodies": v11.INNER,
+            "bodies": INNER,
         },
-        caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
+        caption=f"{YEARS:g} years in steps of {PRINTED:g} years, relative to the Sun, in the "
         "equatorial plane of the ICRF; explicit Euler leaves the frame. "
         "Implicit Euler ends at the crosses, where its solver stops converging.",
         size=(9.6, 3.5),
@@ -103,13 +104,13 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         claims=("V11",),
         draw=energies,
         options={
-            "quantity": v11.ENERGY,
+            "quantity": ENERGY,
             "labels": {
-                v11.EXPLICIT: "explicit Euler:\nrises",
-                v11.SYMPLECTIC: "symplectic Euler:\nstays",
-                v11.IMPLICIT: "implicit Euler:\nfalls, then stops",
+                EXPLICIT: "explicit Euler:\nrises",
+                SYMPLECTIC: "symplectic Euler:\nstays",
+                IMPLICIT: "implicit Euler:\nfalls, then stops",
             },
-            "unit": v11.DAYS,
+            "unit": DAYS,
         },
         caption="Relative change of the energy; logarithmic outside the shaded band. Implicit "
         "Euler ends at the cross, where its solver stops converging.",
