@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import CONTRADICTED, FINDING
+from benchmarks.checks.bounds import FINDING
 from benchmarks.checks.claim import Claim
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
