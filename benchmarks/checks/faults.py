@@ -126,15 +126,15 @@ def _set_apart(table: pd.DataFrame) -> None:
     table.loc[table["quantity"].str.startswith(ORACLES), "value"] = 1.0
 
 
-def times(by: float, **where: str) -> Callable[[pd.DataFrame], None]:
-    """Values of these rows multiplied."""
+def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame], None]:
+    """Values of these rows multiplied, perhaps by a power of their step, too."""
 
     def change(table: pd.DataFrame) -> None:
         chosen = pd.Series(True, index=table.index)
         for name, value in where.items():
             chosen &= table[name] == value
         assert chosen.any(), where
-        table.loc[chosen, "value"] *= by
+        table.loc[chosen, "value"] *= by * table.loc[chosen, "step"] ** power
 
     return change
 

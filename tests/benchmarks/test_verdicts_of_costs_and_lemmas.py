@@ -17,14 +17,15 @@ from benchmarks.claims.vector_spaces import noether_map
 from benchmarks.claims.vector_spaces import v33_costs_and_step_lengths as v33
 from benchmarks.claims.vector_spaces import v34_lemmas_on_the_noether_map as v34
 from benchmarks.claims.vector_spaces.kepler_orbit import problem
-from benchmarks.claims.vector_spaces.v33_costs_and_step_lengths import V33
 from benchmarks.claims.vector_spaces.v34_lemmas_on_the_noether_map import V34
+from benchmarks.measures.refinement import ENDS_AND_CURVE
 from benchmarks.statistics import convergence_fits
 from benchmarks.store.frames import frame, row
 from references.closed_forms.kepler import KEPLER
-from tests.benchmarks.planted_tables import contradicted
+from tests.benchmarks.planted_tables import CLAIM, contradicted
 from tests.benchmarks.quick_studies import quick
 
+V33 = CLAIM["V33"]
 # Quick studies of V33 and V34 take 7 and 11 s; other claims' tables show the same kinds of faults.
 WHOLE_STUDY = pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
 
@@ -83,92 +84,16 @@ def test_the_longest_accurate_step_is_found(errors: list[float], expected: float
 
 
 @WHOLE_STUDY
-def test_a_leapfrog_as_accurate_as_order_8_is_seen() -> None:
-    table = quick(V33)
-    table = table[table["label"] != v33.LEAP].copy()
-    table.loc[table["label"] == v33.EIGHT, "label"] = v33.LEAP
-    found = accused(V33, table)
-    assert "log10 of the Galerkin step over that of leapfrog with its error, n = 25" in found
-    other = "log10 of the Galerkin step over the longest of leapfrog that is accurate, n = 25"
-    assert other in found
-
-
-@WHOLE_STUDY
-def test_high_order_that_needs_steps_as_short_is_seen() -> None:
-    table = scaled(quick(V33), 1e12, label=v33.EIGHT, quantity=v33.ERROR)
-    table = table[(table["label"] != v33.EIGHT) | (table["step"] > 1.0)]
-    fine = [row(quantity=v33.ERROR, label=v33.EIGHT, step=0.01, value=1e-9)]
-    found = verdicts(V33, frame([*table.to_dict("records"), *fine]))
-    name = (
-        "largest log10 of the Galerkin step over that of leapfrog of order 8 or of WHFast with its "
-        "error, n = 25"
-    )
-    assert found[name] == CONTRADICTED
-
-
-@WHOLE_STUDY
-def test_orbits_that_leave_in_short_steps_are_seen() -> None:
-    table = quick(V33)
-    short = (table["quantity"] == v33.FARTHEST) & (table["step"] > 0.5)
-    table.loc[short & table["label"].isin([v33.LEAP, v33.KUTTA]), "value"] = 100.0
-    found = accused(V33, table)
-    for label in (v33.LEAP, v33.KUTTA):
-        name = f"log10 of the Galerkin step over the longest of {label} in which Mercury stays"
-        assert name in found
-
-
-@WHOLE_STUDY
-def test_cheap_steps_are_seen() -> None:
-    table = quick(V33)
-    own = table["label"].isin([v33.FIXED_POINT, v33.NEWTON])
-    table.loc[own, "force_evaluations"] /= 50.0  # one evaluation for each pass
-    found = accused(V33, table)
-    for label in (v33.LEAP, v33.KUTTA):
-        name = f"log10 of the force evaluations in a Galerkin step over those of {label}, n = 25"
-        assert name in found
-    assert (
-        "force evaluations of the Galerkin method over those of Runge-Kutta 4 with its error, "
-        "n = 25" in found
-    )
-
-
-@WHOLE_STUDY
-@pytest.mark.parametrize(("label", "n"), [(v33.LEAP, v33.N), (v33.KUTTA, v33.FINE)])
-def test_steps_that_do_not_pay_are_seen(label: str, n: int) -> None:
-    table = quick(V33)
-    table.loc[table["label"] == v33.FIXED_POINT, "force_evaluations"] *= 10.0
-    name = f"force evaluations of the Galerkin method over those of {label} with its error, n = {n}"
-    assert name in accused(V33, table)
-
-
-@WHOLE_STUDY
 def test_curves_that_keep_pace_are_not_accused() -> None:
     table = quick(V33)
-    for steps in curves.COUNTS:
+    for steps in curves.FLOORS:
         ours = table["study"] == curves.IN_N % steps
-        ends, curve = (table["quantity"] == name for name in curves.ENDS_AND_CURVE)
+        ends, curve = (table["quantity"] == name for name in ENDS_AND_CURVE)
         table.loc[ours & curve, "value"] = 2.5 * table.loc[ours & ends, "value"].to_numpy()
     found = verdicts(V33, table)
     name = "base of the step ends' error over the curve's"
     assert found[f"{name}, nearest to 1 over the numbers of steps"] == ATTAINED
-    assert {found[f"{name}, {steps} steps"] for steps in curves.COUNTS} == {CONTRADICTED}
-
-
-@WHOLE_STUDY
-def test_a_curve_that_is_worse_from_the_start_is_seen() -> None:
-    table = quick(V33)
-    late = (table["study"] == curves.IN_N % 100) & (table["quantity"] == curves.ENDS_AND_CURVE[1])
-    table.loc[late, "value"] *= 1.1 ** table.loc[late, "n"]
-    name = "base of the step ends' error over the curve's before n = 33, 100 steps"
-    assert name in accused(V33, table)
-
-
-@WHOLE_STUDY
-def test_a_method_that_does_not_converge_is_seen_in_every_base() -> None:
-    table = quick(V33)
-    ends = (table["study"] == curves.IN_N % 10) & (table["quantity"] == curves.ENDS_AND_CURVE[0])
-    table.loc[ends, "value"] = 1e-3
-    assert "base of the step ends' error over the curve's, 10 steps" in accused(V33, table)
+    assert {found[f"{name}, {steps} steps"] for steps in curves.FLOORS} == {CONTRADICTED}
 
 
 OWN = "largest curve error over that of step ends in h-refinement, least over n"
@@ -184,7 +109,7 @@ QUOTIENT = (
 def test_a_curve_whose_own_error_is_hidden_is_what_h_saw(times: float, verdict: str) -> None:
     table = quick(V33)
     tenth = table["study"] == "h-refinement, 10 steps"
-    ends, curve = (tenth & (table["quantity"] == name) for name in curves.ENDS_AND_CURVE)
+    ends, curve = (tenth & (table["quantity"] == name) for name in ENDS_AND_CURVE)
     table.loc[curve, "value"] = times * table.loc[ends, "value"].to_numpy()
     assert verdicts(V33, table)[OWN] == verdict
 
