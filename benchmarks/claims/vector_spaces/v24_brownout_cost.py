@@ -103,23 +103,21 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         smallest = float([2.0, *dearer][-1])
         return smallest if smallest > reached[-1] else 0.0
 
-    numbers: dict[str, Measurement] = {
-        f"force evaluations of {EULER} over those of the best N at {ASKED:g} m": ratio(ASKED),
+    def timed(of_clocks: Callable[..., float]) -> Estimate:
+        median, *ends = (of_clocks(*clocks) for clocks in CLOCKS)
+        return Estimate(median, 0.5 * abs(ends[0] - ends[1]) or None)
+
+    growth = np.log(ratio(ASKED) / ratio(COARSE)) / np.log(COARSE / ASKED)
+    low, high = (least(FINE, EVALUATIONS, degree) for degree in (2, 6))
+    return {
+        f"{EVALUATIONS} of {EULER} over those of the best N at {ASKED:g} m": ratio(ASKED),
         "power of the inverse error with which that ratio grows, from "
-        f"{COARSE:g} to {ASKED:g} m": np.log(ratio(ASKED) / ratio(COARSE)) / np.log(COARSE / ASKED),
-        f"force evaluations of N = 2 over those of N = 6 at {FINE:g} m": (
-            least(FINE, EVALUATIONS, 2) / least(FINE, EVALUATIONS, 6)
-        ),
+        f"{COARSE:g} to {ASKED:g} m": growth,
+        f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE:g} m": low / high,
+        f"time of {EULER} over that of the best N at {ASKED:g} m": timed(partial(ratio, ASKED)),
+        f"error below which high order is cheaper in time than {EULER} [m]": timed(crossing),
         APART: number(table, quantity=APART),
     }
-    timed: dict[str, Callable[..., float]] = {
-        f"time of {EULER} over that of the best N at {ASKED:g} m": partial(ratio, ASKED),
-        f"error below which high order is cheaper in time than {EULER} [m]": crossing,
-    }
-    for name, of_clocks in timed.items():
-        median, *ends = (of_clocks(*clocks) for clocks in CLOCKS)
-        numbers[name] = Estimate(median, 0.5 * abs(ends[0] - ends[1]) or None)
-    return numbers
 
 
 def as_steep(table: DataFrame) -> None:

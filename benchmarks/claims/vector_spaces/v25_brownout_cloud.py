@@ -28,7 +28,6 @@ from benchmarks.claims.kit import (
     DataFrame,
     Estimate,
     Fault,
-    Fit,
     MakeMethod,
     Measurement,
     Report,
@@ -47,19 +46,22 @@ from benchmarks.claims.kit import (
 from galvi.problems.brownout import GRAVITY
 from references.textbook.grain_flights import landings
 
-ERROR, FATES = "median error of the last place [m]", "grains that end elsewhere"
+ERROR = "median error of the last place [m]"
+ELSEWHERE = "grains aloft that should be on the ground, and the reverse, "
+FATES = f"{ELSEWHERE}largest over N = 1 and 2, steps, sizes, drag laws and grounds"
 REBOUND = "rebound"
 GROUNDS = {"": Ground(), REBOUND: Ground(0.5)}
 SHOWN, MOVING = "picture", "moving picture"  # studies of places in the meridional plane's half
 TIMES = (1.5, 3.0, 4.5, 6.0)  # s; M prints no times
 FRAMES = 24  # of the moving picture, and as many parts of the time
 PICTURED, IN_MOTION = 1000, 100  # grains of a size, other ones for each
-SAMPLED, QUICK_SAMPLED = 4000, 600  # of each size, for the statistics
+QUICK_SAMPLED = 600  # of each size, for the statistics; 4000 in the full form
 HIGHEST, LOST, PUSHED = (
     "highest place, least over sizes [m]",
-    "grains that are neither aloft nor on the ground",
-    "momentum that the recorded impulses do not account for, share",
+    "grains that are neither aloft nor on the ground, largest over sizes and grounds",
+    "momentum that the recorded impulses do not account for, share, largest over sizes and grounds",
 )
+OWN = f"{SAMPLING} of it"
 ALONE = "numbers of a grain that depend on other grains"
 
 
@@ -79,7 +81,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     OF_STEP, named in `study`; WORK and UNSOLVED; SHOWN and MOVING: x, z and t, with the size in
     `label`.
     """
-    grains = QUICK_SAMPLED if quick else SAMPLED
+    grains = QUICK_SAMPLED if quick else 4000
     return frame(
         [
             *paths(make_method, quick, report),
@@ -96,8 +98,11 @@ def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str
     clouds = [(law, Cloud(d, law, grains)) for law in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
     for name, cloud in (*clouds, (REBOUND, Cloud(200e-6, grains=grains, ground=GROUNDS[REBOUND]))):
         report(f"{name}, {words(cloud.diameter)}")
-        ground: Any = {"restitution": cloud.ground.restitution, "slowest": cloud.ground.slowest}
-        truth = landings(cloud.problem, *cloud.starts(), UNTIL, **ground)
+        truth = landings(
+            *(cloud.problem, *cloud.starts(), UNTIL),
+            restitution=cloud.ground.restitution,
+            slowest=cloud.ground.slowest,
+        )
         several = (384, 576, 768, 1152) if quick else (192, 288, 384, 576, 768, 1152, 1536)
         for s, steps in product((1, 2), several):
             run = cloud.flights(collocation(make_method, s), steps)
@@ -162,15 +167,13 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     def unsolved(s: int, steps: int) -> float:
         return number(table, quantity=UNSOLVED, n=s + 1, steps=steps)
 
-    def order(law: str, size: int, s: int) -> Fit:
-        where: Any = {"quantity": ERROR, "label": f"{size} micrometres", "n": s + 1}
-        return readings.order(table, 1e-10, study=law, **where)
-
     def in_samplings(s: int, steps: int) -> Estimate:
-        of_step: Any = {"study": HEIGHT, "n": s + 1, "steps": steps}
-        value = number(table, quantity=OF_STEP, **of_step) / sampling_error(table, HEIGHT, 1e6)
-        own = number(table, quantity=f"{SAMPLING} of it", **of_step)
-        return Estimate(abs(value), own / sampling_error(table, HEIGHT, 1e6))
+        error, own = (
+            number(table, study=HEIGHT, quantity=quantity, n=s + 1, steps=steps)
+            / sampling_error(table, HEIGHT, 1e6)
+            for quantity in (OF_STEP, OWN)
+        )
+        return Estimate(abs(error), own)
 
     def gain(grains: float) -> Estimate:
         level = sampling_error(table, HEIGHT, grains)
@@ -178,14 +181,13 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return over(first, min(higher, key=lambda cost: np.nan_to_num(cost.value, nan=np.inf)))
 
     fates = pick(table, quantity=FATES)
-    finest = pick(fates, steps=fates["steps"].max(), n=3)["value"]
-    of_step, own = (
+    error, own = (
         pick(table, study=DEPTH, quantity=quantity).set_index(["n", "steps"])["value"]
-        for quantity in (OF_STEP, f"{SAMPLING} of it")
+        for quantity in (OF_STEP, OWN)
     )
-    limits = (abs(of_step) + 2.0 * own).to_numpy()
-    elsewhere = "grains aloft that should be on the ground, and the reverse"
-    cheapest = "evaluations with N = 1 over those of the cheapest higher N, for an"
+    limit = readings.largest((abs(error) + 2.0 * own).to_numpy())
+    sampled = f"{OF_STEP} over the {SAMPLING} of"
+    cost = f"evaluations with N = 1 over those of the cheapest higher N, for an {OF_STEP}"
     cases = [
         *product((CONSTANT, BY_REYNOLDS), (200, 400), (1, 2)),
         *product([REBOUND], [200], (1, 2)),
@@ -194,41 +196,35 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return {
         "thrown": thrown(),
         HIGHEST: readings.least_of(table, study=REBOUND, quantity=HIGHEST),
-        ALONE: pick(table, quantity=ALONE)["value"].sum(min_count=1),
         **{
-            f"{quantity}, largest over sizes and grounds": (
-                readings.largest_of(table, quantity=quantity)
-            )
-            for quantity in (LOST, PUSHED)
+            name: readings.largest_of(table, quantity=name) for name in (ALONE, LOST, PUSHED, FATES)
         },
         **{
-            f"order of the {ERROR}, N = {s}, {size} micrometres, {law}": order(law, size, s)
+            f"order of the {ERROR}, N = {s}, {size} micrometres, {law}": readings.order(
+                pick(table, study=law, label=f"{size} micrometres", n=s + 1),
+                1e-10,
+                quantity=ERROR,
+            )
             for law, size, s in cases
         },
-        f"{elsewhere}, N = 2, smallest step, all sizes, drag laws and grounds": (
-            finest.sum(min_count=1)
+        f"{ELSEWHERE}N = 2, smallest step, all sizes, drag laws and grounds": (
+            pick(fates, steps=fates["steps"].max(), n=3)["value"].sum(min_count=1)
         ),
-        f"{elsewhere}, largest over N = 1 and 2, steps, sizes, drag laws and grounds": (
-            readings.largest(fates["value"].to_numpy())
-        ),
-        **{
-            quantity: Estimate(
-                number(table, study=quantity, quantity=quantity), sampling_error(table, quantity)
-            )
-            for quantity in (DEPTH, HEIGHT)
-        },
         f"{UNSOLVED}, all runs compared": sum(unsolved(*case) for case in compared()),
         **{f"{UNSOLVED}, N = {s}, {k} steps": unsolved(s, k) for s, k in TOO_LONG.items()},
-        f"{DEPTH}: upper limit of the {OF_STEP} over the {SAMPLING} of 20000 grains, largest over "
-        "the runs compared": readings.largest(limits) / sampling_error(table, DEPTH, 2e4),
         **{
-            f"{HEIGHT}: {OF_STEP} over the {SAMPLING} of 1e6 grains, N = {s}, {k} steps": (
-                in_samplings(s, k)
-            )
+            name: Estimate(number(table, study=name, quantity=name), sampling_error(table, name))
+            for name in (DEPTH, HEIGHT)
+        },
+        f"{DEPTH}: upper limit of the {sampled} 20000 grains, largest over the runs compared": (
+            limit / sampling_error(table, DEPTH, 2e4)
+        ),
+        **{
+            f"{HEIGHT}: {sampled} 1e6 grains, N = {s}, {k} steps": in_samplings(s, k)
             for s, k in ((1, 96), (2, 96), (4, 48))
         },
         **{
-            f"{HEIGHT}: {cheapest} {OF_STEP} of the {SAMPLING} of {grains:g} grains": gain(grains)
+            f"{HEIGHT}: {cost} of the {SAMPLING} of {grains:g} grains": gain(grains)
             for grains in (2e4, 1e6)
         },
     }

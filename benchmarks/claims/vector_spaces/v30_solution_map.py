@@ -49,7 +49,6 @@ RULES: Mapping[str, Any] = {
     "Lobatto N": lambda degree: galvi.lobatto(degree),
 }
 DEGREES, THIRD_DEGREES = (1, 2, 4, 8), (1, 2, 3, 4, 6)
-ABOUT = ("|d|_X", "|dp_h|", "|d|_X + |dp_h|")
 SHARES = (0.02, 0.25, 0.5, 0.9)  # of the step at which eta C_N^2 = 1
 SIZES = (0.4, 0.2, 0.1, 0.05, 0.025)
 
@@ -86,21 +85,32 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
                 for case in COMPARISONS
             ]
         )
-    numbers = of_general_spaces() | {
-        "least of the largest quotient, times sqrt(h) / cos h": min(map(growth, STEPS)),
-        f"{ORACLES}, pendulum": apart(),
+    sizes = ("|d|_X", "|dp_h|", "|d|_X + |dp_h|")
+    by_rule, by_case = np.max(third, axis=1), np.max(third, axis=0)
+    return {
+        **of_general_spaces(),
         "apart": apart(),
-        "largest of the proof's bound on F, Gauss N": np.max(third[0], axis=0)[2],
+        f"{ORACLES}, pendulum": apart(),
+        "least of the largest quotient, times sqrt(h) / cos h": min(map(growth, STEPS)),
+        **{
+            f"largest of {size} over its bound, {name}": ratio
+            for name, ratios in over.items()
+            for size, ratio in zip(sizes, np.max(ratios, axis=0), strict=False)
+        },
+        **{
+            f"largest of printed left side over right side, {name}": printed
+            for name, (printed, *_) in zip(RULES, by_rule, strict=True)
+        },
+        **{
+            f"largest of left side over right side, {case.name}": proved
+            for case, (_, proved, *_) in zip(COMPARISONS, by_case, strict=True)
+        },
+        "largest of the proof's bound on F, Gauss N": by_rule[0][2],
+        **{
+            f"largest of |u - u_N|_(0,N) / (h |u - u_N|_X), {name}": place
+            for name, (*_, place) in zip(RULES, by_rule, strict=True)
+        },
     }
-    for name, ratios in over.items():
-        for size, ratio in zip(ABOUT, np.max(ratios, axis=0), strict=False):
-            numbers[f"largest of {size} over its bound, {name}"] = ratio
-    for name, (printed, _, _, place) in zip(RULES, np.max(third, axis=1), strict=True):
-        numbers[f"largest of printed left side over right side, {name}"] = printed
-        numbers[f"largest of |u - u_N|_(0,N) / (h |u - u_N|_X), {name}"] = place
-    for case, (_, proved, *_) in zip(COMPARISONS, np.max(third, axis=0), strict=True):
-        numbers[f"largest of left side over right side, {case.name}"] = proved
-    return numbers
 
 
 def over_bounds(

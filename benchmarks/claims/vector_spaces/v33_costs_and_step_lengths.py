@@ -131,31 +131,51 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         runs = pick(table, quantity=ERROR, label=label, **where)
         return readings.least((runs["force_evaluations"] / runs["steps"]).to_numpy())
 
+    def cost(label: str, n: int) -> float:
+        """Evaluations of the Galerkin method over those of another with its error."""
+        return work(GALERKIN, n=n) * of_one_error(label, n) / (STEP * work(label))
+
     visible = VISIBLE * mean_distance(galvi.problems.solar_system())
     step = longest(table, GALERKIN, visible, n=N)
     best = readings.least(np.array([of_one_error(label, N) for label in (EIGHT, WISDOM)]))
     either = readings.least(np.array([work(GALERKIN, n=N), work(NEWTON)]))
     over, evaluations = "log10 of the Galerkin step over", "force evaluations"
-    numbers: dict[str, Measurement] = {
-        f"largest {over} that of {EIGHT} or of {WISDOM} with its error, n = {N}": (
-            math.log10(STEP / best)
-        ),
-    }
-    for label, n in ((LEAP, N), (KUTTA, N), (KUTTA, FINE)):
-        size = of_one_error(label, n)
-        numbers[f"{over} that of {label} with its error, n = {n}"] = math.log10(STEP / size)
-        name = f"{evaluations} of the Galerkin method over those of {label} with its error, n = {n}"
-        numbers[name] = work(GALERKIN, n=n) * size / (STEP * work(label))
-    for label in (LEAP, KUTTA):
-        accurate, bounded = longest(table, label, visible), longest(table, label, 2.0, FARTHEST)
-        numbers |= {
-            f"{over} the longest of {label} that is accurate, n = {N}": math.log10(step / accurate),
-            f"{over} the longest of {label} in which Mercury stays": math.log10(step / bounded),
+    one_error = ((LEAP, N), (KUTTA, N), (KUTTA, FINE))
+    logarithms = {
+        f"largest {over} that of {EIGHT} or of {WISDOM} with its error, n = {N}": STEP / best,
+        **{
+            f"{over} that of {label} with its error, n = {n}": STEP / of_one_error(label, n)
+            for label, n in one_error
+        },
+        **{
+            f"{over} the longest of {label} that is accurate, n = {N}": (
+                step / longest(table, label, visible)
+            )
+            for label in (LEAP, KUTTA)
+        },
+        **{
+            f"{over} the longest of {label} in which Mercury stays": (
+                step / longest(table, label, 2.0, FARTHEST)
+            )
+            for label in (LEAP, KUTTA)
+        },
+        **{
             f"log10 of the {evaluations} in a Galerkin step over those of {label}, n = {N}": (
-                math.log10(either / work(label))
-            ),
-        }
-    return numbers | bases_and_orders(table)
+                either / work(label)
+            )
+            for label in (LEAP, KUTTA)
+        },
+    }
+    return {
+        **{name: math.log10(ratio) for name, ratio in logarithms.items()},
+        **{
+            f"{evaluations} of the Galerkin method over those of {label} with its error, n = {n}": (
+                cost(label, n)
+            )
+            for label, n in one_error
+        },
+        **bases_and_orders(table),
+    }
 
 
 def in_each_others_place(table: DataFrame) -> None:

@@ -20,6 +20,7 @@ from benchmarks.claims.kit import (
     Measurement,
     Problem,
     Report,
+    Sequence,
     always,
     estimate,
     failure,
@@ -159,27 +160,29 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         where: Any = {"study": RICH, "label": HATS, "n": n}
         return estimate(readings.order(table, ROUND_OFF, quantity=quantity, **where))
 
-    def lost(one: Estimate) -> bool:
-        return one.refuted or math.isnan(one.value)
-
-    orders, shares = [order(LIPSCHITZ, n) for n in NS], []
-    for n in NS:
+    def share(n: int) -> Estimate:
+        """The order of the distance in W^{1,1} over h times the largest of q'."""
         whole, rate = order(WHOLE, n), order(RATE, n)
         scatter = math.hypot(whole.uncertainty or 0.0, rate.uncertainty or 0.0)
         refuted = whole.refuted or rate.refuted
-        shares.append(Estimate(whole.value - rate.value - 1.0, scatter, refuted))
+        return Estimate(whole.value - rate.value - 1.0, scatter, refuted)
+
+    def farthest(several: Sequence[Estimate], size: Callable[[float], float]) -> Estimate:
+        """Or one that is not known."""
+        return max(several, key=lambda one: (one.refuted, math.isnan(one.value), size(one.value)))
+
     every = "all rules, phi_1, n and h"
     return {
         f"largest of {PRINTED}, {every}": largest(PRINTED),
         f"largest {NOETHER}, {every}": largest(NOETHER),
         f"largest of {PROVED}, phi_1 = {LINE}, all rules, n and h": largest(PROVED, label=LINE),
         "order of (|d| + |d'|) / |d''| in L^infinity, farthest from 1 over n": (
-            max(orders, key=lambda one: (lost(one), abs(one.value - 1.0)))
+            farthest([order(LIPSCHITZ, n) for n in NS], lambda value: abs(value - 1.0))
         ),
         f"largest {RULE}, {RICH}": largest(RULE, study=RICH),
         f"largest {RULE}, {POOR}, phi_1 = {HATS}": largest(RULE, study=POOR, label=HATS),
         "order of |d|_W11 / (h |d'|_L^infinity), largest over n": (
-            max(shares, key=lambda one: (lost(one), one.value))
+            farthest([share(n) for n in NS], lambda value: value)
         ),
         f"largest of {SECOND}, {every}": largest(SECOND),
         f"largest of {GLOBAL}": largest(GLOBAL),
