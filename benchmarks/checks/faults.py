@@ -99,7 +99,7 @@ def scaled(by: float) -> Callable[[Any], Any]:
 
 def given(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
     """A function that receives other arguments."""
-    return lambda sound: lambda *these: sound(*change(*these))
+    return lambda sound: lambda *these, **how: sound(*change(*these), **how)
 
 
 def some(words: str) -> Callable[[set[str]], object]:

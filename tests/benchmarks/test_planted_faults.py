@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS, NOT_RUN
@@ -22,9 +23,7 @@ from benchmarks.claims.lie_groups.l11_minima_of_the_action import L11
 from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
 from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v29_moving_frames as v29
-from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
-from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
-from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, DURATION, problem_of
 from benchmarks.measures import second_variation
 from benchmarks.measures.boundary_motion import CURVE, ENDS
 from benchmarks.measures.symplectic_form import canonical_defect, form_defect, map_derivative
@@ -52,51 +51,23 @@ def test_invariants_alone_do_not_see_a_wrong_motion(
     assert [row.verdict for row in rows(CLAIM["V8"])] == [HOLDS, HOLDS]
 
 
-# --- The claims about the brownout particle catch a wrong table, force, solve and cost
-
-INTEGRATE = galvi.integrate
-
-
-@pytest.mark.slow(
-    beside="test_verdicts_of_printed_inequalities.py::test_a_truth_that_steps_over_the_kink_is_caught"
-)
-def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def deaf(*given: Any, tolerance: float | None = None, **how: Any) -> Any:
-        return INTEGRATE(*given, **how)
-
-    monkeypatch.setattr(galvi, "integrate", deaf)
-    found = contradicted(V23)
-    assert sum("solve stopped at" in quantity for quantity in found) == len(TOLERANCES)
-    assert "power of the tolerance that this error falls with, N = 4" in found
+# --- The starts of the brownout particle
 
 
 def slowest(start: str) -> float:
     """The smallest velocity relative to the wind on the way [m/s]."""
-    problem = STARTS[start].problem()
+    problem: Any = problem_of(start)
     four = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
-    run = galvi.integrate(problem, four, STARTS[start].duration / 64, 64)
+    run = galvi.integrate(problem, four, DURATION[start] / 64, 64)
     v = problem.system.velocity(run.p)
     w = [a - rotor_wind(q, decay(t)) for a, q, t in zip(v, run.q, run.t, strict=True)]
     return float(np.min(np.linalg.norm(w, axis=1)))
 
 
 def test_the_starts_are_what_their_words_say() -> None:
-    assert slowest(AWAY) > 3.0 and "|w| > 3 m/s" in STARTS[AWAY].words  # 3.16
+    setup = {row.quantity: row.setup for row in CLAIM["V23"].judge(DataFrame())}
+    assert slowest(AWAY) > 3.0 and "|w| > 3 m/s" in setup[f"order, N = 1, {AWAY}"]  # 3.16
     assert slowest(ACROSS) < 0.1  # 0.015
-
-
-def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
-    """N steps of the same order as Euler's: the ratio of evaluations would not grow."""
-    table = quick(V24)
-    ours = table["study"] != EULER
-    errors = table[ours & (table["quantity"] == ERROR)].set_index(["study", "steps"])["value"]
-    for index in table[ours & (table["quantity"] == EVALUATIONS)].index:
-        table.loc[index, "value"] = 1.0 / errors[tuple(table.loc[index, ["study", "steps"]])]
-    verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
-    grows = next(q for q in verdicts if q.startswith("power of the inverse error"))
-    assert verdicts[grows] == CONTRADICTED
 
 
 # --- The claims on theory catch a table, a check or a constant that is slightly wrong

@@ -26,8 +26,6 @@ from references.textbook.implicit_euler import IMPLICIT_EULER
 from tests.benchmarks.planted_tables import CLAIM
 from tests.benchmarks.quick_studies import quick
 
-V24 = v24.V24
-
 
 def table_of(claim: Claim) -> pd.DataFrame:
     """The quick study; a copy."""
@@ -115,9 +113,9 @@ def test_components_that_share_a_space_after_all_are_caught() -> None:
 
 
 def test_no_verdict_about_the_cost_rests_on_a_time() -> None:
-    table = table_of(V24)
-    sound, random = verdicts(V24, table), np.random.default_rng(1)
+    table = table_of(CLAIM["V24"])
+    sound, random = verdicts(CLAIM["V24"], table), np.random.default_rng(1)
     chosen = table["quantity"].isin([v24.SECONDS, v24.FASTEST, v24.SLOWEST])
     for scale in (1e-3, 1.0, 1e3):
         table.loc[chosen, "value"] *= scale * random.uniform(0.1, 10.0, chosen.sum())
-        assert verdicts(V24, table) == sound
+        assert verdicts(CLAIM["V24"], table) == sound

@@ -14,13 +14,17 @@ its place, by h times the velocity's error. Away from it the method has its own 
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 
-from benchmarks.claims.kit import *
+import numpy as np
+
+from benchmarks.claims.kit import replace
 from benchmarks.claims.vector_spaces.brownout_particle import (
-    STARTS,
+    ACROSS,
+    DURATION,
     carried,
     crossing_time,
+    problem_of,
     relative_velocity,
 )
 from benchmarks.measures.independent_space import gauss_points
@@ -28,41 +32,23 @@ from benchmarks.measures.independent_space import gauss_points
 APART = 1e-4  # s, and m/s: of central differences, whose error is of its square
 
 
-@dataclass(frozen=True)
-class Crossing:
-    """time  t* [s];  strength  -2 (k / m) c |c| S [m / s^3], of an error e(theta) h^3."""
-
-    time: float
-    strength: float
-
-    def height_error(self, h: float, degree: int) -> float:
-        """The derived error of the height at the end, for steps h from t = 0 [m]."""
-        return self.strength * h**3 * rule_error(self.time / h % 1.0, degree + 1)
-
-    def largest(self, h: float, degree: int) -> float:
-        """Its largest absolute value over all places of t* in a step [m]."""
-        places = np.linspace(0.0, 1.0, 2001)
-        return float(
-            abs(self.strength) * h**3 * max(abs(rule_error(x, degree + 1)) for x in places)
-        )
+def kink_error(h: float, degree: int, theta: float) -> float:
+    """The derived error of the height at the end, for steps h of which t* is at theta [m]."""
+    return strength() * h**3 * rule_error(theta, degree + 1)
 
 
-@lru_cache(maxsize=1)
-def crossing(start: str) -> Crossing:
-    """The crossing of a start, its numbers by central differences of the reference's runs."""
-    known, time = STARTS[start], crossing_time(start)
-    problem = known.problem()
-    system: Any = problem.system
-    before, after = (relative_velocity(carried(problem, time + d)) for d in (-APART, APART))
-    rate = (after - before) / (2.0 * APART)
-    there = carried(problem, time)
+@cache
+def strength() -> float:
+    """-2 (k / m) c |c| S, by central differences of the reference's runs [m / s^3]."""
+    time, start = crossing_time(), problem_of(ACROSS)
+    before, after = (relative_velocity(carried(start, time + d)) for d in (-APART, APART))
+    crossing, system = carried(start, time), start.system
     low, high = (
-        carried(replace(there, v0=there.v0 + np.array([0.0, 0.0, d])), known.duration).q0[2]
+        carried(replace(crossing, v0=crossing.v0 + np.array([0.0, 0.0, d])), DURATION[ACROSS]).q0[2]
         for d in (-APART, APART)
     )
-    sensitivity = (high - low) / (2.0 * APART)
-    per_mass = system.force.factor / float(system.mass)
-    return Crossing(time, -2.0 * per_mass * rate * abs(rate) * sensitivity)
+    rate, sensitivity = (after - before) / (2.0 * APART), (high - low) / (2.0 * APART)
+    return float(-2.0 * system.force.factor / system.mass * rate * abs(rate) * sensitivity)
 
 
 def rule_error(theta: float, points: int) -> float:

@@ -6,12 +6,14 @@ I_d(q, q_k) = -(h sum_j b_j (L_q phi_1 + L_v phi_1')) . a(q_k), phi_1(0) = 1, ph
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from functools import cached_property
 
+import numpy as np
 from numpy.polynomial import legendre
 
-from benchmarks.claims.kit import *
+from benchmarks.claims.kit import Any, Array, Callable, Problem, Trajectory, dataclass
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.independent_space import gauss_points, slopes, values
 from references.closed_forms.double_double import DoubleDouble
@@ -35,11 +37,11 @@ def force(q: Array) -> Array:
 
 def exact_motion(q0: Array, v0: Array) -> Motion:
     """The ellipse through (q0, v0), rounded once."""
-    known = orbit(Decimal(1), [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
-    start = [DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0)]
+    known: Any = orbit(Decimal(1), *([Decimal(x) for x in y.tolist()] for y in (q0, v0)))
+    place, speed = (DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0))
 
     def at(t: Array) -> tuple[Array, Array]:
-        q, v = flow(known, *start, t)
+        q, v = flow(known, place, speed, t)
         return q.hi, v.hi
 
     return at
@@ -98,22 +100,25 @@ class Step:
         few, many = (self.sampled[name, points] for points in (self.points, FINE))
         return momentum(many, phi, self.h) - momentum(few, phi, self.h)
 
+    @cached_property
     def norms(self) -> dict[str, float]:
         """Of curve minus exact motion: L^1 and L^infinity of q and q', L^infinity of q''.
 
         The largest are over samples, so at most the true ones.
         """
-        t, h = self.exact.t, self.h
-        _, b = gauss_points(FINE)
-        (q, v), (there, rate) = (self.sampled[name, FINE] for name in (CURVE, LOCAL))
-        (near_q, near_v), bend = self.motions[CURVE](t), self._bend(t)
-        return {
-            "q in L^1": h * float(b @ np.linalg.norm(q - there, axis=1)),
-            "q' in L^1": h * float(b @ np.linalg.norm(v - rate, axis=1)),
-            "q": _largest(near_q - self.exact.q),
-            "q'": _largest(near_v - self.exact.p),
-            "q''": _largest(bend - force(self.exact.q)),
+        t, weights = self.exact.t, self.h * gauss_points(FINE)[1]
+        of_curve, of_motion = self.sampled[CURVE, FINE], self.sampled[LOCAL, FINE]
+        apart, rate = (
+            np.linalg.norm(x - y, axis=1) for x, y in zip(of_curve, of_motion, strict=True)
+        )
+        q, v = self.motions[CURVE](t)
+        gaps = {
+            "q": q - self.exact.q,
+            "q'": v - self.exact.p,
+            "q''": self._bend(t) - force(self.exact.q),
         }
+        largest = {name: np.max(np.linalg.norm(gap, axis=1)) for name, gap in gaps.items()}
+        return {"q in L^1": weights @ apart, "q' in L^1": weights @ rate, **largest}
 
     def _bend(self, t: Array) -> Array:
         """q'' of the curve, from its values."""
@@ -122,15 +127,24 @@ class Step:
         second = legendre.legder(series, 2) * (2.0 / self.h) ** 2
         return np.asarray(legendre.legval(2.0 * t / self.h - 1.0, second).T)
 
+    @property
+    def lipschitz(self) -> float:
+        """L_1, the largest |V''| = 2 / r^3 on all segments between curve and motion."""
+        near = np.min(np.linalg.norm(self.exact.q, axis=1)) - self.norms["q"]
+        return float(2.0 / near**3) if near > 0.0 else math.inf
 
-def _largest(vectors: Array) -> float:
-    return float(np.max(np.linalg.norm(vectors, axis=1)))
+    def right(self, phi: Array) -> tuple[float, float]:
+        """H's C = max(L_1 + L_3, 2 L_2) |phi_1| + 1, with L_2 = m = 1 and the L_3 = L_1 of motions,
+        on which d/dt L_v = L_q; and the norms on the right of lemma 2.3.3."""
+        largest = float(np.max(abs(values(phi[None], np.linspace(0.0, 1.0, 201)))))
+        size = sum(self.norms[name] for name in ("q in L^1", "q' in L^1", "q", "q'"))
+        return 2.0 * max(self.lipschitz, 1.0) * largest + 1.0, size
 
 
 def step_of(problem: Problem, run: Trajectory, points: int) -> Step | None:
     """The step beside its exact motion, where both were found."""
     if not run.success:
         return None
-    exact = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
-    found = exact.arriving_at(run.q[1])
-    return None if found is None else Step(run, points, found)
+    motions = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)
+    exact = motions.arriving_at(run.q[1])
+    return None if exact is None else Step(run, points, exact)

@@ -1,15 +1,19 @@
 """M's solution maps, exact and discrete: how far two solutions are apart, and bounds on it.
 
 |u|_X^2 = |u'|^2 + |u(h)|^2 / h; K the Lipschitz constant of F = grad V - f, m the least of mu, and
-eta = 3 K h^2 / (m z0^2).
+eta = 3 K h^2 / (m z0^2). d, the difference of two solutions, has data that differ by du and dp.
 """
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 from numpy.polynomial import legendre, polynomial
 from scipy.integrate import solve_ivp
 
-from benchmarks.claims.kit import *
+import galvi
+from benchmarks.claims.kit import Any, Array, Callable, Problem
 from benchmarks.measures.independent_space import (
     farthest,
     friedrichs,
@@ -24,12 +28,10 @@ from benchmarks.test_problems.oscillators import PENDULUM
 from references.scipy.ivp import TIGHT
 
 POINTS = 40  # of exact integrals
-INF_SUP, FARTHEST, ETA, SINGULAR = "inf-sup", "T_N", "eta C_N^2", "singular value"
-Nodes = tuple[Array, Array]
 Motions = Callable[[Array, Array, Array], tuple[Array, Array]]
 
 
-def nodes(rule: galvi.Rule) -> Nodes:
+def nodes(rule: galvi.Rule) -> tuple[Array, Array]:
     """The points and weights of galvi's Gauss or Lobatto rule, by numpy."""
     points = lobatto_points if "Lobatto" in rule.name else gauss_points
     return points(rule.points)
@@ -44,59 +46,40 @@ def oscillations(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
 
 def swings(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
     """The same of u'' = -sin u, by DOP853; t increasing."""
-    k = len(u0)
 
     def rates(s: float, y: Array) -> Array:
-        return np.concatenate([y[k:], -np.sin(y[:k])])
+        u, v = y.reshape(2, -1)
+        return np.concatenate([v, -np.sin(u)])
 
-    span, start = (0.0, float(t[-1])), np.concatenate([u0, v0])
-    found = solve_ivp(rates, span, start, method="DOP853", t_eval=t, **TIGHT).y
-    return found[:k], found[k:]
+    start = np.concatenate([u0, v0])
+    y = solve_ivp(rates, (0.0, t[-1]), start, method="DOP853", t_eval=t, **TIGHT).y
+    return y[: len(u0)], y[len(u0) :]
 
 
-@dataclass(frozen=True)
-class Stability:
-    """Bounds on the difference d of two solutions from data that differ by du and dp.
+def eta(h: float, constant: float = 1.0) -> float:
+    """eta C_N^2 for K = m = 1; C_N is 1 for the exact problem (2)."""
+    return 3.0 * (h * constant / z0()) ** 2
 
-    v = d - d(h) in (2), proposition 1 with m / 3 and |du|_X = |du| / sqrt(h) give `path`; v = 1
-    and Friedrichs' inequality `momentum`; `both` is their sum in terms of |du| + |dp|.
 
-    friedrichs  C_N of the discrete problem (8), 1 of the exact one (2)
+def pull(h: float, constant: float) -> float:
+    """C_N K h^(3/2) / z0, K = 1."""
+    return constant * h**1.5 / z0()
+
+
+def bounds(h: float, du: Array, dp: Array, constant: float = 1.0) -> tuple[Array, ...]:
+    """On |d|_X, |dp_h| and their sum, K = m = 1.
+
+    v = d - d(h) in (2), proposition 1 with m / 3 and |du|_X = |du| / sqrt(h) give the first; v = 1
+    and Friedrichs' inequality the second; the third is their sum in terms of |du| + |dp|.
     """
-
-    h: float
-    lipschitz: float
-    mass: float
-    friedrichs: float = 1.0
-
-    @property
-    def eta(self) -> float:
-        """eta C_N^2."""
-        return 3.0 * self.lipschitz * (self.h * self.friedrichs / z0()) ** 2 / self.mass
-
-    @property
-    def pull(self) -> float:
-        """C_N K h^(3/2) / z0."""
-        return self.friedrichs * self.lipschitz * self.h**1.5 / z0()
-
-    def path(self, du: Array, dp: Array) -> Array:
-        """The largest |d|_X."""
-        root = math.sqrt(self.h)
-        return (abs(du) / root + 3.0 * root / self.mass * abs(dp)) / (1.0 - self.eta)
-
-    def momentum(self, du: Array, dp: Array) -> Array:
-        """The largest |dp_h|."""
-        return abs(dp) + self.pull * self.path(du, dp)
-
-    @property
-    def both(self) -> float:
-        """The largest (|d|_X + |dp_h|) / (|du| + |dp|)."""
-        root = math.sqrt(self.h)
-        share = (1.0 + self.pull) / (1.0 - self.eta)
-        return max(share / root, 1.0 + 3.0 * share * root / self.mass)
+    root, left = math.sqrt(h), 1.0 - eta(h, constant)
+    path = (abs(du) / root + 3.0 * root * abs(dp)) / left
+    share = (1.0 + pull(h, constant)) / left
+    both = max(share / root, 1.0 + 3.0 * share * root) * (abs(du) + abs(dp))
+    return path, abs(dp) + pull(h, constant) * path, both
 
 
-def differences(count: int) -> tuple[Array, Array, Array, Array]:
+def differences(count: int) -> tuple[Array, ...]:
     """Random data u0, p0 and differences du, dp, (count,): one with dp = 0, one with du = 0."""
     rng = np.random.default_rng(0)
     u0, p0 = rng.uniform(-2.0, 2.0, (2, count))
@@ -109,54 +92,42 @@ def exact_sizes(motions: Motions, h: float, data: tuple[Array, ...]) -> tuple[Ar
     """|d|_X and |dp_h| of exact solutions of mass 1."""
     u0, p0, du, dp = data
     s, w = gauss_points(POINTS)
-    times = h * np.append(s, 1.0)
-    (u, v), (other, slope) = motions(u0, p0, times), motions(u0 + du, p0 + dp, times)
-    gap, rate = other - u, slope - v
+    first, second = (
+        np.array(motions(*start, h * np.append(s, 1.0))) for start in ((u0, p0), (u0 + du, p0 + dp))
+    )
+    gap, rate = second - first
     return np.sqrt(h * rate[:, :-1] ** 2 @ w + gap[:, -1] ** 2 / h), abs(rate[:, -1])
 
 
 def discrete_sizes(method: Any, h: float, data: tuple[Array, ...]) -> tuple[Array, Array]:
     """|d_N|_(X,N) and |dp_h| of the method's steps of the pendulum."""
-    t, b = nodes(method.rule)
-    path, momentum = [], []
+    (t, b), system, sizes = nodes(method.rule), PENDULUM.problem().system, []
     for u, p, du, dp in zip(*data, strict=True):
-        one, other = (_step(method, h, *start) for start in ((u, p), (u + du, p + dp)))
-        gap = (other.velocity(h * t) - one.velocity(h * t))[:, 0]
-        path.append(math.sqrt(h * b @ gap**2 + float(other.q[1, 0] - one.q[1, 0]) ** 2 / h))
-        momentum.append(abs(float(other.p[1, 0] - one.p[1, 0])))
-    return np.array(path), np.array(momentum)
+        first, second = (
+            galvi.integrate(Problem(system, np.full(1, u0), np.full(1, p0)), method, h, 1)
+            for u0, p0 in ((u, p), (u + du, p + dp))
+        )
+        rate = (second.velocity(h * t) - first.velocity(h * t))[:, 0]
+        gap, last = (float(abs(y[1, 0])) for y in (second.q - first.q, second.p - first.p))
+        sizes.append((math.sqrt(h * b @ rate**2 + gap**2 / h), last))
+    path, momentum = np.array(sizes).T
+    return path, momentum
 
 
-def _step(method: Any, h: float, u: float, p: float) -> galvi.Trajectory:
-    problem = Problem(PENDULUM.problem().system, np.full(1, u), np.full(1, p))
-    return galvi.integrate(problem, method, h, 1)
-
-
-def powers_of_falling(power: int) -> Array:
-    """1 and (1 - t)^power as functions of `benchmarks.measures.independent_space`."""
+def opposed(power: int) -> tuple[float, float, float, float]:
+    """Of {1, (1 - t)^k} with the midpoint rule, mu = h = 1: the inf-sup constant; T_N; and for the
+    V = -K u^2 / 2 that makes (8) singular, K from phi = 1 - (1 - t)^k in closed form, eta C_N^2 and
+    the least singular value of (8) in (u, p_h) over the largest."""
     falling = legendre.poly2leg(polynomial.polypow([0.5, -0.5], power))
-    return np.stack([np.eye(1, power + 1)[0], falling])
-
-
-def step_equations(functions: Array, rule: Nodes, stiffness: float) -> Array:
-    """The matrix of (8) in (u, p_h) for V = stiffness u^2 / 2, mu = h = 1."""
-    seen = grams(functions, *rule)
-    first, last = values(functions, np.array([0.0, 1.0])).T
-    weak = np.column_stack([seen.slope - stiffness * seen.place, -last])
-    return np.vstack([weak, np.append(first, 0.0)])
-
-
-def opposed(power: int) -> dict[str, float]:
-    """{1, (1 - t)^k}: the constants, and (8) for the V = -K u^2 / 2 that makes it singular, K from
-    phi = 1 - (1 - t)^k in closed form."""
-    functions, rule = powers_of_falling(power), gauss_points(1)
-    seen = grams(functions, *rule)
-    q = 2.0**-power
+    functions = np.stack([np.eye(1, power + 1)[0], falling])
+    seen, q = grams(functions, *gauss_points(1)), 2.0**-power
     steepness = (2.0 * power * q) ** 2 / (q * (1.0 - q))
-    sizes = np.linalg.svd(step_equations(functions, rule, -steepness), compute_uv=False)
-    return {
-        INF_SUP: inf_sup(functions, seen),
-        FARTHEST: farthest(functions, seen),
-        ETA: Stability(1.0, steepness, 1.0, friedrichs(seen)).eta,
-        SINGULAR: float(sizes[-1] / sizes[0]),
-    }
+    first, last = values(functions, np.array([0.0, 1.0])).T
+    weak = np.column_stack([seen.slope + steepness * seen.place, -last])
+    sizes = np.linalg.svd(np.vstack([weak, np.append(first, 0.0)]), compute_uv=False)
+    return (
+        inf_sup(functions, seen),
+        farthest(functions, seen),
+        steepness * eta(1.0, friedrichs(seen)),
+        float(sizes[-1] / sizes[0]),
+    )

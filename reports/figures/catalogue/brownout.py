@@ -7,7 +7,7 @@ from benchmarks.applications.brownout.step_errors import COMPARED
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
-from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, ERROR, EULER
 from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import Rate, convergence_in_h
 from reports.figures.plots.sampling import sampling
@@ -20,7 +20,7 @@ SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rat
 
 
 def _rate(start: str, label: str, n: int, claimed: float) -> Rate:
-    return Rate(start, v23.ERROR, label, v23.FLOOR, claimed=claimed, n=n)
+    return Rate(start, ERROR, label, v23.FLOOR, claimed=claimed, n=n)
 
 
 def _rates(start: str) -> tuple[Rate, ...]:
@@ -30,7 +30,7 @@ def _rates(start: str) -> tuple[Rate, ...]:
         higher = [_rate(start, f"$N={N}$", N + 1, 2.0 * N) for N in v23.DEGREES[1:]]
     else:
         higher = [
-            Rate(v23.PLACED, v23.ERROR, f"$N={N}$", v23.FLOOR, n=N + 1, until=largest)
+            Rate(v23.PLACED, ERROR, f"$N={N}$", v23.FLOOR, n=N + 1, until=largest)
             for N, largest in v23.LIMITING.items()
         ]
     return (euler, first, *higher)
@@ -61,7 +61,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
                 "overtaken by the air",
                 "Where the velocity relative to the air is 0 the drag's second derivative jumps, "
                 "and in the end no degree has an order above 3. From N = 2 on: the largest error "
-                f"of {v23.PLACEMENTS} runs with steps of nearly this size, which place that moment "
+                "of 13 runs with steps of nearly this size, which place that moment "
                 "differently in its step.",
             ),
         )
@@ -73,7 +73,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         claims=("V23",),
         draw=traces,
         options={
-            "quantity": v23.ERROR,
+            "quantity": ERROR,
             "against": STEP,
             "labels": {
                 **{v23.stopped_at(t): f"stopped at {t:.0e}" for t in v23.TOLERANCES},
@@ -91,11 +91,11 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         claims=("V24",),
         draw=traces,
         options={
-            "quantity": v24.ERROR,
+            "quantity": ERROR,
             "against": v24.SECONDS,
             "between": (v24.FASTEST, v24.SLOWEST),
             "labels": {
-                v24.EULER: "semi-implicit Euler",
+                EULER: "semi-implicit Euler",
                 **{v24.label_of(N): f"$N={N}$" for N in v24.DEGREES},
             },
             "xlabel": "time to solution [s]",
