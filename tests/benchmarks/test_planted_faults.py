@@ -14,7 +14,6 @@ from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS, NOT_RUN
 from benchmarks.checks.faults import heavier
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
-from benchmarks.claims.lie_groups import l10_equivariant_interpolation as l10
 from benchmarks.claims.lie_groups import l12_cayley_conditioning as l12
 from benchmarks.claims.lie_groups import l13_momentum_across_charts as l13
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
@@ -300,25 +299,6 @@ def test_methods_that_stay_are_not_said_to_leave(monkeypatch: pytest.MonkeyPatch
 def test_a_method_that_leaves_is_not_said_to_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(galvi, "integrate", runge_kutta)
     assert len([quantity for quantity in contradicted(l01.L1) if GALERKIN in quantity]) == 2
-
-
-def test_a_chart_that_stays_at_the_identity_is_not_equivariant(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def at_the_identity(chart: Any, group: Any, points: Any, t: Any) -> Any:
-        """Phi(sum_i Phi^-1(g_i) phi_i(t))."""
-        unit = group.multiply(points[0], group.inverse(points[0]))
-        return sound(chart, group, np.array([unit, *points[1:]]), t)
-
-    sound = l10.interpolated
-    monkeypatch.setattr(l10, "interpolated", at_the_identity)
-    found = contradicted(l10.L10)
-    curved = {
-        f"{l10.CURVE}{group}, {chart}"
-        for group in ("SO3", "SE3", "SO3 x R1 x SO2")
-        for chart in ("Cayley", "Exponential")
-    }
-    assert curved <= found
 
 
 def test_a_step_that_leaves_the_chart_unseen_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
