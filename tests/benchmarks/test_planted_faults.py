@@ -20,7 +20,6 @@ from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
 from benchmarks.claims.lie_groups.l01_methods_without_a_group import GALERKIN, ODE45
 from benchmarks.claims.lie_groups.l08_pendulum_energy import L8
-from benchmarks.claims.lie_groups.l11_minima_of_the_action import L11
 from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
@@ -29,7 +28,6 @@ from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STAR
 from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
 from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
-from benchmarks.measures import second_variation
 from benchmarks.measures.symplectic_form import canonical_defect, form_defect, map_derivative
 from benchmarks.store.frames import frame, row
 from galvi import Problem
@@ -243,7 +241,7 @@ def test_nodes_that_follow_the_start_are_not_held() -> None:
     assert long > 1e-11 and 2.0**5 < long / short < 2.0**8  # 6e-10, and 82
 
 
-# --- L6 to L9, L11, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide
+# --- L6 to L9, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide
 
 
 @pytest.mark.slow(beside="test_invariants_alone_do_not_see_a_wrong_motion")
@@ -266,14 +264,6 @@ def test_a_motion_that_is_a_millionth_off_is_caught(
     sound = thrown.exact
     monkeypatch.setattr(thrown, "exact", lambda *arguments: sound(*arguments) * (1.0 + 1e-6))
     assert any(group in quantity for quantity in contradicted(L14))
-
-
-def test_a_second_variation_without_its_potential_has_no_zero_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(second_variation, "_potential", lambda run, z: 0.0 * z[:, 0])
-    least = [row for row in rows(L11) if "least eigenvalue at h" in row.quantity]
-    assert [row.verdict for row in least] == [CONTRADICTED]
 
 
 # --- The claims about groups catch a wrong table, a wrong motion, and momenta that are not matched
