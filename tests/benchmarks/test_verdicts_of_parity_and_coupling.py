@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -214,7 +215,7 @@ def test_a_spring_that_pulls_one_body_only_spoils_every_order_on_the_product(
 
 @pytest.mark.parametrize(
     ("dropped", "low", "high"),
-    [("", 0.0, l16.LIMIT), ("coadjoint", 1e-4, 1.0), ("torque", 1e-4, 1.0)],
+    [("", 0.0, 1e-12), ("coadjoint", 1e-4, 1.0), ("torque", 1e-4, 1.0)],
 )
 def test_a_flow_without_a_coupling_is_not_symplectic(dropped: str, low: float, high: float) -> None:
     """2e-15, 4e-3 and 2e-2 were measured."""
@@ -226,21 +227,9 @@ def test_a_flow_without_a_coupling_is_not_symplectic(dropped: str, low: float, h
     assert low <= form_defect(step, galvi.SE3(), problem.q0, problem.p0) <= high
 
 
-@pytest.mark.slow(beside="test_a_flow_without_a_coupling_is_not_symplectic")
-def test_the_claim_on_the_form_catches_coupling_that_is_one_sided(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    flow = pulled_otherwise(JOINED_PENDULUMS, without_the_second_torque)
-    monkeypatch.setattr(l16, "PROBLEMS", {JOINED: l16.PROBLEMS[JOINED]})
-    monkeypatch.setattr(l16, "PAIRS", {"gauss": (4, 4)})
-    monkeypatch.setattr(l16, "CHARTS", (galvi.Cayley(),))
-    monkeypatch.setattr(l16, "FLOWS", {JOINED: flow})
-    assert contradicted(l16.L16) == {f"defect of the form, {JOINED}, {l16.EXACTLY}"}
-    monkeypatch.setattr(l16, "FLOWS", {})
-    monkeypatch.setattr(
-        galvi, "integrate", lambda given, *rest: run_of(*flow.flow(given.q0, given.p0, l16.STEP))
-    )
-    assert len(contradicted(l16.L16)) == 1
+def test_a_flow_with_a_coupling_that_is_one_sided_is_not_symplectic() -> None:
+    flow = pulled_otherwise(JOINED_PENDULUMS, without_the_second_torque).flow
+    assert l16.defect(partial(flow, duration=l16.STEP), JOINED_PENDULUMS.problem()) > 1e-4
 
 
 @pytest.mark.slow_cases("hardening spring")
