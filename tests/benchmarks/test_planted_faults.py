@@ -277,7 +277,7 @@ def test_a_method_that_leaves_is_not_said_to_stay(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.slow(
-    beside="test_verdicts_of_group_formulas.py::test_a_base_that_is_held_loses_momentum_wherever_it_is"
+    beside="test_verdicts_of_group_formulas.py::test_formulas_that_are_right_are_not_accused"
 )
 @pytest.mark.parametrize("moving", [True, False], ids=["moving base", "fixed base"])
 def test_momentum_at_a_base_point_that_stays_is_caught(

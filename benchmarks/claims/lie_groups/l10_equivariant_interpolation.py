@@ -57,7 +57,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 def of_random_points(group: Group, chart: Chart, rng: np.random.Generator) -> tuple[float, float]:
     """(difference of moved curve and curve of the moved points, distance of curve to points)."""
     matrices = MatrixGroup(group)
-    start, g = random_element(matrices, rng), random_element(matrices, rng)
+    unit = matrices.element(np.eye(matrices.basis.shape[-1]))
+    start, g = (matrices.moved(unit, rng.standard_normal(group.dimension)) for _ in range(2))
     steps = TURN * rng.standard_normal((NODES.size, group.dimension))
     points = np.array([start, *(matrices.chart(chart, start, xi) for xi in steps[1:])])
     curve = interpolated(chart, group, points, TIMES)
@@ -70,7 +71,7 @@ def of_runs(body: Problem, method: Any, rng: np.random.Generator) -> float | str
     """Difference of the curve of a run from g q0 and g times that from q0."""
     system: Any = body.system
     matrices = MatrixGroup(system.group)
-    g = random_element(matrices, rng)
+    g = matrices.moved(body.q0, rng.standard_normal(system.group.dimension))
     moved = replace(body, q0=from_left(matrices, g, body.q0[None])[0])
     first, second = (galvi.integrate(start, method, STEP, STEPS) for start in (body, moved))
     t = np.linspace(0.0, STEP * STEPS, 20 * STEPS + 1)
@@ -83,12 +84,6 @@ def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:
     xi = coordinates(chart, group, points[0], points)
     phi = [np.prod([(t - u) / (s - u) for u in NODES if u != s], axis=0) for s in NODES]
     return place(chart, group, points[0], np.stack(phi, axis=1) @ xi)
-
-
-def random_element(matrices: MatrixGroup, rng: np.random.Generator) -> Array:
-    """exp of a normal element of the algebra."""
-    unit = matrices.element(np.eye(matrices.basis.shape[-1]))
-    return matrices.moved(unit, rng.standard_normal(matrices.group.dimension))
 
 
 def from_left(matrices: MatrixGroup, g: Array, elements: Array) -> Array:

@@ -30,6 +30,7 @@ from benchmarks.claims.kit import (
     readings,
     refine_at_end,
     row,
+    rows,
 )
 from benchmarks.claims.lie_groups import pendulum_motion
 from benchmarks.test_problems import thrown_plate, thrown_point
@@ -95,19 +96,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     for chart in CHARTS:
         report(f"limit of the {chart.name} chart")
         method = method_on_group(make_method, SPIN, chart)
-        measured += [of_turn(method, chart, turn) for turn in np.arange(1, 76) / 10.0]
+        for turn in np.arange(1, 76) / 10.0:
+            body = Problem(galvi.RigidBody((2.0, 1.5, 1.3)), np.eye(3), np.array([0.0, 0.0, turn]))
+            run = galvi.integrate(body, method, 1.0, 1)
+            c, s = np.cos(turn), np.sin(turn)
+            exact = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            values = {TURNED: np.max(abs(run.q[-1] - exact)) if run.success else np.nan}
+            measured += rows(values, study=chart.name, n=SPIN, step=turn, status=failure(run))
     return frame(measured)
-
-
-def of_turn(method: Any, chart: Chart, turn: float) -> dict[str, Any]:
-    """The error of R after a steady turn in one step."""
-    body = Problem(galvi.RigidBody((2.0, 1.5, 1.3)), np.eye(3), np.array([0.0, 0.0, turn]))
-    run = galvi.integrate(body, method, 1.0, 1)
-    c, s = np.cos(turn), np.sin(turn)
-    exact = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    error = np.max(abs(run.q[-1] - exact)) if run.success else np.nan
-    where = {"study": chart.name, "quantity": TURNED, "n": SPIN, "step": turn}
-    return row(**where, value=error, status=failure(run))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -39,20 +39,8 @@ def lagrangian(xi: Array, rate: Array, pairs: tuple[int, ...] = IN_ORDER) -> Any
     return 2.0 / (1.0 + np.sum(xi * xi, axis=-1)) ** 2 * np.sum(MOMENTS * squares, axis=-1)
 
 
-def trace_lagrangian(xi: Array, rate: Array) -> Any:
-    """(3.32): tr(R'^T R J_d R^T R')."""
-    turning = hat_velocity(xi, rate)
-    return np.trace(turning.T @ J_D @ turning)
-
-
-def kinetic_energy(xi: Array, rate: Array) -> Any:
-    """w . J w / 2, hat(w) = R^T R'."""
-    w = vector(hat_velocity(xi, rate))
-    return 0.5 * np.sum(MOMENTS * w * w)
-
-
-def hat_velocity(xi: Array, rate: Array) -> Array:
-    """R^T R', where R (I + X) = I - X, so that R' = -(I + R) X' (I + X)^-1."""
+def hat_velocity(xi: Array, rate: Array) -> Any:
+    """R^T R' = hat(w), where R (I + X) = I - X, so that R' = -(I + R) X' (I + X)^-1."""
     unit = np.eye(3)
     R: Any = cayley(xi)
     return -R.T @ (unit + R) @ hat(rate) @ np.linalg.inv(unit + hat(xi))
@@ -114,8 +102,9 @@ def departures(rng: np.random.Generator) -> dict[str, Any]:
     point = composed(first, xi)
     turned = inverse_cayley(cayley(first) @ cayley(xi))
     back = inverse_cayley(cayley(first).T @ cayley(turned))
-    energy = kinetic_energy(xi, rate)
-    trace = trace_lagrangian(xi, rate)
+    turning = hat_velocity(xi, rate)
+    energy = 0.5 * np.sum(MOMENTS * vector(turning) ** 2)
+    trace = np.trace(turning.T @ J_D @ turning)  # tr(R'^T R J_d R^T R')
     terms = stage_terms(xi, rate, value, change)
 
     def slopes(pairs: tuple[int, ...]) -> Array:
