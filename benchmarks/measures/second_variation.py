@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import eigvalsh, null_space
 
 import galvi
-from galvi import Problem, Trajectory
+from galvi import Trajectory
 from galvi.arrays import Array
 
 NUDGE = 1e-4
@@ -165,8 +165,3 @@ def _turned(square: Array) -> tuple[Array, Array, Array]:
         (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))) / 6.0,
     )
     return tuple(np.where(near, s, f) for s, f in zip(series, far, strict=True))
-
-
-def one_step(problem: Problem, method: Any, h: float) -> Trajectory:
-    """A run of one step of h."""
-    return galvi.integrate(problem, method, h, 1)

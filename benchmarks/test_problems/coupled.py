@@ -114,13 +114,11 @@ def cross(a: Array, b: Array) -> Array:
 class Coupled:
     """A problem, and the same motion by Newton's and Euler's equations.
 
-    setup   problem and start in one line
     motion  (q, mu) -> that motion from q and the left-trivialised momentum mu
     state   (attitudes, momenta, rest) of the motion -> (q, mu)
     """
 
     problem: Callable[[], Problem]
-    setup: str
     motion: Callable[[Array, Array], NewtonEuler]
     state: Callable[[Array, Array, Array], tuple[Array, Array]]
 

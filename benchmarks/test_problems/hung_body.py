@@ -22,11 +22,6 @@ INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre; L is of its diagonal alo
 CENTRE, HOOK = np.array([0.1, -0.2, 0.3]), np.array([0.4, -0.1, 0.7])  # in the frame
 G = np.array([0.0, 0.0, -1.0])
 TURNING, SPEED = np.array([0.3, 1.5, 0.4]), np.array([0.3, 0.2, -0.1])  # of the centre
-SETUP = (
-    "body hung from the origin by a spring of k = 8, J = diag(1, 2, 2.8), m = 2, g = (0, 0, -1), "
-    "by a frame with the centre at (0.1, -0.2, 0.3) and the hook at (0.4, -0.1, 0.7) in it; from "
-    "I, body velocity (0.3, 1.5, 0.4), velocity of the centre (0.3, 0.2, -0.1)"
-)
 
 
 @njit()
@@ -89,4 +84,4 @@ def state(R: Array, turning: Array, rest: Array) -> tuple[Array, Array]:
     return q, np.concatenate([turning[0] + cross(CENTRE, momentum), momentum]).astype(float)
 
 
-HUNG_BODY = Coupled(problem, SETUP, motion, state)
+HUNG_BODY = Coupled(problem, motion, state)

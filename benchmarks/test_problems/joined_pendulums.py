@@ -22,11 +22,6 @@ HOOKS = np.array([[0.2, 0.1, 1.3], [-0.3, 0.2, 1.0]])
 WEIGHTS = np.array([[0.0, 0.0, 9.81], [0.0, 0.0, 5.0]])  # m g, e3 down
 APART, SPRING = np.array([0.5, 0.0, 0.0]), 6.0  # of the pivots
 TURNING = np.array([[0.5, -0.5, 0.4], [-0.4, 0.6, 0.3]])
-SETUP = (
-    "two bodies on pivots 0.5 apart, J = diag(4.8, 3, 3.8) and diag(2, 2.4, 1.6), weights 9.81 and "
-    "5, centres at (0, 0, 1) and (0.1, -0.2, 0.8), joined by a spring of k = 6 from (0.2, 0.1, "
-    "1.3) to (-0.3, 0.2, 1); from I, body velocities (0.5, -0.5, 0.4) and (-0.4, 0.6, 0.3)"
-)
 
 
 @njit()
@@ -83,4 +78,4 @@ def state(R: Array, turning: Array, rest: Array) -> tuple[Array, Array]:
     return R.reshape(18).astype(float), turning.reshape(6).astype(float)
 
 
-JOINED_PENDULUMS = Coupled(problem, SETUP, motion, state)
+JOINED_PENDULUMS = Coupled(problem, motion, state)

@@ -1,4 +1,4 @@
-"""A thrown body described by its attitude and a point off its centre, on SO(3) x R^3.
+"""A thrown body described by its attitude and a point off its centre, on SO(3) x R^3, or on SE(3).
 
 The factors are coupled, but the motion is known: the attitude is that of a free body, and the
 centre of mass moves on a parabola.
@@ -20,11 +20,6 @@ POINT = np.array([0.3, -0.2, 0.5])  # from the centre, in the body's frame
 G = np.array([0.0, 0.0, -1.0])
 TURNING, SPEED = (0.3, 1.5, 0.4), (0.3, 0.2, -0.1)  # tumbling about the middle axis; of the centre
 GROUP = galvi.Product((galvi.SO3(), galvi.Rn(3)))
-SETUP = (
-    "thrown body, J = diag(1, 2, 2.8), m = 2, g = (0, 0, -1), as its attitude and the place of "
-    "the point (0.3, -0.2, 0.5) off its centre; from I, body velocity (0.3, 1.5, 0.4), velocity of "
-    "the centre (0.3, 0.2, -0.1)"
-)
 
 
 @njit()
@@ -66,15 +61,27 @@ def problem() -> Problem:
     return Problem(system, start, v, name="thrown body, a point off its centre")
 
 
-def exact(duration: float, samples: int) -> Array:
-    """The exact q at evenly spaced times, (samples + 1, 12)."""
-    turned, centre = falling(duration, samples)
+def end(duration: float) -> Array:
+    """q at `duration`, (12,)."""
+    turned, centre = falling(duration)
     return GROUP.join(turned, centre + turned @ POINT)
 
 
-def falling(duration: float, samples: int) -> tuple[Array, Array]:
-    """Attitudes (samples + 1, 3, 3) and centres (samples + 1, 3) at evenly spaced times."""
+def problem_by_centre() -> Problem:
+    """The same body on SE(3), its frame at the centre."""
+    system = galvi.FreeBody(MASS, INERTIA, G)
+    return Problem(system, np.eye(4), np.array([*TURNING, *SPEED]), name="thrown body on SE(3)")
+
+
+def end_by_centre(duration: float) -> Array:
+    """q at `duration`, (4, 4)."""
+    q = np.eye(4)
+    q[:3, :3], q[:3, 3] = falling(duration)
+    return q
+
+
+def falling(duration: float) -> tuple[Array, Array]:
+    """Attitude (3, 3) and centre (3,) at `duration`."""
     free = Problem(RigidBody(INERTIA), np.eye(3), np.array(TURNING))
-    turned = FREE_TOP.run(free, duration, {"samples": samples})
-    t = turned.t[:, None]
-    return turned.q, np.array(SPEED) * t + 0.5 * G * t**2
+    turned = FREE_TOP.run(free, duration, {"samples": 1}).q[-1]
+    return turned, np.array(SPEED) * duration + 0.5 * G * duration**2

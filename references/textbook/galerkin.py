@@ -51,7 +51,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-Array, Function = np.ndarray, Callable[..., Any]
+Array = np.ndarray
+Function = Callable[..., Any]
 TINY = 1e-200  # of a complex step: its square vanishes beside 1
 PASSES = 100  # of the simplified Newton method, at most
 SMALL = 1e-10  # a change of x, beside its largest entry, below which only round-off is left

@@ -2,181 +2,83 @@
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import *
-from benchmarks.claims.lie_groups.pendulum_motion import MOTION, problem
-from benchmarks.measures.second_variation import constants, one_step, over_lower_form, smallest
+import numpy as np
 
-N = 16
-LEAST, MINIMUM, COERCIVE = "least eigenvalue", "bound on the step", "coercive bound on the step"
-FORM = "least over the lower form"
+import galvi
+from benchmarks.claims.kit import (
+    CAYLEY,
+    Any,
+    Array,
+    Fault,
+    MakeMethod,
+    Problem,
+    Report,
+    given,
+    readings,
+    scaled,
+)
+from benchmarks.claims.lie_groups.pendulum_motion import problem
+from benchmarks.measures.second_variation import constants, over_lower_form, smallest
+
 LONG = 2.2  # a step well past the zero
 PENDULUM, FREE = "3D pendulum, Cayley chart", "free rigid body, exponential chart"
-SETUPS = {
-    PENDULUM: MOTION,
-    FREE: "free rigid body, J = diag(3.3, 2.5, 3.4), R0 = I, body velocity (2, -1.9, 1)",
-}
-BELOW_BOUND = "minimum for h below the bound"
-FORMULA = (
-    "C_xi' = C_p / 2, C_xi = C_d + C_m^2 / (2 C_p), C_V of H's proof, with the trace and the half "
-    "that H's kinetic energy lacks and the factor 2 of the mixed term, maximised along the curve"
-)
 
 
-def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """For each case and step: the least eigenvalue of the discrete second variation against the
-    integral of |dxi'|^2, H's two bounds on the step, and the second variation over H's lower form.
-    """
-    found = []
-    sizes = np.round(np.arange(0.1, 2.41, 0.1 if quick else 0.05), 10).tolist()
-    for name in SETUPS:
+def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
+    """Least eigenvalues of the discrete second variation, against the integral of |dxi'|^2 and
+    over H's lower form, and the step at which the first one is 0 over H's two bounds."""
+    h = np.round(np.arange(0.1, 2.41, 0.1 if quick else 0.05), 10)
+    numbers: dict[str, float] = {}
+    for name, start, chart in (
+        (FREE, galvi.problems.free_rigid_body(), galvi.Exponential()),
+        (PENDULUM, problem(), CAYLEY),
+    ):
         report(name)
-        start, method = _case(name, make_method)
-        for h in sizes:
-            found += _step(name, start, method, h)
-    return frame(found)
-
-
-def _case(name: str, make_method: MakeMethod) -> tuple[Problem, Any]:
-    space, rule = galvi.Polynomials(N - 1), galvi.gauss(N)
-    if name == PENDULUM:
-        return problem(), make_method(space, rule)
-    return galvi.problems.free_rigid_body(), make_method(space, rule, galvi.Exponential())
-
-
-def _step(name: str, start: Problem, method: Any, h: float) -> list[dict[str, Any]]:
-    run = one_step(start, method, h)
-    values = dict.fromkeys((LEAST, MINIMUM, COERCIVE, FORM), float("nan"))
-    if run.success:
-        known = constants(run)
-        values = {
-            LEAST: smallest(run),
-            MINIMUM: known.minimum,
-            COERCIVE: known.coercive,
-            FORM: over_lower_form(run, known),
-        }
-    return rows(values, study=name, n=N, step=h, steps=1, status=failure(run))
-
-
-def judge(table: DataFrame) -> list[Row]:
-    """The step at which the second variation loses its sign, against the bounds of H's proof."""
-    zero = _crossing(*_rising(table, PENDULUM, LEAST))
-    minimum, coercive = (_reached(table, quantity) for quantity in (MINIMUM, COERCIVE))
-    setup = _setup(PENDULUM)
-    first, second = {"source": "H lemma 3.3.1"}, {"source": "H lemma 3.3.2"}
-    return [
-        *(
-            L11.row(
-                f"step where the least eigenvalue is 0, over H's {quantity}, {PENDULUM}",
-                AtLeast(1.0),
-                zero / reached,
-                setup=setup,
-                claimed=claimed,
-                reason=f"The bound, with constants along the curve of that step, is {reached:.3g}; "
-                f"the eigenvalue is 0 at {zero:.3g}.",
-                **lemma,
-            )
-            for quantity, reached, claimed, lemma in (
-                (MINIMUM, minimum, BELOW_BOUND, first),
-                (COERCIVE, coercive, "coercive for h below the bound", second),
-            )
-        ),
-        L11.row(
-            f"least eigenvalue at h = {LONG:g}, {PENDULUM}",
-            Finding(Below(0.0)),
-            number(table, study=PENDULUM, quantity=LEAST, step=LONG),
-            setup=setup,
-            claimed="minima 'given a time step restriction on h' (the sentence before the lemma, "
-            "and its proof); the lemma's own sentence does not repeat it",
-            reason=f"Past a conjugate point, here at {zero:.3g}, a motion is no minimum: the "
-            "restriction is needed.",
-            **first,
-        ),
-        *(row for name in SETUPS for row in _below_the_bounds(table, name)),
-    ]
-
-
-def _below_the_bounds(table: DataFrame, name: str) -> list[Row]:
-    h, least = _rising(table, name, LEAST)
-    _, limit = _rising(table, name, MINIMUM)
-    _, form = _rising(table, name, FORM)
-    return [
-        L11.row(
-            f"least eigenvalue over all steps below the bound, {name}",
-            Above(0.0),
-            _least(least[h < limit]),
-            source="H lemma 3.3.1",
-            setup=_setup(name),
-            claimed=BELOW_BOUND,
-            reason="Each of the estimates is a safe one.",
-        ),
-        L11.row(
+        method = make_method(galvi.Polynomials(15), galvi.gauss(16), chart)
+        least, minimum, coercive, form = np.transpose([of_step(start, method, s) for s in h])
+        below, form = least[h < minimum], form[np.isfinite(form)]
+        numbers |= {
+            f"least eigenvalue over all steps below the bound, {name}": readings.least(below),
             "second variation over H's lower form, least over all steps below the coercive bound, "
-            f"{name}",
-            AtLeast(1.0),
-            _least(form),
-            source="H lemma 3.3.2",
-            setup=_setup(name),
-            claimed="D2S at least (3.30)",
-            reason="Completing the square gives away a factor 2 at small steps: C_xi' = C_p / 2.",
-        ),
-    ]
+            f"{name}": readings.least(form),
+        }
+    numbers |= {
+        "zero": first_zero(h, least),
+        "minimum": first_zero(h, minimum - h),
+        "coercive": first_zero(h, coercive - h),
+        f"least eigenvalue at h = {LONG:g}, {name}": least[h == LONG].item(),
+    }
+    for bound, word in (("minimum", ""), ("coercive", "coercive ")):
+        quantity = f"step where the least eigenvalue is 0, over H's {word}bound on the step, {name}"
+        numbers[quantity] = numbers["zero"] / numbers[bound]
+    return numbers
 
 
-def _setup(name: str) -> str:
-    return (
-        f"{SETUPS[name]}; Polynomials({N - 1}), gauss({N}); one step of h = 0.1 to 2.4; {FORMULA}"
-    )
+def of_step(start: Problem, method: Any, h: float) -> tuple[float, float, float, float]:
+    """Least eigenvalue, both bounds on the step, and the second variation over the lower form."""
+    run = galvi.integrate(start, method, h, 1)
+    if not run.success:
+        return (np.nan,) * 4
+    known = constants(run)
+    return smallest(run), known.minimum, known.coercive, over_lower_form(run, known)
 
 
-def _rising(table: DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
-    """Steps, ascending, and values."""
-    h, values = series(table, "step", study=name, quantity=quantity)
-    return h[::-1], values[::-1]
-
-
-def _least(values: Array) -> float:
-    """The least of the known values; NaN when none is known."""
-    return readings.least(values[np.isfinite(values)])
-
-
-def _crossing(h: Array, values: Array) -> float:
+def first_zero(h: Array, values: Array) -> float:
     """The first h where values that start positive reach 0, between two steps; NaN if none."""
     past = np.flatnonzero(values <= 0.0)
     if not past.size or past[0] == 0:
-        return float("nan")
-    k = past[0]
-    share = values[k - 1] / (values[k - 1] - values[k])
-    return float(h[k - 1] + share * (h[k] - h[k - 1]))
+        return np.nan
+    around = [past[0], past[0] - 1]
+    return float(np.interp(0.0, values[around], h[around]))
 
 
-def _reached(table: DataFrame, quantity: str) -> float:
-    """The step that is as long as the bound on it."""
-    h, limit = _rising(table, PENDULUM, quantity)
-    return _crossing(h, limit - h)
-
-
-L11 = Claim(
-    "L11",
-    "Stationary points are minima and coercive below a step",
-    study,
-    judge,
-    reference="second derivatives of the textbook's T and V, end points fixed",
-    statement="H lemmas 3.3.1, 3.3.2: below bounds on the step stationary points are minima, and "
-    "the action is coercive.",
-    caught=(
-        *(
-            Fault(
-                f"a constant that is too good: {name}",
-                bool,
-                wrong={
-                    f"{__name__}.constants": lambda sound, name=name, by=by: (
-                        lambda run: replace(
-                            known := sound(run), **{name: by * getattr(known, name)}
-                        )
-                    )
-                },
-            )
-            for name, by in (("speed", 4.0), ("well", 0.0))
-        ),
+VARIATION = "benchmarks.measures.second_variation"
+FAULTS = {
+    "a larger C_xi'": Fault(
+        wrong={f"{VARIATION}.Constants": given(lambda speed, *others: (4.0 * speed, *others))}
     ),
-)
+    "no C_V": Fault(
+        wrong={f"{VARIATION}.Constants": given(lambda speed, place, well: (speed, place, 0.0))}
+    ),
+    "no potential": Fault(wrong={f"{VARIATION}._potential": scaled(0.0)}),
+}

@@ -126,21 +126,23 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         Figure(
             name=name,
             source="H 3.6.1",
-            title=f"one-step error, {study}",
+            title=f"one-step error, {motion}, {chart.name} chart",
             claims=("L14",),
             draw=convergence_in_h,
             options={
-                "rates": _orders(study, l14.QUANTITY, l14.CASES[study].ns, l14.FLOOR),
+                "rates": _orders(
+                    f"{motion}, {chart.name} chart", l14.QUANTITY, l14.NS[motion][chart], l14.FLOOR
+                ),
                 "ylabel": "largest error of $q$ [1]",
             },
             caption=f"T = {l14.DURATION:g}. {SOLID}.",
         )
-        for name, study in (
-            ("exponential-chart", "3D pendulum, exponential chart"),
-            ("modified-rodrigues-chart", "3D pendulum, modified Rodrigues chart"),
-            ("se3", "SE(3), exponential chart"),
-            ("se2", "SE(2), exponential chart"),
-            ("product-group", "SO(3) x SO(3), exponential chart"),
+        for name, motion, chart in (
+            ("exponential-chart", "3D pendulum", l14.EXPONENTIAL),
+            ("modified-rodrigues-chart", "3D pendulum", l14.RODRIGUES),
+            ("se3", "SE(3)", l14.EXPONENTIAL),
+            ("se2", "SE(2)", l14.EXPONENTIAL),
+            ("product-group", "SO(3) x SO(3)", l14.EXPONENTIAL),
         )
     ),
     Figure(
