@@ -1,24 +1,15 @@
-"""The claims of the papers as executable checks."""
-
-from importlib import import_module
+"""The claims of the papers, and agreements of galvi with other codes, as executable checks."""
 
 from benchmarks.checks.claim import Claim
-from benchmarks.claims.documents import FOLDER, all_documents, claims_in
+from benchmarks.claims.documents import all_documents, claims_in
 
 
-def _claims() -> tuple[Claim, ...]:
-    claims = {one.id: one for document in all_documents() for one in claims_in(document)}
-    for path in FOLDER.glob("*/[vl][0-9][0-9]_*.py"):
-        letter, number = path.name[0].upper(), int(path.name[1:3])
-        if f"{letter}{number}" not in claims:
-            module = import_module(f"benchmarks.claims.{path.parent.name}.{path.stem}")
-            claims[f"{letter}{number}"] = getattr(module, f"{letter}{number}")
-    order = sorted(claims, key=lambda name: ("VLA".index(name[0]), int(name[1:])))
-    return tuple(claims[name] for name in order)
+def _number(claim: Claim) -> tuple[int, int]:
+    return "VLA".index(claim.id[0]), int(claim.id[1:])
 
 
-ALL = _claims()
-CLAIMS = tuple(claim for claim in ALL if claim.id[0] != "A")
-AGREEMENTS = tuple(claim for claim in ALL if claim.id[0] == "A")
+_ALL = sorted((claim for each in all_documents() for claim in claims_in(each)), key=_number)
+CLAIMS = tuple(claim for claim in _ALL if claim.id[0] != "A")
+AGREEMENTS = tuple(claim for claim in _ALL if claim.id[0] == "A")
 
 __all__ = ["AGREEMENTS", "CLAIMS", "Claim"]
