@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
@@ -21,19 +21,11 @@ from benchmarks.checks.bounds import (
 from benchmarks.checks.faults import Fault
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Measurement, estimate
-from benchmarks.store.frames import frame, rows
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
 LAST = 4  # local slopes that a row tells
 AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
-SHARED = (
-    "source",
-    "setup",
-    "claimed",
-    "reason",
-    "reference",
-)  # fields of a claim that its rows inherit
 
 
 @dataclass(frozen=True)
@@ -135,8 +127,6 @@ class Claim:
     judge    frame -> rows
     figures  the paper's figures, e.g. "H fig. 2.6"
     timed    whether the study measures times and must run alone
-    source, setup, claimed, reason, reference
-             defaults of the claim's rows, see `Row`; the default source is the figures
     statement  what the paper says, and what was measured where that differs, for the page
     caught   mistakes that it must see, at least one
     """
@@ -147,79 +137,5 @@ class Claim:
     judge: Callable[[pd.DataFrame], list[Row]]
     figures: tuple[str, ...] = ()
     timed: bool = False
-    source: str = ""
-    setup: str = ""
-    claimed: str = ""
-    reason: str = ""
-    reference: str = ""
     statement: str = ""
     caught: tuple[Fault, ...] = ()
-
-    def row(self, quantity: str, bound: Bound, measured: Measurement, **own: str) -> Row:
-        """A row of this claim.
-
-        own  texts that replace the claim's: any of source, setup, claimed, reason, reference, and
-             expected (default: the bound is met)
-        """
-        shared = {name: getattr(self, name) for name in SHARED}
-        shared["source"] = self.source or ", ".join(self.figures)
-        return judged(self.id, quantity, bound, measured, **{**shared, **own})
-
-
-@dataclass(frozen=True)
-class Check:
-    """A number of a claim and its bound.
-
-    quantity  names the row and, unless `of` does, the number in the claim's frame
-    of        another number's name, or a function of all numbers, by name, NaN where not measured
-    texts     those of the row that are not the claim's, as in `Claim.row`
-    """
-
-    quantity: str
-    bound: Bound
-    of: str | Callable[[Mapping[str, float]], float] = ""
-    texts: Mapping[str, str] = field(default_factory=dict)
-
-    def read(self, found: Mapping[str, float]) -> float:
-        return float(self.of(found) if callable(self.of) else found[self.of or self.quantity])
-
-
-class _Numbers(dict[str, float]):
-    def __missing__(self, name: str) -> float:
-        return math.nan
-
-
-def check(quantity: str, bound: Bound, of: Any = "", **texts: str) -> Check:
-    """A Check, its texts by name."""
-    return Check(quantity, bound, of, texts)
-
-
-def scalars(
-    id: str,
-    title: str,
-    measure: Callable[[MakeMethod, bool, Report], Mapping[str, float]],
-    checks: Sequence[Check] | Callable[[], Iterable[Check]],
-    **more: Any,
-) -> Claim:
-    """A claim that is a list of numbers: ``measure`` returns them by name, and study and judge
-    follow. KeyError where a check names none of them. Checks made by a function are made when
-    they are needed."""
-
-    def listed() -> list[Check]:
-        return list(checks() if callable(checks) else checks)
-
-    def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-        found = measure(make_method, quick, report)
-        names = [one.of or one.quantity for one in listed() if isinstance(one.of, str)]
-        if lost := [name for name in names if name not in found]:
-            raise KeyError(f"{id} measures no {', '.join(lost)}.")
-        return frame(rows(found, study=id))
-
-    def judge(table: pd.DataFrame) -> list[Row]:
-        found = _Numbers(zip(table.get("quantity", ()), table.get("value", ()), strict=True))
-        return [
-            claim.row(one.quantity, one.bound, one.read(found), **one.texts) for one in listed()
-        ]
-
-    claim = Claim(id, title, study, judge, **more)
-    return claim

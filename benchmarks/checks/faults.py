@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,21 +20,18 @@ ORACLES = "distance between the two references"
 class Fault:
     """A mistake in the methods, in a function or in what was measured.
 
-    what   in words
-    seen   quantities of rows that become contradicted; or a function of them all, true if enough do
     make   instead of `galvi.Galerkin`
     wrong  dotted name -> what stands there instead, a function of the sound one
     table  changes a copy of the study's frame
+    what   in words, as the document names it
+    seen   quantities of the rows that must be contradicted
     """
 
-    what: str = ""
-    seen: set[str] | Callable[[set[str]], object] = field(default_factory=set)
     make: Callable[..., Any] = galvi.Galerkin
     wrong: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     table: Callable[[pd.DataFrame], Any] | None = None
-
-    def is_seen(self, contradicted: set[str]) -> bool:
-        return bool(self.seen(contradicted) if callable(self.seen) else self.seen <= contradicted)
+    what: str = ""
+    seen: Set[str] = frozenset()
 
 
 def faulty(**scale: float) -> Callable[..., Any]:
@@ -63,19 +60,20 @@ def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
     return method
 
 
-def of_table(*seen: str, wrong: Mapping[str, Any] | None = None, **scale: float) -> Fault:
-    """Arrays of the method's table multiplied."""
-    what = ", ".join(f"{name} {by - 1.0:+.0e}" for name, by in scale.items())
-    return Fault(what, set(seen), faulty(**scale), wrong or {})
+def of_table(wrong: Mapping[str, Any], **scale: float) -> Fault:
+    """Arrays of the method's table multiplied, and functions that are wrong, too."""
+    return Fault(faulty(**scale), wrong)
 
 
-def of_motion(what: str, seen: Any, change: Callable[[Problem], Problem], **more: Any) -> Fault:
-    """galvi solves a changed problem."""
+def of_motion(
+    change: Callable[[Problem], Problem], wrong: Mapping[str, Any] | None = None
+) -> Fault:
+    """galvi solves a changed problem; functions that are wrong, too."""
 
     def other(sound: Callable[..., Any]) -> Callable[..., Any]:
         return lambda problem, *rest, **how: sound(change(problem), *rest, **how)
 
-    return Fault(what, seen, wrong={"galvi.integrate": other, **more.pop("wrong", {})}, **more)
+    return Fault(wrong={"galvi.integrate": other, **(wrong or {})})
 
 
 def always(value: Any) -> Callable[[Any], Any]:
@@ -100,11 +98,6 @@ def scaled(by: float) -> Callable[[Any], Any]:
 def given(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
     """A function that receives other arguments."""
     return lambda sound: lambda *these, **how: sound(*change(*these), **how)
-
-
-def some(words: str) -> Callable[[set[str]], object]:
-    """Some contradicted quantity holds these words."""
-    return lambda found: any(words in one for one in found)
 
 
 def heavier(problem: Problem) -> Problem:
@@ -142,4 +135,4 @@ def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame
     return change
 
 
-OTHER_TRUTH = Fault("a truth of another motion", some(ORACLES), table=_set_apart)
+OTHER_TRUTH = Fault(table=_set_apart)

@@ -183,7 +183,7 @@ def slower(problem: Problem) -> Problem:
 class Agreements:
     """Pairs that one section of the document lists."""
 
-    FAULTS: ClassVar = {"a slower start": of_motion("", set(), slower)}
+    FAULTS: ClassVar = {"a slower start": of_motion(slower)}
 
     def __init__(self, *pairs: Pair) -> None:
         self.pairs = pairs

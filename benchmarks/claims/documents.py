@@ -403,7 +403,7 @@ def _faults(section: Section, module: Any) -> Iterator[Fault]:
         if ARRAYS.fullmatch(name):
             words = name.split()
             scale = {array: 1.0 + float(by) for array, by in zip(*[iter(words)] * 2, strict=True)}
-            yield Fault(name, quantities, faulty(**scale))
+            yield Fault(faulty(**scale), what=name, seen=quantities)
         else:
             yield replace(module.FAULTS[name], what=name, seen=quantities)
 

@@ -7,12 +7,14 @@ motion. Short runs from all over it measure that range without a long one.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import Any, Iterator, Problem, failure, row
+from benchmarks.claims.kit import Problem, failure, row
 from benchmarks.measures.errors import energy_errors
 from references import Contender
 

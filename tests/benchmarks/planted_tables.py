@@ -30,7 +30,7 @@ def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> li
     """What the claim's quick study comes to with a fault, or with methods made otherwise; a truth
     is computed once for all."""
     if not isinstance(fault, Fault):
-        fault = Fault("", set(), fault)
+        fault = Fault(fault)
     if fault.table is not None:
         table = quick(claim)
         fault.table(table)

@@ -32,7 +32,7 @@ SLOW = (
     ],
 )
 def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
-    assert fault.is_seen(contradicted(claim, fault) | not_run_for_want_of_an_engine(claim))
+    assert fault.seen <= contradicted(claim, fault) | not_run_for_want_of_an_engine(claim)
 
 
 def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:

@@ -7,12 +7,12 @@ agree for as many n as T is long enough.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from benchmarks.claims.kit import (
     ENDS_AND_CURVE,
-    Any,
     Array,
     Case,
     DataFrame,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import galvi
-from benchmarks.claims.kit import heavier, method_on_group, of_motion, partial, reversed_clock
+from benchmarks.claims.kit import heavier, method_on_group, of_motion, reversed_clock
 from galvi.charts import CHARTS
 
 STEP, DURATION = 0.5, 5.0
@@ -16,7 +18,7 @@ CAYLEY = galvi.Cayley().name
 FLOOR = 2e-14  # round-off of matrix entries; 3e-15 was measured at n = 15
 METHODS = {chart.name: partial(method_on_group, chart=chart) for chart in CHARTS}
 OTHER_MOTIONS = {
-    "clock reversed": of_motion("", set(), reversed_clock),
-    "another body": of_motion("", set(), heavier),
+    "clock reversed": of_motion(reversed_clock),
+    "another body": of_motion(heavier),
 }
 problem = galvi.problems.free_rigid_body

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     Array,
     DataFrame,
     Fault,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,8 +13,6 @@ import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
     ORACLES,
-    Any,
-    Callable,
     DataFrame,
     Estimate,
     Fault,
@@ -23,7 +24,6 @@ from benchmarks.claims.kit import (
     frame,
     number,
     of_table,
-    partial,
     readings,
     refine_at_end,
     row,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,6 @@ import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
     ORACLES,
-    Any,
     DataFrame,
     Fault,
     MakeMethod,

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import (
-    Any,
-    Array,
-    Fault,
-    MakeMethod,
-    Mapping,
-    Problem,
-    Report,
-    failure,
-    given,
-    replace,
-    scaled,
-)
+from benchmarks.claims.kit import Array, Fault, MakeMethod, Problem, Report, failure, given, scaled
 from benchmarks.measures.matrix_group import MatrixGroup
 from galvi.charts import CHARTS
 from galvi.charts.chart import Chart, coordinates, place

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
-    Any,
     Array,
     Fault,
     MakeMethod,

@@ -8,18 +8,18 @@ Cayley's chart is -xi / 2, so that H's C_G is twice the ratio in xi.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
-    Any,
     Array,
     DataFrame,
     Fault,
     MakeMethod,
-    Mapping,
     Measurement,
     Report,
     frame,

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 import galvi
@@ -9,13 +13,10 @@ from benchmarks.claims.kit import (
     CAYLEY,
     ORACLES,
     OTHER_TRUTH,
-    Any,
     Array,
-    Callable,
     DataFrame,
     Fault,
     MakeMethod,
-    Mapping,
     Measurement,
     Problem,
     Report,
@@ -25,7 +26,6 @@ from benchmarks.claims.kit import (
     given,
     method_on_group,
     number,
-    partial,
     pick,
     readings,
     refine_at_end,

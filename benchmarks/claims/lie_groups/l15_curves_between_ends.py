@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     DataFrame,
     MakeMethod,
     Measurement,
@@ -74,8 +74,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 FAULTS = {
-    "clock reversed": of_motion("", set(), reversed_clock),
+    "clock reversed": of_motion(reversed_clock),
     "another weight": of_motion(
-        "", set(), lambda start: galvi.problems.pendulum_3d(weight=9.81 * (1.0 + 1e-6))
+        lambda start: galvi.problems.pendulum_3d(weight=9.81 * (1.0 + 1e-6))
     ),
 }

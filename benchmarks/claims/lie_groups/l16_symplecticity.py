@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import (
-    Any,
-    Array,
-    Callable,
-    Fault,
-    MakeMethod,
-    Mapping,
-    Problem,
-    Report,
-    partial,
-    scaled,
-)
+from benchmarks.claims.kit import Array, Fault, MakeMethod, Problem, Report, scaled
 from benchmarks.measures.symplectic_form import StepMap, form_defect
 from benchmarks.test_problems import thrown_plate
 from benchmarks.test_problems.body_on_cart import body_on_cart

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -10,13 +12,10 @@ import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
     ORACLES,
-    Any,
     Array,
     DataFrame,
     Fault,
-    Iterator,
     MakeMethod,
-    Mapping,
     Measurement,
     Problem,
     Report,
@@ -162,7 +161,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 COARSE = WithSettings(RIGID_DOP853, {"rtol": 1e-8, "atol": 1e-8})
 FAULTS = {
-    "clock reversed": of_motion("", set(), reversed_clock),
+    "clock reversed": of_motion(reversed_clock),
     "a coarse reference": Fault(wrong={f"{__name__}.OTHER": always(COARSE)}),
     "L_d off by 1e-4": Fault(wrong={f"{__name__}.discrete_lagrangian": scaled(1.0 + 1e-4)}),
     "another constant": Fault(wrong={f"{__name__}.RATES": always({3: 0.51, 5: 1.02})}),

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     Array,
-    Callable,
     DataFrame,
     Fault,
     MakeMethod,
-    Mapping,
     Measurement,
     Report,
     Trajectory,

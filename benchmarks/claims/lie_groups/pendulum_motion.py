@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import ORACLES, Any, Problem, replace, row
+from benchmarks.claims.kit import ORACLES, Problem, row
 from benchmarks.claims.lie_groups import free_body
 from benchmarks.work_precision.with_settings import WithSettings
 from references import Contender

@@ -11,11 +11,14 @@ R_k alone, with the centre in R_k: the centre moves with it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
-from benchmarks.claims.kit import Any, Array, Callable, Problem, dataclass
+from benchmarks.claims.kit import Array, Problem
 from benchmarks.measures.independent_space import gauss_points
 from references.textbook.galerkin import Galerkin, Rotations, cayley, hat, vector
 

@@ -6,21 +6,22 @@ neighbours part like e^(0.4 t).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
 import galvi
 from benchmarks.claims.kit import (
     CAYLEY,
-    Any,
     Estimate,
     MakeMethod,
-    Mapping,
     Measurement,
     failure,
     method_on_group,
     readings,
-    replace,
     rows,
 )
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials, turned

@@ -14,11 +14,11 @@ its place, by h times the velocity's error. Away from it the method has its own 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from benchmarks.claims.kit import replace
 from benchmarks.claims.vector_spaces.brownout_particle import (
     ACROSS,
     DURATION,

@@ -6,12 +6,13 @@ w = v - wind is the relative velocity, and the drag is quadratic in it.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 import galvi
-from benchmarks.claims.kit import Any, Array, MakeMethod, Problem, Trajectory
+from benchmarks.claims.kit import Array, MakeMethod, Problem, Trajectory
 from references.contender import Contender
 from references.newton import external_force
 from references.scipy.ivp import DOP853, TIGHT

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from benchmarks.claims.kit import (
     ENDS_AND_CURVE,
     ORACLES,
-    Any,
     Case,
     DataFrame,
     Estimate,
@@ -19,7 +20,6 @@ from benchmarks.claims.kit import (
     convergence_fits,
     estimate,
     number,
-    partial,
     readings,
     refine,
     series,

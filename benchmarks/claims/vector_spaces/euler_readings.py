@@ -16,19 +16,12 @@ symplectic  v' = v + h a(q), q' = q + h v': conserves E + h/2 <v . a> up to h^2
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import simpson
 
-from benchmarks.claims.kit import (
-    ORACLES,
-    Any,
-    Array,
-    Problem,
-    Trajectory,
-    failure,
-    history,
-    rows,
-)
+from benchmarks.claims.kit import ORACLES, Array, Problem, Trajectory, failure, history, rows
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
     DAYS,
     INNER,

@@ -8,9 +8,11 @@ one that tends to c as h tends to 0; the smaller is next to the centre.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from benchmarks.claims.kit import Any, Array, Problem
+from benchmarks.claims.kit import Array, Problem
 
 DAYS = 365.25  # in a year
 PRINTED = 0.005  # H's h, without a unit

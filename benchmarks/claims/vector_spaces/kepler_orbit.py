@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
     ORACLES,
-    Any,
     Case,
     DataFrame,
-    Iterable,
     MakeMethod,
     Problem,
     Report,
@@ -44,8 +44,8 @@ SINGULARITY = math.acosh(1.0 / ECCENTRICITY) - math.sqrt(1.0 - ECCENTRICITY**2) 
 IN_N = "n-refinement"
 FIXED_TIME = "h-refinement, T = 2"
 OTHER_MOTIONS = {
-    "clock reversed": of_motion("", set(), reversed_clock),
-    "centre heavier": of_motion("", set(), heavier),
+    "clock reversed": of_motion(reversed_clock),
+    "centre heavier": of_motion(heavier),
 }
 
 

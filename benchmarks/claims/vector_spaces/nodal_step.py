@@ -8,10 +8,11 @@ without the row of the last function.
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from benchmarks.claims.kit import Any, Array
+from benchmarks.claims.kit import Array
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
 
 SAMPLES = 4001  # times at which a Lebesgue constant is looked for

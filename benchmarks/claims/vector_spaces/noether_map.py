@@ -7,13 +7,16 @@ I_d(q, q_k) = -(h sum_j b_j (L_q phi_1 + L_v phi_1')) . a(q_k), phi_1(0) = 1, ph
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from benchmarks.claims.kit import Any, Array, Callable, Problem, Trajectory, dataclass
+from benchmarks.claims.kit import Array, Problem, Trajectory
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.independent_space import gauss_points, slopes, values
 from references.closed_forms.double_double import DoubleDouble

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import galvi
-from benchmarks.claims.kit import Any, Case, Iterable, MakeMethod, Problem, Report, refine
+from benchmarks.claims.kit import Case, MakeMethod, Problem, Report, refine
 from references.closed_forms.oscillator import OSCILLATOR
 
 DURATION, LARGEST = 8.0, 0.8

@@ -16,11 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.special import eval_jacobi, gammaln
 
-from benchmarks.claims.kit import Any, Array, Trajectory
+from benchmarks.claims.kit import Array, Trajectory
 from benchmarks.measures.best_approximation import Motion, error_at, misses
 from benchmarks.measures.independent_space import gauss_points
 

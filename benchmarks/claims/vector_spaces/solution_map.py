@@ -7,13 +7,15 @@ eta = 3 K h^2 / (m z0^2). d, the difference of two solutions, has data that diff
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
 from scipy.integrate import solve_ivp
 
 import galvi
-from benchmarks.claims.kit import Any, Array, Callable, Problem
+from benchmarks.claims.kit import Array, Problem
 from benchmarks.measures.independent_space import (
     farthest,
     friedrichs,

@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
 
 import galvi
-from benchmarks.claims.kit import Any, Array, Callable, Problem, dataclass
+from benchmarks.claims.kit import Array, Problem
 from benchmarks.claims.vector_spaces.solution_map import POINTS, eta, nodes, swings
 from benchmarks.measures.best_approximation import step_error
 from benchmarks.measures.independent_space import (

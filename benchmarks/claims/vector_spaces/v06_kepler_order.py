@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import galvi
 from benchmarks.claims.kit import (
     ENDS_AND_CURVE,
-    Any,
     DataFrame,
     MakeMethod,
     Measurement,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,6 @@ import galvi
 from benchmarks.claims.kit import (
     ORACLES,
     OTHER_TRUTH,
-    Any,
     DataFrame,
     Fault,
     MakeMethod,
@@ -136,6 +136,6 @@ FAULTS = {
     "an error that falls more slowly": Fault(table=slower),
     "a curve twice as far": Fault(table=times(2.0, quantity=ALONG)),
     "a frame that gains too little": Fault(table=times(100.0, study="frame")),
-    "clock reversed": of_motion("", set(), reversed_clock),
-    "Sun heavier": of_motion("", set(), heavier),
+    "clock reversed": of_motion(reversed_clock),
+    "Sun heavier": of_motion(heavier),
 }

@@ -59,6 +59,6 @@ def read(table: DataFrame) -> dict[str, float]:
 
 
 FAULTS = {
-    "clock reversed": of_motion("", set(), reversed_clock),
-    "Sun heavier": of_motion("", set(), heavier),
+    "clock reversed": of_motion(reversed_clock),
+    "Sun heavier": of_motion(heavier),
 }

@@ -7,6 +7,7 @@ below pi / sqrt(3) = 1.81.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from benchmarks.claims.kit import (
     ORACLES,
     DataFrame,
     Estimate,
-    Iterable,
     MakeMethod,
     Measurement,
     Problem,

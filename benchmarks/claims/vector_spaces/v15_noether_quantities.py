@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     Array,
-    Callable,
     DataFrame,
     Fault,
     MakeMethod,
@@ -25,7 +26,6 @@ from benchmarks.claims.kit import (
     method_of,
     readings,
     refine,
-    replace,
     rows,
     times,
 )

@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import (
-    Case,
-    DataFrame,
-    MakeMethod,
-    Measurement,
-    Report,
-    frame,
-    readings,
-)
+from benchmarks.claims.kit import Case, DataFrame, MakeMethod, Measurement, Report, frame, readings
 from benchmarks.claims.vector_spaces.oscillator import (
     DURATION,
     FLOOR,

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
 import numpy as np
 
+import galvi
 from benchmarks.claims.kit import (
-    Any,
     DataFrame,
     Estimate,
     Fault,
@@ -15,13 +19,10 @@ from benchmarks.claims.kit import (
     Problem,
     Report,
     frame,
-    galvi,
     given,
     number,
     of_motion,
-    partial,
     readings,
-    replace,
     row,
     rows,
     series,
@@ -168,10 +169,10 @@ def with_drag(start: Problem, coefficient: float) -> Problem:
 
 
 FAULTS = {
-    "drag stronger by a millionth": of_motion("", {}, partial(with_drag, coefficient=0.44000044)),
-    "hardly any drag": of_motion("", {}, partial(with_drag, coefficient=1e-12)),
+    "drag stronger by a millionth": of_motion(partial(with_drag, coefficient=0.44000044)),
+    "hardly any drag": of_motion(partial(with_drag, coefficient=1e-12)),
     "rotor late by a millionth of a second": of_motion(
-        "", {}, lambda problem: replace(problem, t0=problem.t0 - 1e-6)
+        lambda problem: replace(problem, t0=problem.t0 - 1e-6)
     ),
     "a solve that never stops early": Fault(
         wrong={

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from benchmarks.claims.kit import (
     OTHER_TRUTH,
-    Callable,
     DataFrame,
     Estimate,
     Fault,
@@ -16,7 +18,6 @@ from benchmarks.claims.kit import (
     failure,
     frame,
     number,
-    partial,
     row,
     rows,
     times,

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +26,6 @@ from benchmarks.applications.brownout.step_errors import (
     step_errors,
 )
 from benchmarks.claims.kit import (
-    Any,
-    Callable,
     DataFrame,
     Estimate,
     Fault,
@@ -40,7 +41,6 @@ from benchmarks.claims.kit import (
     number,
     pick,
     readings,
-    replace,
     rows,
 )
 from galvi.problems.brownout import GRAVITY

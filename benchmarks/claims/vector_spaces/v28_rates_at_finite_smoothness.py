@@ -182,7 +182,5 @@ FAULTS = {
     "another motion": Fault(
         wrong={"benchmarks.test_problems.oscillators.SingularDrive.motion": scaled(1.0 + 1e-4)}
     ),
-    "a singularity elsewhere": of_motion(
-        "", set(), lambda problem: replace(problem, t0=problem.t0 - 0.01)
-    ),
+    "a singularity elsewhere": of_motion(lambda problem: replace(problem, t0=problem.t0 - 0.01)),
 }

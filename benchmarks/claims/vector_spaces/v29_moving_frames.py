@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     Array,
     Fault,
     MakeMethod,

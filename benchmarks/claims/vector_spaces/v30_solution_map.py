@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
     ORACLES,
-    Any,
     Array,
     Fault,
     MakeMethod,
-    Mapping,
     Problem,
     Report,
     always,
@@ -21,7 +22,6 @@ from benchmarks.claims.kit import (
     fewer,
     given,
     of_motion,
-    replace,
     scaled,
 )
 from benchmarks.claims.vector_spaces.solution_map import (
@@ -168,7 +168,7 @@ STEEP = galvi.Canonical(1.0, galvi.CosinePotential(4.0))
 FAULTS = {
     "C and projection larger by a fiftieth": Fault(make=faulty(C=1.02, projection=1.02), wrong=FEW),
     "a curve from elsewhere": of_motion(
-        "", {}, lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=FEW
+        lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=FEW
     ),
     "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **FEW}),
     "another motion of the pendulum": Fault(
@@ -185,8 +185,6 @@ FAULTS = {
     ),
     "half of the pull of d on dp_h": Fault(wrong={f"{bounds.__module__}.pull": scaled(0.5), **FEW}),
     "a force steeper than its constant": of_motion(
-        "",
-        {},
         lambda problem: replace(problem, system=STEEP),
         wrong={f"{__name__}.MOTIONS": always({"oscillator": faster, "pendulum": swings}), **FEW},
     ),

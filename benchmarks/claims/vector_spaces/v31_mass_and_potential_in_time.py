@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -10,7 +12,6 @@ from scipy.integrate import solve_ivp
 import galvi
 from benchmarks.claims.kit import (
     ORACLES,
-    Any,
     Array,
     DataFrame,
     Fault,
@@ -21,7 +22,6 @@ from benchmarks.claims.kit import (
     failure,
     frame,
     readings,
-    replace,
     rows,
     scaled,
 )

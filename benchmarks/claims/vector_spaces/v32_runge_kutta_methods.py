@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import Any, Array, Fault, MakeMethod, Report, always, scaled
+from benchmarks.claims.kit import Array, Fault, MakeMethod, Report, always, scaled
 from benchmarks.measures.independent_space import (
     all_of_degree,
     gauss_points,

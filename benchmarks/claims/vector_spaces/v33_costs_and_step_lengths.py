@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
     ENDS_AND_CURVE,
-    Any,
     DataFrame,
     Fault,
     MakeMethod,
-    Mapping,
     Measurement,
     Report,
     Trajectory,
     failure,
     frame,
     method_of,
-    partial,
     pick,
     readings,
     rows,

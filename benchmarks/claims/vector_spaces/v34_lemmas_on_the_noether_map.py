@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import (
-    Any,
     Array,
-    Callable,
     DataFrame,
     Estimate,
     Fault,
     MakeMethod,
-    Mapping,
     Measurement,
     Problem,
     Report,
-    Sequence,
     always,
     estimate,
     failure,
@@ -29,7 +28,6 @@ from benchmarks.claims.kit import (
     given,
     of_motion,
     readings,
-    replace,
     rows,
     scaled,
     times,
@@ -198,8 +196,6 @@ NO_SYMMETRY = always(lambda q: q * np.array([1.0, 0.0]))
 FAULTS = {
     "H (2.4) without the minus": Fault(wrong={f"{MAP}.momentum": scaled(-1.0), **FEW}),
     "another force": of_motion(
-        "",
-        {},
         lambda start: replace(start, system=galvi.Canonical(1.0, galvi.CentralForce(1.0 + 1e-9))),
         wrong=FEW,
     ),

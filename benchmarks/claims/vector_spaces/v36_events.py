@@ -5,20 +5,13 @@ from __future__ import annotations
 import math
 from decimal import Decimal, localcontext
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.optimize import newton
 
 import galvi
-from benchmarks.claims.kit import (
-    Any,
-    Fault,
-    MakeMethod,
-    Report,
-    collocation,
-    convergence_fits,
-    fewer,
-)
+from benchmarks.claims.kit import Fault, MakeMethod, Report, collocation, convergence_fits, fewer
 from references.closed_forms.double_double import DIGITS
 from references.closed_forms.pendulum import Modulus
 
