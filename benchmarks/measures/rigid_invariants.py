@@ -7,7 +7,6 @@ import numpy as np
 from benchmarks.measures import independent_invariants
 from galvi import Problem, RigidBody
 from galvi.arrays import Array
-from galvi.charts.chart import Chart
 
 # Invariants of a rigid body, from its rotations R (k, 3, 3) and body momenta p (k, 3).
 #
@@ -44,9 +43,3 @@ def turns(first: Array, second: Array) -> Array:
     skew = relative - np.swapaxes(relative, 1, 2)
     sine = 0.5 * np.sqrt(skew[:, 2, 1] ** 2 + skew[:, 0, 2] ** 2 + skew[:, 1, 0] ** 2)
     return np.arctan2(sine, 0.5 * (np.trace(relative, axis1=1, axis2=2) - 1.0))
-
-
-def has_pole(chart: Chart) -> bool:
-    """Whether |xi| has a pole at the limit, as k tan(angle / k) has at k pi / 2, for k = 2 in
-    Cayley's chart and k = 4 in modified Rodrigues parameters; |xi| = angle has none."""
-    return chart.farthest > 2.0 * chart.limit

@@ -14,7 +14,6 @@ import galvi
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
 from benchmarks.claims.lie_groups.rule_on_potential import clenshaw_curtis_points, pendulum_after
-from benchmarks.claims.rule_orders import order_with
 from benchmarks.measures.symplectic_form import form_defect
 from benchmarks.test_problems import hung_body, joined_pendulums
 from benchmarks.test_problems.coupled import Coupled, cross, extrapolated
@@ -36,14 +35,6 @@ def test_the_rule_and_the_steps_by_hand_are_those_of_galvi(n: int) -> None:
     run = galvi.integrate(galvi.problems.planar_pendulum(2.0), method, 0.25, 4)
     same = pendulum_after(2.0, 0.0, 0.25, 4, n - 1, (nodes, weights), (nodes, weights))
     assert np.allclose([run.q[-1, 0], run.p[-1, 0]], same, atol=1e-14)
-
-
-@pytest.mark.parametrize("degree", range(1, 7))
-def test_the_order_of_a_rule_is_known_where_it_is_classical(degree: int) -> None:
-    assert order_with(degree, 2 * degree - 1) == 2 * degree  # Gauss collocation
-    assert order_with(degree, 4 * degree + 3) == 2 * degree  # more points of it
-    if degree > 1:
-        assert order_with(degree, 2 * degree - 3) == 2 * degree - 2  # Lobatto, as many points
 
 
 def left_trivialised(

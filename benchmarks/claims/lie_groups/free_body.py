@@ -9,12 +9,6 @@ from benchmarks.claims.kit import heavier, method_on_group, of_motion, reversed_
 from galvi.charts import CHARTS
 
 STEP, DURATION = 0.5, 5.0
-BODY = (
-    "free rigid body, J_d = diag(1.3, 2.1, 1.2), so J = diag(3.3, 2.5, 3.4); R0 = I, "
-    "Omega0 = (2, -1.9, 1)"
-)
-METHOD = "Polynomials(n - 1), gauss(n) (H names Gauss, and no number of points)"
-CAYLEY = galvi.Cayley().name
 FLOOR = 2e-14  # round-off of matrix entries; 3e-15 was measured at n = 15
 METHODS = {chart.name: partial(method_on_group, chart=chart) for chart in CHARTS}
 OTHER_MOTIONS = {

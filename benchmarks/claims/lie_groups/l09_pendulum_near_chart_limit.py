@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,12 @@ from benchmarks.claims.kit import (
     Fault,
     MakeMethod,
     Measurement,
+    Problem,
     Report,
     failure,
     fewer,
     frame,
+    given,
     history,
     method_on_group,
     number,
@@ -26,7 +29,7 @@ from benchmarks.claims.kit import (
     row,
     times,
 )
-from benchmarks.claims.lie_groups.pendulum_motion import oracles
+from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
 from benchmarks.claims.lie_groups.steps_near_the_limit import (
     COUNT,
     LOOSE,
@@ -50,6 +53,7 @@ QUICK_WEIGHTS = (LIGHT, 20.0, *HELD, 24, 26, 30)
 ENERGY, DONE = "energy error", "steps done"
 CURVE, ENDS = "centre of mass on the curve", "centre of mass at step ends"
 SHOWN = 50  # steps whose curve is kept
+GROWTH, UPSIDE_DOWN, HANGING = "growth of the distance of two starts", "upside down", "hanging"
 LARGEST, FARTHEST = f"largest {ENERGY}", f"largest {TURN} [rad]"
 SHARE = f"share of the energy's jumps in steps beyond {NEAR:.3g} rad"
 
@@ -67,12 +71,23 @@ JUDGED = {
 }
 
 
+def pendulum(weight: float, inverted: bool) -> Problem:
+    """The body upside down, H's second start, or hanging, H's first."""
+    return galvi.problems.pendulum_3d(weight, inverted=inverted)
+
+
+def hanging(weight: float, inverted: bool) -> tuple[float, bool]:
+    """The start of a fault."""
+    return weight, False
+
+
 def by_exponential(space: Any, rule: Any, chart: Any) -> galvi.Galerkin:
     """The methods in another chart, whose steps do not jump."""
     return galvi.Galerkin(space, rule, galvi.Exponential())
 
 
 FAULTS = {
+    "a body that hangs": Fault(wrong={f"{__name__}.pendulum": given(hanging)}),
     "a run that ends early": Fault(table=times(0.9, quantity=DONE)),
     "steps that turn by less": Fault(table=times(0.9, quantity=TURN)),
     "steps in another chart": Fault(make=by_exponential, wrong=fewer(__name__, QUICK_WEIGHTS=HELD)),
@@ -91,6 +106,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """
     start = galvi.problems.pendulum_3d(DRAWN, inverted=True)
     observed = [*single_steps(make_method, quick), oracles(start, STEP * COUNT, COUNT)]
+    for inverted, name in ((True, UPSIDE_DOWN), (False, HANGING)):
+        observed += [
+            row(study=name, quantity=GROWTH, value=growth(pendulum(weight, inverted)))
+            for weight in (LIGHT, *HELD)
+        ]
     scanned = [(weight, CAYLEY) for weight in (QUICK_WEIGHTS if quick else WEIGHTS)]
     for weight, chart in (*scanned, *((HEAVY, chart) for chart in CHARTS)):
         report(named(weight, chart.name))
@@ -115,6 +135,13 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     return frame(observed)
 
 
+def growth(start: Problem) -> float:
+    """The factor by which a distance of 1e-9 of two starts grows in a time of 40."""
+    near = replace(start, v0=start.v0 + np.array([1e-9, 0.0, 0.0]))
+    first, second = (TRUTH.run(motion, 40.0, {"samples": 40}).q for motion in (start, near))
+    return float(np.max(abs(second - first))) / 1e-9
+
+
 def read(table: DataFrame) -> dict[str, Measurement]:
     """H's statements, for weights for which they hold and others; their range; single steps."""
     runs = {run: read_run(table, run) for run in JUDGED}
@@ -123,6 +150,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     done = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
+        f"least {GROWTH}, {UPSIDE_DOWN}": readings.least_of(table, study=UPSIDE_DOWN),
+        f"largest {GROWTH}, {HANGING}": readings.largest_of(table, study=HANGING),
         f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(near, default=math.nan),
         f"largest m g of the scan whose run does {STEPS} steps": max(done, default=math.nan),
         **{f"{name}, {run}": runs[run][name] for run, names in JUDGED.items() for name in names},

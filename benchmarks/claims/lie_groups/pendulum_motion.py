@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import galvi
 from benchmarks.claims.kit import ORACLES, Problem, row
-from benchmarks.claims.lie_groups import free_body
 from benchmarks.work_precision.with_settings import WithSettings
 from references import Contender
 from references.scipy import ivp
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.textbook import quaternions
 
-BODY = (
-    "3D pendulum, J_d = diag(1, 2.8, 2), so J = diag(4.8, 3, 3.8) about the pivot, "
-    "centre of mass at (0, 0, 1), e3 down"
-)
-METHOD = "Polynomials(n - 1), gauss(n) (H states no number of points), Cayley chart"
-MOTION = f"{BODY}, m g = 9.81 (H gives none); R0 = I, body velocity (0.5, -0.5, 0.4)"
 FLOOR = 8e-15  # entries of R after T = 5; 1e-15 was measured at n = 9 and above
 TRUTH = WithSettings(quaternions.QUATERNION_DOP853, quaternions.TIGHT)  # 2e-15 from heyoka in
 # quadruple precision at T = 5
 SECOND = WithSettings(RIGID_DOP853, ivp.TIGHT)
 problem = galvi.problems.pendulum_3d
-OTHER_MOTIONS = tuple(
-    replace(fault, what=what, seen=bool) for what, fault in free_body.OTHER_MOTIONS.items()
-)
 
 
 def oracles(

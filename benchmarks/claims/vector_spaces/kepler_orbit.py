@@ -13,13 +13,11 @@ import galvi
 from benchmarks.claims.kit import (
     ORACLES,
     Case,
-    DataFrame,
     MakeMethod,
     Problem,
     Report,
     at_fixed_time,
     heavier,
-    number,
     of_motion,
     refine,
     reversed_clock,
@@ -30,8 +28,6 @@ from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
 
 STEP, STEPS = 2.0, 100
-ORBIT = "Kepler, GM = 1, e = 0.6, q0 = (0.4, 0), v0 = (0, 2)"
-METHOD = "Polynomials(n - 1), gauss(2 n)"
 FLOOR = 2e-11  # round-off of the phase after 32 revolutions; 8e-12 was measured at n = 56
 INVARIANTS = ("energy error along the curve", "angular momentum error along the curve")
 
@@ -71,11 +67,6 @@ def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
     ends = [c.run(problem(), duration, {"samples": samples}).q for c in (KEPLER, IAS15)]
     apart = float(np.max(np.abs(ends[0] - ends[1])))
     return [row(study=study, quantity=ORACLES, value=apart)]
-
-
-def truths(table: DataFrame) -> str:
-    """Both oracles and their measured distance, as a row's reference."""
-    return f"{KEPLER.name}; {IAS15.name} agrees to {number(table, quantity=ORACLES):.0e}"
 
 
 def n_refinement(

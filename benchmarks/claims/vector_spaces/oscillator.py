@@ -10,7 +10,6 @@ from benchmarks.claims.kit import Case, MakeMethod, Problem, Report, refine
 from references.closed_forms.oscillator import OSCILLATOR
 
 DURATION, LARGEST = 8.0, 0.8
-OSCILLATION = "oscillator, m = k = 1, u0 = 1, p0 = 0"
 FLOOR = 4e-15  # of positions of size 1; 2e-15 was measured at T = 8, in one step and in 2560
 QUANTITY = "one-step error"
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 from scipy.linalg import eigvalsh
 
 import galvi
@@ -28,8 +29,26 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         for name, rule in RULES.items()
     }
     smallest, largest = ratios.pop("Lobatto N").T
+    gauss, lobatto = (
+        np.array(
+            [
+                means_of_legendre(make_method(galvi.Polynomials(1), rule(M)), degree(M))
+                for M in DEGREES
+            ]
+        )
+        for rule, degree in (
+            (galvi.gauss, lambda M: 2 * M - 1),
+            (galvi.lobatto, lambda M: 2 * M - 3),
+        )
+    )
     attained = np.sqrt(2.0 + 1.0 / (np.array(DEGREES) - 1.0))
+    exact = "largest mean of a Legendre polynomial of degree 1 to"
+    beyond = "least mean of the one of degree"
     return {
+        f"{exact} 2 M - 1, Gauss M nodes": np.max(gauss[:, 0]),
+        f"{exact} 2 M - 3, Lobatto M nodes": np.max(lobatto[:, 0]),
+        f"{beyond} 2 M, Gauss M nodes": np.min(gauss[:, 1]),
+        f"{beyond} 2 M - 2, Lobatto M nodes": np.min(lobatto[:, 1]),
         "departure of the largest ratio from sqrt(2 + 1 / (N - 1)), Lobatto N nodes": np.max(
             abs(largest - attained)
         ),
@@ -40,6 +59,13 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
             for name, of_rule in ratios.items()
         },
     }
+
+
+def means_of_legendre(method: Any, degree: int) -> tuple[float, float]:
+    """Largest |mean| by the method's rule of Legendre polynomials of degree 1 to `degree` on
+    [0, 1], whose integrals are 0, and that of the next one."""
+    means = abs(method.table.b @ legvander(2.0 * method.table.c - 1.0, degree + 1))
+    return float(np.max(means[1:-1])), float(means[-1])
 
 
 def extremes(method: Any, N: int) -> Array:

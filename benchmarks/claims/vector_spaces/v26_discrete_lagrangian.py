@@ -11,6 +11,7 @@ import numpy as np
 import galvi
 from benchmarks.claims.kit import (
     ORACLES,
+    Array,
     DataFrame,
     Fault,
     MakeMethod,
@@ -46,6 +47,7 @@ DEPARTURE = f"departure of {ACTION} from its leading term, relative"
 FLOOR = 1e-14  # of actions up to 4, each rounded to 4e-16
 POWER = 1.0  # of the factor n^-1 in n-refinement of the action
 LOBATTO = "Kepler, Lobatto rule of n - 1 points"
+POLAR = "free particle in polar coordinates"
 NS = {"oscillator": (3, 4, 5, 6), "Kepler": (3, 4, 5), LOBATTO: (4, 5)}
 
 
@@ -83,7 +85,29 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             along, end = action_along(problem, h, truth)
             apart = abs(along - exact_lagrangian(problem, problem.q0, end, h))
             observations.append(row(study=name, quantity=ORACLES, step=h, value=apart))
+    for n in (3, 4):
+        for h in halved[4:15]:
+            error = error_in_polar_coordinates(method_of(make_method, n), h)
+            observations.append(row(study=POLAR, quantity=ACTION, n=n, step=h, value=error))
     return frame(observations)
+
+
+def error_in_polar_coordinates(method: Any, h: float) -> float:
+    """Of L_d of one step of L = (r'^2 + r^2 a'^2) / 2, whose motions are straight lines with the
+    action |q1 - q0|^2 / (2 h); NaN for a failed run."""
+
+    def lagrangian(q: Array, v: Array) -> Any:
+        return 0.5 * (v[0] ** 2 + (q[0] * v[1]) ** 2)
+
+    system = galvi.Lagrangian(lagrangian, galvi.Rn(2))
+    run = galvi.integrate(Problem(system, [1.0, 0.0], [0.5, 0.5]), method, h, 1)
+    if not run.success:
+        return math.nan
+    t = h * method.rule.nodes
+    along = lagrangian(run(t).T, run.velocity(t).T)
+    ends = [r * np.array([math.cos(angle), math.sin(angle)]) for r, angle in run.q]
+    exact = np.sum((ends[1] - ends[0]) ** 2) / (2.0 * h)
+    return float(abs(h * math.fsum(method.rule.weights * along) - exact))
 
 
 def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, float]:
@@ -111,6 +135,10 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         for n in ns
         for quantity in (ACTION, STEPPED)
     }
+    for n in (3, 4):
+        numbers[f"order of the {ACTION}, {POLAR}, n = {n}"] = readings.order(
+            table, FLOOR, study=POLAR, quantity=ACTION, n=n
+        )
     for n in NS["Kepler"]:
         order = f"order of the {ACTION}, Kepler, n = {n}"
         numbers[f"{order}, against the bound"] = numbers[order]
