@@ -162,8 +162,12 @@ def counted(found: Sequence[Statement]) -> str:
     """How many statements became what, in a sentence."""
     counts = Counter(one.status for one in found)
     harmless = sum(one.effect == "harmless" for one in found)
-    parts = [f"{counts[status]} {_words(status, counts[status])}" for status in STATUSES]
-    parts[list(STATUSES).index(FALSE)] += f" ({harmless} of them harmless misprints)"
+    parts = [
+        f"{counts[status]} {_words(status, counts[status])}"
+        + (f" ({harmless} of them harmless misprints)" if status == FALSE else "")
+        for status in STATUSES
+        if counts[status]
+    ]
     return f"Of {len(found)} printed statements of the two papers, {', '.join(parts)}."
 
 

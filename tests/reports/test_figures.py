@@ -1,5 +1,7 @@
 """Every figure of the catalogue draws, from good frames and from bad ones."""
 
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -54,7 +56,9 @@ def test_every_figure_of_the_claims_is_drawn_once_at_least():
 def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_frames):
     table = drawn_frames[figure.name]
     judge = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
-    stated = [row.measured for row in judge(table) if row.measured is not None]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the frame has the figure's rows alone
+        stated = [row.measured for row in judge(table) if row.measured is not None]
     for rate in figure.options["rates"]:
         if figure.name == "fig-2-06" and rate.quantity == "one-step error":
             continue  # V3 states it
