@@ -27,6 +27,7 @@ from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims.documents import Part, all_documents
 from benchmarks.store.frames import frame
+from references.setting import nearest
 
 PAPERS = ("H", "M")
 REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
@@ -98,13 +99,34 @@ def places(source: str) -> list[str]:
 
 
 def claims_at(place: str, claims: Iterable[Claim]) -> tuple[str, ...]:
-    """The ids of the claims that check what is printed at a place, such as "H fig. 3.5"."""
+    """The ids of the claims that check what is printed at a place, such as "H fig. 3.5": by their
+    figures, the source of a row, or a statement."""
+    named = {name for one in statements_at(place) for name in one.claims}
     return tuple(
         claim.id
         for claim in claims
-        if place in claim.figures
+        if claim.id in named
+        or place in claim.figures
         or any(place in (row.source, *places(row.source)) for row in claim.judge(frame([])))
     )
+
+
+def statements_at(place: str) -> tuple[Statement, ...]:
+    """What is printed at a place."""
+    return tuple(one for one in statements() if place in (one.where, *places(one.where)))
+
+
+def without_claims(place: str) -> str:
+    """A sentence on a place that no claim checks."""
+    found = statements_at(place)
+    if not found:
+        known = {name for one in statements() for name in (one.where, *places(one.where))}
+        return (
+            f"the lists of printed statements have no place {place!r}; did you mean "
+            f"{nearest(place, sorted(known))!r}?"
+        )
+    told = "; ".join(f"{one.status}: {one.why}".rstrip(".") for one in found)
+    return f"no claim checks what is printed at {place!r} ({told})."
 
 
 @cache

@@ -21,18 +21,24 @@ def words(text: str) -> tuple[str, ...]:
 
 
 def choose_claims(
-    text: str, known: Iterable[str], of_place: Callable[[str], Collection[str]] = lambda place: ()
+    text: str,
+    known: Iterable[str],
+    of_place: Callable[[str], Collection[str]] = lambda place: (),
+    no_place: Callable[[str], str] = lambda word: "",
 ) -> tuple[str, ...]:
     """Parse claim ids such as "V3,V5", or places of the papers such as "H fig. 3.5"; returned in
-    the order of `known`, all of them for "".
+    the order of `known`, all of them for "". One place may have a comma: "M 6.2, fig. 3 right".
 
     of_place  the ids of the claims that check what is printed at a place
+    no_place  why a place has no claim, in a sentence; "" for a word that is no place
 
     The word CONTENDERS_CLAIMS stands for all that belong to external integrators. Raises
     typer.BadParameter for an unknown id, and for that word where there are none.
     """
     known = tuple(known)
-    asked = tuple(name for word in words(text) for name in of_place(word) or [word])
+    asked = tuple(of_place(text.strip())) or tuple(
+        name for word in words(text) for name in of_place(word) or [word]
+    )
     if text and not asked:
         raise typer.BadParameter(
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."
@@ -45,6 +51,8 @@ def choose_claims(
                 f"with --contender package.module:Class, or as contenders of {TABLE}."
             )
         if word != CONTENDERS_CLAIMS and word not in known:
+            if told := no_place(word):
+                raise typer.BadParameter(told)
             near = nearest(word, (*known, CONTENDERS_CLAIMS) if theirs else known)
             raise typer.BadParameter(f"there is no claim {word!r}; did you mean {near!r}?")
     chosen = {*asked, *(theirs if CONTENDERS_CLAIMS in asked else ())}

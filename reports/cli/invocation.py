@@ -60,12 +60,16 @@ class Invocation:
         checks: Sequence[str] = (),
     ) -> Options:
         """The options of a command on the suite. Raises typer.BadParameter for unknown words."""
-        from benchmarks.claims.statements import claims_at  # it brings pandas
+        from benchmarks.claims.statements import claims_at, without_claims  # they bring pandas
+
+        def printed(word: str) -> bool:
+            return word[:2] in ("H ", "M ")
 
         chosen = choose_claims(
             claims,
             [claim.id for claim in suite.claims],
-            lambda word: claims_at(word, suite.claims) if word[:2] in ("H ", "M ") else (),
+            lambda word: claims_at(word, suite.claims) if printed(word) else (),
+            lambda word: without_claims(word) if printed(word) else "",
         )
         engines = () if require is None else choose_engines(require, suite.engines())
         return Options(

@@ -223,6 +223,28 @@ def test_a_claim_that_is_not_there_names_the_nearest_and_not_all(make_suite, mak
     assert "add it with --contender package.module:Class, or as conten" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("place", ["M 6.2, fig. 3 right", "M fig. 3 right", "M fig. 3 right,V1"])
+def test_a_place_stands_for_the_claims_of_what_is_printed_there(
+    make_suite, make_claim, tmp_path, place
+):
+    suite = make_suite(*map(make_claim, ("V1", "V23", "V24")))
+    assert run(lambda: suite, ["verify", "--claims", place, "--out", str(tmp_path)]) == 0
+    measured = set(pd.read_csv(tmp_path / "claims.csv")["id"])
+    assert measured == {"V24", "V1"} if "V1" in place else measured == {"V24"}
+
+
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ("H fig 3.5", "printed statements have no place 'H fig 3.5'; did you mean 'H fig. 3.5'?"),
+        ("H (2.4)", "No claim checks what is printed at 'H (2.4)' (false as printed: The left "),
+    ],
+)
+def test_a_place_without_a_claim_says_why(make_suite, make_claim, capsys, place, told):
+    assert run(lambda: make_suite(make_claim("V1")), ["verify", "--claims", place]) == 2
+    assert told in capsys.readouterr().err
+
+
 @pytest.mark.slow(beside="test_the_command_is_run_under_the_name_by_which_it_was_called")
 def test_the_module_is_the_command_and_help_names_what_was_called():
     command = [sys.executable, "-m", "galvi", "--help"]

@@ -54,6 +54,7 @@ ENERGY, DONE = "energy error", "steps done"
 CURVE, ENDS = "centre of mass on the curve", "centre of mass at step ends"
 SHOWN = 50  # steps whose curve is kept
 GROWTH, UPSIDE_DOWN, HANGING = "growth of the distance of two starts", "upside down", "hanging"
+SYMMETRIC, MOMENTS = f"{UPSIDE_DOWN}, symmetric body", (4.8, 4.8, 3.8)
 LARGEST, FARTHEST = f"largest {ENERGY}", f"largest {TURN} [rad]"
 SHARE = f"share of the energy's jumps in steps beyond {NEAR:.3g} rad"
 
@@ -76,6 +77,12 @@ def pendulum(weight: float, inverted: bool) -> Problem:
     return galvi.problems.pendulum_3d(weight, inverted=inverted)
 
 
+def symmetric(weight: float) -> Problem:
+    """The same start of a body with two equal moments, whose motion is integrable."""
+    gravity = galvi.UniformGravity(1.0, (0.0, 0.0, 1.0), (0.0, 0.0, weight))
+    return replace(pendulum(weight, True), system=galvi.RigidBody(MOMENTS, gravity))
+
+
 def hanging(weight: float, inverted: bool) -> tuple[float, bool]:
     """The start of a fault."""
     return weight, False
@@ -88,6 +95,7 @@ def by_exponential(space: Any, rule: Any, chart: Any) -> galvi.Galerkin:
 
 FAULTS = {
     "a body that hangs": Fault(wrong={f"{__name__}.pendulum": given(hanging)}),
+    "a body without symmetry": Fault(wrong=fewer(__name__, MOMENTS=(4.8, 3.0, 3.8))),
     "a run that ends early": Fault(table=times(0.9, quantity=DONE)),
     "steps that turn by less": Fault(table=times(0.9, quantity=TURN)),
     "steps in another chart": Fault(make=by_exponential, wrong=fewer(__name__, QUICK_WEIGHTS=HELD)),
@@ -102,14 +110,19 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     'steps done'      with the status
     'centre of mass on the curve', '... at step ends'  its place, in time, of the first 50 steps
 
-    and the single steps of `steps_near_the_limit`.
+    the `growth` of a distance of two starts for three kinds of them, and the single steps of
+    `steps_near_the_limit`.
     """
     start = galvi.problems.pendulum_3d(DRAWN, inverted=True)
     observed = [*single_steps(make_method, quick), oracles(start, STEP * COUNT, COUNT)]
-    for inverted, name in ((True, UPSIDE_DOWN), (False, HANGING)):
+    for weight in (LIGHT, *HELD):
+        starts = {
+            UPSIDE_DOWN: pendulum(weight, True),
+            HANGING: pendulum(weight, False),
+            SYMMETRIC: symmetric(weight),
+        }
         observed += [
-            row(study=name, quantity=GROWTH, value=growth(pendulum(weight, inverted)))
-            for weight in (LIGHT, *HELD)
+            row(study=name, quantity=GROWTH, value=growth(start)) for name, start in starts.items()
         ]
     scanned = [(weight, CAYLEY) for weight in (QUICK_WEIGHTS if quick else WEIGHTS)]
     for weight, chart in (*scanned, *((HEAVY, chart) for chart in CHARTS)):
@@ -151,7 +164,10 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
         f"least {GROWTH}, {UPSIDE_DOWN}": readings.least_of(table, study=UPSIDE_DOWN),
-        f"largest {GROWTH}, {HANGING}": readings.largest_of(table, study=HANGING),
+        **{
+            f"largest {GROWTH}, {name}": readings.largest_of(table, study=name)
+            for name in (HANGING, SYMMETRIC)
+        },
         f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(near, default=math.nan),
         f"largest m g of the scan whose run does {STEPS} steps": max(done, default=math.nan),
         **{f"{name}, {run}": runs[run][name] for run, names in JUDGED.items() for name in names},
