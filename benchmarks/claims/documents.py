@@ -19,7 +19,7 @@ claim; a further table may have its own before it, for its lines alone. An empty
 default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
 is appended to the default. Braces with semicolons repeat a line: lists of the same length go
 together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
-is a measured number.
+is a measured number, and its name may hold a list, as in `{law_{50; 500}}`.
 
 What measures, a module or "module:object", has one function, or two:
 
