@@ -43,7 +43,7 @@ def show(seen: Summary) -> None:
     """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
     console = _console()
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("claim", "quantity", "bound", "measured", "verdict", "expected"):
+    for heading in ("claim", "source", "quantity", "bound", "measured", "verdict"):
         table.add_column(
             heading,
             justify="right" if heading == "measured" else "left",
@@ -51,13 +51,15 @@ def show(seen: Summary) -> None:
         )
     for row in seen.rows:
         differs = row.verdict != row.expected
+        expected = f", expected {row.expected}" if differs else ""
+        style = "bold red" if differs else STYLES.get(row.verdict, "")
         table.add_row(
             row.id,
+            Text(row.source),
             Text(row.quantity),
             Text(row.bound),
             plain(row.measured) or "-",
-            Text(row.verdict, style="bold red" if differs else STYLES.get(row.verdict, "")),
-            Text(row.expected, style="bold red" if differs else ""),
+            Text(f"{row.verdict}{expected}", style=style),
         )
     console.print(table)
     for row in seen.rows:
