@@ -18,10 +18,11 @@ not checked           it could be; the line says by what
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import chain
 
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_REPRODUCED
 from benchmarks.checks.claim import Claim, Row
@@ -97,14 +98,18 @@ def places(source: str) -> list[str]:
     return exact or [name for _, name in found]
 
 
-def claims_at(place: str, claims: Iterable[Claim]) -> tuple[str, ...]:
-    """The ids of the claims that check what is printed at a place, such as "H fig. 3.5"."""
-    return tuple(
-        claim.id
-        for claim in claims
-        if place in claim.figures
-        or any(place in (row.source, *places(row.source)) for row in claim.judge(frame([])))
-    )
+def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
+    """The ids of the claims that check what is printed at each place, such as "H fig. 3.5": by the
+    statements there, their rows' sources and their figures."""
+    ids, found = {claim.id for claim in claims}, defaultdict(set)
+    for one in statements():
+        for place in places(one.where):
+            found[place] |= ids & {*one.claims}
+    for claim in claims:
+        told = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
+        for place in chain(*map(places, told)):
+            found[place].add(claim.id)
+    return found
 
 
 @cache
@@ -121,6 +126,11 @@ def statements_of(part: Part) -> Iterator[Statement]:
     for cells in part.statements:
         status, _, effect = cells["status"].partition(", ")
         claims, _, rows = cells["checks"].partition(" at ")
+        if status not in STATUSES or (status == FALSE) != (effect in EFFECTS):
+            raise ValueError(
+                f"{cells['where']}: a status is of {[*STATUSES]}, and {FALSE!r} has an effect, "
+                f"after a comma, of {[*EFFECTS]}; received {cells['status']!r}."
+            )
         texts = (cells["where"], cells["kind"], cells["statement"], status, effect)
         yield Statement(*texts, tuple(claims.split()), rows, cells["why"])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 import typer
@@ -13,26 +13,30 @@ from reports.results.options import OF_CONTENDERS
 
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
+PLACES = ("H ", "M ")  # the beginnings of places of the papers
 
 
 def words(text: str) -> tuple[str, ...]:
     """The words of a list with commas."""
-    return tuple(word.strip() for word in text.split(",") if word.strip())
+    return tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
 
 
 def choose_claims(
-    text: str, known: Iterable[str], of_place: Callable[[str], Collection[str]] = lambda place: ()
+    text: str,
+    known: Iterable[str],
+    by_place: Callable[[], Mapping[str, Collection[str]]] = dict,
 ) -> tuple[str, ...]:
     """Parse claim ids such as "V3,V5", or places of the papers such as "H fig. 3.5"; returned in
     the order of `known`, all of them for "".
 
-    of_place  the ids of the claims that check what is printed at a place
+    by_place  the ids of the claims that check what is printed at each place
 
     The word CONTENDERS_CLAIMS stands for all that belong to external integrators. Raises
-    typer.BadParameter for an unknown id, and for that word where there are none.
+    typer.BadParameter for an unknown id or place, one that no claim checks, and for that word where
+    there are none.
     """
     known = tuple(known)
-    asked = tuple(name for word in words(text) for name in of_place(word) or [word])
+    asked = tuple(name for word in words(text) for name in _at(word, by_place) or [word])
     if text and not asked:
         raise typer.BadParameter(
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."
@@ -49,6 +53,18 @@ def choose_claims(
             raise typer.BadParameter(f"there is no claim {word!r}; did you mean {near!r}?")
     chosen = {*asked, *(theirs if CONTENDERS_CLAIMS in asked else ())}
     return tuple(claim for claim in known if not asked or claim in chosen)
+
+
+def _at(word: str, by_place: Callable[[], Mapping[str, Collection[str]]]) -> Collection[str]:
+    """The ids of the claims at a place of a paper; none for a word that is no place."""
+    if word[:2].upper() not in PLACES:
+        return ()
+    found = by_place()
+    checked = [place for place, ids in found.items() if ids]
+    if word not in checked:
+        what = "no claim checks what is printed at" if word in found else "there is no place"
+        raise typer.BadParameter(f"{what} {word!r}; did you mean {nearest(word, checked)!r}?")
+    return found[word]
 
 
 def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
