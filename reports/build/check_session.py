@@ -67,7 +67,7 @@ class CheckSession:
     claims   whose rows are items
     measure  the results of some of the claims
     cases    the cases of the rows of a result
-    further  cases that all results make, where no options choose among the rows
+    further  cases that these results make together
 
     After `run`: `measured`, the results, and `judged`, the cases of the items that were chosen.
     """
@@ -82,7 +82,6 @@ class CheckSession:
         self.claims, self.measure, self.cases, self.further = claims, measure, cases, further
         self.measured: Sequence[ClaimResult] = ()
         self.judged: list[JUnitCase] = []
-        self.options: Sequence[str] = ()
         self.raised: BaseException | None = None
 
     def run(self, out: Path, title: str, options: Sequence[str] = ()) -> None:
@@ -90,7 +89,6 @@ class CheckSession:
 
         Raises NoChecks when nothing is left, and what was raised outside the studies.
         """
-        self.options = options
         with _without(VARIABLES):
             status = pytest.main(
                 [*SETTINGS, f"--rootdir={out.resolve()}", *options], plugins=[self]
@@ -132,7 +130,7 @@ class CheckSession:
         for item in items:
             item.case = by_name.get((item.claim, item.name), item.case)
         new = [(claim, case) for claim, case in cases if claim in whole]
-        if not self.options:
+        if names:
             new += [("", case) for case in self.further(self.measured)]
         for claim, case in new:
             items.append(self._item(session, case.class_name, case.name, claim))

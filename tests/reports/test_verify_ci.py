@@ -125,6 +125,8 @@ def test_an_absent_engine_that_is_required_is_a_failure(without_rebound, tmp_pat
     assert "rebound is absent, and was required" in capsys.readouterr().out
     assert cases()["engines", "rebound"].find("failure") is not None
     assert (tmp_path / "verify.md").read_text().startswith("## verify: failed")
+    assert run(lambda: without_rebound, [*words, "-k", "V1"]) == 1
+    assert cases()["engines", "rebound"].find("failure") is not None
     assert run(lambda: without_rebound, ["verify", "--require", "mujoco", *words[-2:]]) == 0
 
 
