@@ -1,5 +1,7 @@
 """The claims of the papers, and agreements of galvi with other codes, as executable checks."""
 
+from collections import Counter
+
 from benchmarks.checks.claim import Claim
 from benchmarks.claims.documents import all_documents, claims_in
 
@@ -9,6 +11,8 @@ def _number(claim: Claim) -> tuple[int, int]:
 
 
 _ALL = sorted((claim for each in all_documents() for claim in claims_in(each)), key=_number)
+if _repeated := [id for id, count in Counter(one.id for one in _ALL).items() if count > 1]:
+    raise ValueError(f"a claim has one section; those of {_repeated} have several.")
 CLAIMS = tuple(claim for claim in _ALL if claim.id[0] != "A")
 AGREEMENTS = tuple(claim for claim in _ALL if claim.id[0] == "A")
 

@@ -15,7 +15,8 @@ what is printed there (see `benchmarks.claims.statements`) and with sections of 
     | measured limit / bound, n = {4; 8; 16} | at least 1 | contracts below the bound | C 1e-7 |
 
 Lines "- name: text" are defaults of the columns of the same name (FIELDS), and OPTIONS of the
-claim; a further table may have its own before it, for its lines alone. An empty cell has the
+claim; a further table may have FIELDS of its own before it, for its lines alone. Other paragraphs
+explain, and stay in the document; a line that is none of these is refused. An empty cell has the
 default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
 is appended to the default. Braces with semicolons repeat a line: lists of the same length go
 together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
@@ -42,15 +43,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, partial
+from importlib import import_module
 from itertools import product, starmap
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any
 
 import pandas as pd
 
 from benchmarks.checks import bounds, series_bounds
-from benchmarks.checks.bounds import NOT_RUN, Bound
+from benchmarks.checks.bounds import NOT_RUN, VERDICTS, Bound
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
 from benchmarks.checks.faults import Fault, faulty
 from benchmarks.statistics.estimate import Measurement
@@ -62,8 +63,9 @@ FIELDS = ("source", "setup", "claimed", "expected", "reason", "reference")
 OPTIONS = ("measured by", "figures", "alone")
 COLUMNS = ("quantity", "bound", *FIELDS, "caught")
 PART = re.compile(r"^## (.+)$", re.MULTILINE)
-SECTION = re.compile(r"^### ([A-Z]\d+): (.+)$", re.MULTILINE)
+SECTION = re.compile(r"^### ([VLA]\d+): (.+)$", re.MULTILINE)
 DEFAULT = re.compile(rf"^- ({'|'.join((*FIELDS, *OPTIONS))}): ((?:.|\n(?=  ))+)", re.MULTILINE)
+NO_PROSE = re.compile(r"^[-*+#| \t].*\S.*$", re.MULTILINE)
 LIST = re.compile(r"\{([^{}]*;[^{}]*)\}")
 NUMBER = re.compile(r"\{([a-z]\w*)(?::([^{};]+))?\}")
 ARRAYS = re.compile(r"(?:\w+ [-+\d.e]+ ?)+")
@@ -160,15 +162,26 @@ def read_document(path: Path) -> Document:
     """The document in a file."""
     head, *parts = PART.split(path.read_text(encoding="utf-8"))
     title, _, text = head.removeprefix("# ").partition("\n")
-    return Document(title, " ".join(text.split()), tuple(starmap(_part, _pairs(parts))))
+    return Document(title, _prose(path.name, text), tuple(starmap(_part, _pairs(parts))))
 
 
 def _part(title: str, text: str) -> Part:
     before, *rest = SECTION.split(text)
     prose, *tables = _tables(before)
+    _prose(title, "".join(tables[1::2]))
     sections = zip(rest[::3], rest[1::3], rest[2::3], strict=True)
-    statements = tuple(cells for table in tables[::2] for cells in table_in(table))
-    return Part(title, " ".join(prose.split()), statements, tuple(starmap(_section, sections)))
+    statements = tuple(cells for table in tables[::2] for cells in table_in(title, table))
+    return Part(title, _prose(title, prose), statements, tuple(starmap(_section, sections)))
+
+
+def _prose(place: str, text: str) -> str:
+    """The text on one line. ValueError for a line that is no prose."""
+    if line := NO_PROSE.search(text):
+        raise ValueError(
+            f"{place}: a line is prose, a heading '### V1: title', a default '- name: text', of "
+            f"which a name is of {(*FIELDS, *OPTIONS)}, or of a table; received {line[0]!r}."
+        )
+    return " ".join(text.split())
 
 
 def _pairs(texts: Sequence[str]) -> Iterator[tuple[str, str]]:
@@ -181,21 +194,44 @@ def _tables(text: str) -> list[str]:
 
 
 def _section(id: str, title: str, text: str) -> Section:
-    statement = re.split(r"^[-|] ", text, maxsplit=1, flags=re.MULTILINE)[0]
     before, *tables = _tables(text)
-    defaults = _defaults(before)
+    statement = re.split(r"^- ", before, maxsplit=1, flags=re.MULTILINE)[0]
+    defaults = _defaults(id, before)
     nearer: Mapping[str, str] = {}
-    lines = []
+    lines: list[dict[str, str]] = []
     for table, after in _pairs(tables):
-        for cells in table_in(table):
+        for cells in table_in(id, table):
             lines += _repeated(_joined(_joined(defaults, nearer), cells))
-        nearer = _defaults(after)
-    if unknown := {name for line in lines for name in line} - {*COLUMNS}:
-        raise ValueError(f"{id}: a table has columns of {COLUMNS}; received {sorted(unknown)}.")
+        nearer = _defaults(id, after)
+        if unused := nearer.keys() - {*FIELDS} or (nearer.keys() if after is tables[-1] else ()):
+            raise ValueError(f"{id}: no table after it has the default {sorted(unused)}.")
+    _require_complete(id, defaults, lines)
+    return Section(id, title, " ".join(statement.split()), defaults, tuple(lines))
+
+
+def _require_complete(
+    id: str, defaults: Mapping[str, str], lines: Sequence[Mapping[str, str]]
+) -> None:
+    """ValueError for a section without something that it needs, or with what no row has."""
+    if "measured by" not in defaults:
+        raise ValueError(f"{id}: '- measured by: module' is missing.")
+    for line in lines:
+        if unknown := line.keys() - {*COLUMNS}:
+            raise ValueError(f"{id}: a table has columns of {COLUMNS}; received {sorted(unknown)}.")
+        if not {"quantity", "bound"} <= line.keys():
+            raise ValueError(f"{id}: a line needs a quantity and a bound; received {dict(line)}.")
+        if line.get("expected", NOT_RUN) not in VERDICTS:
+            raise ValueError(f"{id}: expected is of {VERDICTS}; received {line['expected']!r}.")
+        try:
+            bound_of(_filled(line["bound"], {}, "r"))
+        except ValueError as error:
+            raise ValueError(f"{id}, {line['quantity']}: {error}") from None
     quantities = Counter(line["quantity"] for line in lines)
     if repeated := [quantity for quantity, count in quantities.items() if count > 1]:
-        raise ValueError(f"{id}: each quantity needs a line of its own; repeated: {repeated}.")
-    return Section(id, title, " ".join(statement.split()), defaults, tuple(lines))
+        raise ValueError(
+            f"{id}: each quantity needs a line of its own; repeated: {repeated}. Lists of "
+            "different lengths are combined."
+        )
 
 
 def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, str]:
@@ -209,18 +245,34 @@ def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, st
     return joined
 
 
-def _defaults(text: str) -> dict[str, str]:
-    return {match[1]: " ".join(match[2].split()) for match in DEFAULT.finditer(text)}
+def _defaults(id: str, text: str) -> dict[str, str]:
+    _prose(id, DEFAULT.sub("", text))
+    found = [(match[1], " ".join(match[2].split())) for match in DEFAULT.finditer(text)]
+    if len(found) > len(dict(found)):
+        raise ValueError(f"{id}: a default is said once; received {[name for name, _ in found]}.")
+    return dict(found)
 
 
-def table_in(text: str) -> Iterator[dict[str, str]]:
-    """The lines of a Markdown table by column; a quotation mark is the cell above."""
-    head, _, *lines = [
+def table_in(place: str, text: str) -> Iterator[dict[str, str]]:
+    """The lines of a Markdown table by column; a quotation mark is the cell above. ValueError,
+    naming the place, for what is none."""
+    head, *below = [
         [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         for line in text.splitlines()
     ]
+    ruled = below and all(re.fullmatch(":?-+:?", cell) for cell in below[0])
+    if not ruled or len({*head}) < len(head):
+        raise ValueError(
+            f"{place}: a table has a head of different names and below it '| --- |' for each; "
+            f"received {text.splitlines()[:2]}."
+        )
     above: dict[str, str] = {}
-    for cells in lines:
+    for cells in below[1:]:
+        if len(cells) != len(head) or ('"' in cells and not above):
+            raise ValueError(
+                f"{place}: a line has a cell for each of {head}, of which one of a quotation mark "
+                f"repeats the one above, and a bar in a text is '\\|'; received {cells}."
+            )
         above = {
             name: above[name] if cell == '"' else cell
             for name, cell in zip(head, cells, strict=True)
@@ -264,9 +316,14 @@ def bound_of(text: str) -> Bound:
     if match := re.fullmatch(r"finding(?:: (.+))?", text):
         return bounds.Finding(bound_of(match[1]) if match[1] else None)
     if " or " in text:
-        return bounds.Reported(*map(bound_of, text.split(" or ")))
+        return bounds.Reported(*map(bound_of, text.split(" or ", maxsplit=1)))
     head, *terms = text.split("; ")
-    return _head(head)(**{name: value for term in terms for name, value in _term(term).items()})
+    try:
+        return _head(head)(**{key: value for term in terms for key, value in _term(term).items()})
+    except (TypeError, ValueError, ZeroDivisionError):  # also: a term that is not of this bound
+        raise ValueError(
+            f"a bound, and each of its terms, is one of those of bound_of; received {text!r}."
+        ) from None
 
 
 def _head(text: str) -> Callable[..., Bound]:
@@ -280,7 +337,7 @@ def _head(text: str) -> Callable[..., Bound]:
         return partial(NEAR[match[1]], _number(match[2]), *resolution)
     if match := re.fullmatch(r"(\S+) to (\S+)", text):
         return partial(bounds.Within, _number(match[1]), _number(match[2]))
-    raise ValueError(f"a bound is one of those of bound_of; received {text!r}.")
+    raise ValueError(text)
 
 
 def _term(text: str) -> dict[str, Any]:
@@ -299,7 +356,7 @@ def _term(text: str) -> dict[str, Any]:
             return {"better": 0}
         case ["even", "if", "short"]:
             return {"conclusive": False}
-    raise ValueError(f"a term of a bound is one of those of bound_of; received {text!r}.")
+    raise ValueError(text)
 
 
 def _number(text: str) -> float:
@@ -309,7 +366,7 @@ def _number(text: str) -> float:
 
 def claim_of(section: Section) -> Claim:
     """The claim of a section and of the module that measures it."""
-    module = resolve_name(f"{__package__}.{section.defaults['measured by']}")
+    module = _measuring(section)
     listed = hasattr(module, "measure")
     return Claim(
         section.id,
@@ -323,6 +380,25 @@ def claim_of(section: Section) -> Claim:
     )
 
 
+def _measuring(section: Section) -> Any:
+    """What "measured by" names: a module, or an object in one."""
+    said = section.defaults["measured by"]
+    name, _, place = said.partition(":")
+    full, module = f"{__package__}.{name}", None
+    try:
+        module = import_module(full)
+    except ModuleNotFoundError as error:
+        if not full.startswith(error.name or full):  # of what it imports
+            raise
+    found = getattr(module, place, None) if place else module
+    if not (hasattr(found, "measure") or hasattr(found, "study")):
+        raise ValueError(
+            f"{section.id}: 'measured by' names a module in {__package__}, or module:object, with "
+            f"measure, or study and read; received {said!r}."
+        )
+    return found
+
+
 def _measured(
     module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
@@ -332,7 +408,7 @@ def _measured(
         if isinstance(number, str):
             number = Number(why=number)
         elif not isinstance(number, Number):
-            number = Number(float(number))
+            number = Number(_float(f"{id}, {quantity}", number))
         rows.append(
             row(
                 study=id,
@@ -344,6 +420,15 @@ def _measured(
             )
         )
     return frame(rows)
+
+
+def _float(place: str, number: Any) -> float:
+    try:
+        return float(number)
+    except TypeError:
+        raise TypeError(
+            f"{place}: measure gives numbers, sentences or Numbers; received {number!r}."
+        ) from None
 
 
 def numbers_of(table: pd.DataFrame) -> dict[str, Number]:
@@ -362,12 +447,14 @@ def _judged(
     """The rows of a section; without a table, of numbers that were not measured."""
     quantities = [line["quantity"] for line in section.lines]
     numbers = dict.fromkeys(quantities, NAN) if table.empty else read(table)
-    without_row = numbers.keys() - {*quantities} - section.numbers_in_texts
-    if without_row or not numbers.keys() >= {*quantities}:
-        lost = [name for name in quantities if name not in numbers]
+    spoken_of = section.numbers_in_texts
+    without_row = numbers.keys() - {*quantities} - spoken_of
+    needed = [*quantities, *(() if table.empty else sorted(spoken_of))]
+    if (lost := [name for name in needed if name not in numbers]) or without_row:
         raise ValueError(
             f"{section.id}: every number that is measured needs a line of the table, and every "
-            f"line its number; without a line: {sorted(without_row)}; without a number: {lost}."
+            f"line, and each name in braces, its number; without a line: {sorted(without_row)}; "
+            f"without a number: {lost}."
         )
     return [_row(section, line, numbers) for line in section.lines]
 
@@ -404,8 +491,13 @@ def _faults(section: Section, module: Any) -> Iterator[Fault]:
             words = name.split()
             scale = {array: 1.0 + float(by) for array, by in zip(*[iter(words)] * 2, strict=True)}
             yield Fault(faulty(**scale), what=name, seen=quantities)
+        elif name in (known := getattr(module, "FAULTS", {})):
+            yield replace(known[name], what=name, seen=quantities)
         else:
-            yield replace(module.FAULTS[name], what=name, seen=quantities)
+            raise ValueError(
+                f"{section.id}: what is caught is an array and by how much it is wrong, as "
+                f"'C 1e-7', or one of FAULTS, {[*known]}; received {name!r}."
+            )
 
 
 def claims_in(document: Document) -> tuple[Claim, ...]:

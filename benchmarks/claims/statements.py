@@ -18,16 +18,16 @@ not checked           it could be; the line says by what
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import chain
 
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_REPRODUCED
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims.documents import Part, all_documents
 from benchmarks.store.frames import frame
-from references.setting import nearest
 
 PAPERS = ("H", "M")
 REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
@@ -98,35 +98,24 @@ def places(source: str) -> list[str]:
     return exact or [name for _, name in found]
 
 
-def claims_at(place: str, claims: Iterable[Claim]) -> tuple[str, ...]:
-    """The ids of the claims that check what is printed at a place, such as "H fig. 3.5": by their
-    figures, the source of a row, or a statement."""
-    named = {name for one in statements_at(place) for name in one.claims}
-    return tuple(
-        claim.id
-        for claim in claims
-        if claim.id in named
-        or place in claim.figures
-        or any(place in (row.source, *places(row.source)) for row in claim.judge(frame([])))
-    )
+def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
+    """The ids of the claims that check what is printed at each place, such as "H fig. 3.5": by the
+    statements there, their rows' sources and their figures."""
+    ids, by_place = {claim.id for claim in claims}, defaultdict(set)
+    for statement in statements():
+        for place in (statement.where, *places(statement.where)):
+            by_place[place] |= ids & {*statement.claims}
+    for claim in claims:
+        sources = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
+        for place in chain(*map(places, sources)):
+            by_place[place].add(claim.id)
+    return by_place
 
 
-def statements_at(place: str) -> tuple[Statement, ...]:
-    """What is printed at a place."""
-    return tuple(one for one in statements() if place in (one.where, *places(one.where)))
-
-
-def without_claims(place: str) -> str:
-    """A sentence on a place that no claim checks."""
-    found = statements_at(place)
-    if not found:
-        known = {name for one in statements() for name in (one.where, *places(one.where))}
-        return (
-            f"the lists of printed statements have no place {place!r}; did you mean "
-            f"{nearest(place, sorted(known))!r}?"
-        )
-    told = "; ".join(f"{one.status}: {one.why}".rstrip(".") for one in found)
-    return f"no claim checks what is printed at {place!r} ({told})."
+def why_unchecked(place: str) -> str:
+    """What became of what is printed at a place that no claim checks."""
+    here = (one for one in statements() if place in (one.where, *places(one.where)))
+    return "; ".join(f"{one.status}: {one.why}".rstrip(".") for one in here)
 
 
 @cache
@@ -143,6 +132,11 @@ def statements_of(part: Part) -> Iterator[Statement]:
     for cells in part.statements:
         status, _, effect = cells["status"].partition(", ")
         claims, _, rows = cells["checks"].partition(" at ")
+        if status not in STATUSES or (status == FALSE) != (effect in EFFECTS):
+            raise ValueError(
+                f"{cells['where']}: a status is of {[*STATUSES]}, and {FALSE!r} has an effect, "
+                f"after a comma, of {[*EFFECTS]}; received {cells['status']!r}."
+            )
         texts = (cells["where"], cells["kind"], cells["statement"], status, effect)
         yield Statement(*texts, tuple(claims.split()), rows, cells["why"])
 

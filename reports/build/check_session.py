@@ -1,9 +1,10 @@
-"""The checks of `verify` as items of pytest: it chooses them, and writes what CI services read."""
+"""The checks of `verify` as items of pytest, which chooses them and remembers what failed."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +12,23 @@ import pandas as pd
 import pytest
 
 from benchmarks.checks.claim import AGREEMENT, Claim
+from benchmarks.store.atomic import write
 from reports.results.claim_results import ClaimResult
-from reports.results.junit import JUnitCase
+from reports.results.junit import JUnitCase, junit_xml
 
-# Of pytest only what chooses items, runs them, remembers failures and writes JUnit files.
+# Of pytest only what chooses items, runs them and remembers failures, and nothing of the project
+# around. Its JUnit files have other names than the rows: it takes brackets for a test's parameters.
 SETTINGS = (
     *("-c", os.devnull, "--capture=no", "--assert=plain", "--disable-plugin-autoload"),
-    *(f"-pno:{name}" for name in ("terminal", "warnings", "logging", "faulthandler",
+    *("--noconftest", "-o", "cache_dir=.checks"),
+    *(f"-pno:{name}" for name in ("terminal", "junitxml", "warnings", "logging", "faulthandler",
                                   "unraisableexception", "threadexception")),
 )  # fmt: skip
+VARIABLES = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS")  # of the environment, for the project's own tests
 
 
 class DifferentOutcome(Exception):
-    """A check did not come out as expected; the message says how."""
+    """A check did not come out as expected, or was not measured; the message says how."""
 
 
 class NoChecks(Exception):
@@ -31,36 +36,25 @@ class NoChecks(Exception):
 
 
 class CheckItem(pytest.Item):
-    """A check that becomes a case when its claim has been measured."""
+    """A check that becomes a case when its claim has been measured.
 
-    def __init__(self, *, claim: str, words: Sequence[str], **more: Any) -> None:
+    whole  it stands for all checks of its claim, which only a measurement shows, such as those of a
+           user's integrator
+    """
+
+    def __init__(
+        self, *, claim: str, words: Sequence[str], whole: bool = False, **more: Any
+    ) -> None:
         super().__init__(**more)
-        self.claim = claim
+        self.claim, self.whole = claim, whole
         self.extra_keyword_matches.update(words)
-        self.case: JUnitCase | None = None
-
-    def setup(self) -> None:
-        """Raises DifferentOutcome for what should have been measured and was not."""
-        if self.case is None:
-            raise DifferentOutcome("the judge of its claim gave no such row")
-        self.user_properties += self.case.properties
-        if self.case.outcome == "error":
-            raise DifferentOutcome(self.case.message)
+        why = "the judge of its claim gave no such row"
+        self.case = JUnitCase(self.nodeid.partition("::")[0], self.name, 0.0, "error", why)
 
     def runtest(self) -> None:
-        """Raises DifferentOutcome for a failure, and pytest's exception for what is skipped."""
-        case = self.case
-        if case is not None and case.outcome == "failure":
-            lines = (f"{name}: {text}" for name, text in case.properties)
-            raise DifferentOutcome("\n".join([case.message, *lines]))
-        if case is not None and case.outcome == "skipped":
-            pytest.skip(case.message)
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """The sentence alone."""
-        if isinstance(excinfo.value, DifferentOutcome):
-            return str(excinfo.value)
-        return super().repr_failure(excinfo, style)
+        """Raises DifferentOutcome for a failure or an error."""
+        if self.case.outcome in ("failure", "error"):
+            raise DifferentOutcome(self.case.message)
 
     def reportinfo(self) -> tuple[Any, int | None, str]:
         """Its place, which is no file."""
@@ -73,7 +67,7 @@ class CheckSession:
     claims   whose rows are items
     measure  the results of some of the claims
     cases    the cases of the rows of a result
-    further  cases that all results make, where no options choose among the rows
+    further  cases that these results make together
 
     After `run`: `measured`, the results, and `judged`, the cases of the items that were chosen.
     """
@@ -88,7 +82,6 @@ class CheckSession:
         self.claims, self.measure, self.cases, self.further = claims, measure, cases, further
         self.measured: Sequence[ClaimResult] = ()
         self.judged: list[JUnitCase] = []
-        self.options: Sequence[str] = ()
         self.raised: BaseException | None = None
 
     def run(self, out: Path, title: str, options: Sequence[str] = ()) -> None:
@@ -96,60 +89,53 @@ class CheckSession:
 
         Raises NoChecks when nothing is left, and what was raised outside the studies.
         """
-        self.options = options
-        status = pytest.main(
-            [
-                *SETTINGS, f"--rootdir={out}", "-o", f"cache_dir={out / '.checks'}",
-                "-o", f"junit_suite_name={title}", f"--junitxml={out / 'verify.xml'}", *options,
-            ],
-            plugins=[self],
-        )  # fmt: skip
+        with _without(VARIABLES):
+            status = pytest.main(
+                [*SETTINGS, f"--rootdir={out.resolve()}", *options], plugins=[self]
+            )
         if self.raised is not None:
             raise self.raised
         if status == pytest.ExitCode.NO_TESTS_COLLECTED:
-            raise NoChecks(f"{' '.join(options)} leaves no check.")
+            raise NoChecks(
+                f"{' '.join(options)} leaves no check; it takes words of names, ids and sources."
+            )
         if status == pytest.ExitCode.USAGE_ERROR:
             raise NoChecks(f"{' '.join(options)} must be what pytest understands.")
+        write(out / "verify.xml", junit_xml(title, {title: self.judged}))
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self, session: pytest.Session) -> bool:
         """An item for each row that its claim's document has."""
         session.items = [item for claim in self.claims for item in self._rows_of(session, claim)]
         hook, config = session.config.hook, session.config
-        hook.pytest_collection_modifyitems(session=session, config=config, items=session.items)
+        try:
+            hook.pytest_collection_modifyitems(session=session, config=config, items=session.items)
+        except pytest.UsageError as refused:
+            self.raised, session.items = NoChecks(f"{refused}."), []
         hook.pytest_collection_finish(session=session)
         session.testscollected = len(session.items)
         return True
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> None:
-        """Measure the claims of all chosen items; rows that only a measurement shows, such as
-        those of a user's integrator, and further cases become items, too."""
+        """Measure the claims of all chosen items; what only a measurement shows, and further cases,
+        become items, too."""
         items: list[Any] = session.items
         names = {item.claim for item in items}
         self.measured = self.measure([claim for claim in self.claims if claim.id in names])
         cases = [(one.claim.id, case) for one in self.measured for case in self.cases(one)]
         by_name = {(claim, case.name): case for claim, case in cases}
+        whole = {item.claim for item in items if item.whole}
+        items[:] = [item for item in items if not item.whole]
         for item in items:
-            item.case = by_name.get((item.claim, item.name))
-        if not self.options:
-            listed = {(item.claim, item.name) for item in items}
-            cases = [(claim, case) for claim, case in cases if (claim, case.name) not in listed]
-            unlisted = {claim for claim, _ in cases}
-            items[:] = [item for item in items if item.case or item.claim not in unlisted]
-            for claim, case in [*cases, *(("", case) for case in self.further(self.measured))]:
-                item = self._item(session, case.class_name, case.name, claim)
-                item.case = case
-                items.append(item)
-        self.judged = [item.case for item in items if item.case]
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item: Any) -> Generator[None, Any, Any]:
-        """A row takes its share of the seconds of its claim's study."""
-        report = yield
-        if report.when == "call" and item.case is not None:
-            report.duration = item.case.seconds
-        return report
+            item.case = by_name.get((item.claim, item.name), item.case)
+        new = [(claim, case) for claim, case in cases if claim in whole]
+        if names:
+            new += [("", case) for case in self.further(self.measured)]
+        for claim, case in new:
+            items.append(self._item(session, case.class_name, case.name, claim))
+            items[-1].case = case
+        self.judged = [item.case for item in items]
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """Keep it for the caller."""
@@ -165,9 +151,16 @@ class CheckSession:
             rows = claim.judge(pd.DataFrame())
         except Exception:  # it is judged, and told, when it has been measured
             rows = []
-        names = [(row.quantity, row.source) for row in rows] or [(claim.title, "")]
-        for quantity, source in names:
-            yield self._item(session, f"{kind_of(source)}.{claim.id}", quantity, claim.id, source)
+        for row in rows:
+            group = f"{kind_of(row.source)}.{claim.id}"
+            yield self._item(session, group, row.quantity, claim.id, row.source)
+        if not rows:
+            failed = session.config.cache.get("cache/lastfailed", {})
+            own = (nodeid for nodeid in failed if f".{claim.id}::" in nodeid)
+            yield CheckItem.from_parent(
+                session, name=claim.title, nodeid=next(own, f"claim.{claim.id}::{claim.title}"),
+                claim=claim.id, words=[claim.id], whole=True,
+            )  # fmt: skip
 
     def _item(
         self, session: pytest.Session, group: str, name: str, claim: str, source: str = ""
@@ -176,6 +169,16 @@ class CheckSession:
         return CheckItem.from_parent(
             session, name=name, nodeid=nodeid, claim=claim, words=[claim, source]
         )
+
+
+@contextmanager
+def _without(variables: Sequence[str]) -> Iterator[None]:
+    """The environment without these variables."""
+    kept = {name: os.environ.pop(name) for name in variables if name in os.environ}
+    try:
+        yield
+    finally:
+        os.environ.update(kept)
 
 
 def kind_of(source: str) -> str:

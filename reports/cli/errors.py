@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import typer
@@ -13,32 +14,33 @@ from reports.results.options import OF_CONTENDERS
 
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
+PLACES = ("H ", "M ")  # the beginnings of places of the papers
 
 
 def words(text: str) -> tuple[str, ...]:
     """The words of a list with commas."""
-    return tuple(word.strip() for word in text.split(",") if word.strip())
+    return tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
 
 
 def choose_claims(
     text: str,
     known: Iterable[str],
-    of_place: Callable[[str], Collection[str]] = lambda place: (),
-    no_place: Callable[[str], str] = lambda word: "",
+    by_place: Callable[[], Mapping[str, Collection[str]]] = dict,
+    why_unchecked: Callable[[str], str] = str,
 ) -> tuple[str, ...]:
     """Parse claim ids such as "V3,V5", or places of the papers such as "H fig. 3.5"; returned in
     the order of `known`, all of them for "". One place may have a comma: "M 6.2, fig. 3 right".
 
-    of_place  the ids of the claims that check what is printed at a place
-    no_place  why a place has no claim, in a sentence; "" for a word that is no place
+    by_place       the ids of the claims that check what is printed at each place
+    why_unchecked  what became of a place that no claim checks
 
     The word CONTENDERS_CLAIMS stands for all that belong to external integrators. Raises
-    typer.BadParameter for an unknown id, and for that word where there are none.
+    typer.BadParameter for an unknown id or place, one that no claim checks, and for that word where
+    there are none.
     """
     known = tuple(known)
-    asked = tuple(of_place(text.strip())) or tuple(
-        name for word in words(text) for name in of_place(word) or [word]
-    )
+    at = partial(_at, by_place=by_place, why_unchecked=why_unchecked)
+    asked = tuple(name for word in _listed(text, by_place) for name in at(word) or [word])
     if text and not asked:
         raise typer.BadParameter(
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."
@@ -51,12 +53,36 @@ def choose_claims(
                 f"with --contender package.module:Class, or as contenders of {TABLE}."
             )
         if word != CONTENDERS_CLAIMS and word not in known:
-            if told := no_place(word):
-                raise typer.BadParameter(told)
             near = nearest(word, (*known, CONTENDERS_CLAIMS) if theirs else known)
             raise typer.BadParameter(f"there is no claim {word!r}; did you mean {near!r}?")
     chosen = {*asked, *(theirs if CONTENDERS_CLAIMS in asked else ())}
     return tuple(claim for claim in known if not asked or claim in chosen)
+
+
+def _listed(text: str, by_place: Callable[[], Mapping[str, Collection[str]]]) -> tuple[str, ...]:
+    """The words of a list with commas, or one place that has a comma."""
+    place = text.strip()
+    is_place = place[:2].upper() in PLACES and "," in place and place in by_place()
+    return (place,) if is_place else words(text)
+
+
+def _at(
+    word: str,
+    by_place: Callable[[], Mapping[str, Collection[str]]],
+    why_unchecked: Callable[[str], str],
+) -> Collection[str]:
+    """The ids of the claims at a place of a paper; none for a word that is no place."""
+    if word[:2].upper() not in PLACES:
+        return ()
+    known = by_place()
+    if word not in known:
+        near = nearest(word, [*known])
+        raise typer.BadParameter(f"there is no place {word!r}; did you mean {near!r}?")
+    if not known[word]:
+        raise typer.BadParameter(
+            f"no claim checks what is printed at {word!r} ({why_unchecked(word)})."
+        )
+    return known[word]
 
 
 def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:

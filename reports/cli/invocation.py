@@ -60,17 +60,10 @@ class Invocation:
         checks: Sequence[str] = (),
     ) -> Options:
         """The options of a command on the suite. Raises typer.BadParameter for unknown words."""
-        from benchmarks.claims.statements import claims_at, without_claims  # they bring pandas
+        from benchmarks.claims.statements import claims_by_place, why_unchecked  # they bring pandas
 
-        def printed(word: str) -> bool:
-            return word[:2] in ("H ", "M ")
-
-        chosen = choose_claims(
-            claims,
-            [claim.id for claim in suite.claims],
-            lambda word: claims_at(word, suite.claims) if printed(word) else (),
-            lambda word: without_claims(word) if printed(word) else "",
-        )
+        ids = [claim.id for claim in suite.claims]
+        chosen = choose_claims(claims, ids, lambda: claims_by_place(suite.claims), why_unchecked)
         engines = () if require is None else choose_engines(require, suite.engines())
         return Options(
             quick, chosen, self.folder(out, below), self.command, engines, tuple(contenders), anew,

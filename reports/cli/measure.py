@@ -45,7 +45,9 @@ def verify_claims(
         help='Only claims with checks whose names match, as "pendulum and not V7".',
     ),
     failed: bool = typer.Option(
-        False, "--last-failed", help="Only claims with checks that failed last time in this folder."
+        False,
+        "--last-failed",
+        help="Only claims with checks that failed last time in this folder; all, where none did.",
     ),
     scheduler: str = SCHEDULER,
     out: Path = FOLDER,
@@ -61,7 +63,7 @@ def verify_claims(
         joined(given.load(), checking.contender, checking.timeout) as known,
         on_scheduler(known, scheduler) as suite,
     ):
-        checks = [*(["-k", matching] if matching else []), *(["--last-failed"] if failed else [])]
+        checks = [*([f"-k={matching}"] if matching else []), *(["--last-failed"] if failed else [])]
         options = given.options(
             suite, quick, out, checking.claims, checking.require, fail_under=fail_under,
             checks=checks,

@@ -85,10 +85,15 @@ def _element(case: JUnitCase) -> tree.Element:
         name=_clean(case.name),
         time=f"{case.seconds:.3f}",
     )
+    if case.properties:
+        properties = tree.SubElement(element, "properties")
+        for name, text in case.properties:
+            tree.SubElement(properties, "property", name=_clean(name), value=_clean(text))
     if case.outcome != "passed":
         outcome = tree.SubElement(element, case.outcome, message=_clean(case.message))
         if case.outcome == "failure":
-            outcome.text = _clean(case.details)
+            told = "\n".join(f"{name}: {text}" for name, text in case.properties)
+            outcome.text = _clean(case.details or told)
     if case.details:
         tree.SubElement(element, "system-out").text = _clean(case.details)
     return element

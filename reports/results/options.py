@@ -25,7 +25,7 @@ class Options:
     require     engines that must be available
     contenders  external integrators, as package.module:Class
     anew        do not resume an interrupted build
-    checks      options of pytest that choose among the rows, such as ("-k", "pendulum")
+    checks      options of pytest that choose among the rows, such as ("-k=pendulum",)
     """
 
     quick: bool = False

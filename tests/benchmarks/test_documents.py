@@ -128,6 +128,50 @@ def test_a_number_without_a_line_and_a_line_without_a_number_are_errors(
     assert words in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (LINE.replace("| --- | --- |\n", ""), "V1: a table has a head"),
+        ("| bound | bound |\n| --- | --- |\n| at most 1 | at most 2 |\n", "of different names"),
+        (LINE + "| two | at most 1 | 3 |\n", "a cell for each of"),
+        (LINE.replace("at most 1", '"'), "repeats the one above"),
+        (LINE.replace("bound", "bnd"), "received ['bnd']"),
+        (LINE.replace("at most 1", ""), "a line needs a quantity and a bound"),
+        (LINE.replace("at most 1", "at mots 1"), "V1, one: a bound, and each of its terms"),
+        ("- expcted: contradicted\n\n" + LINE, "received '- expcted: contradicted'"),
+        ("- expected: contradcited\n\n" + LINE, "received 'contradcited'"),
+        ("- reason: Twice.\n\n" + LINE, "a default is said once"),
+        ("- claimed: so\n it is\n\n" + LINE, "received ' it is'"),
+        (LINE + "\n- claimed: so\n", "no table after it has the default ['claimed']"),
+        (LINE + "\n- alone: yes\n\n" + LINE.replace("one", "two"), "has the default ['alone']"),
+        (LINE + "\n### V2 Without a colon\n", "received '### V2 Without a colon'"),
+    ],
+)
+def test_what_a_document_does_not_know_is_refused(claim: Any, table: str, words: str) -> None:
+    with pytest.raises(ValueError) as refused:
+        claim(table, {"one": 1.0})
+    assert "V1" in str(refused.value) and words in str(refused.value)
+
+
+@pytest.mark.parametrize("said", ["mad_up", "made_up:nothing", "kit", "vctor.v01_x"])
+def test_what_measures_is_there(claim: Any, monkeypatch: pytest.MonkeyPatch, said: str) -> None:
+    monkeypatch.setattr(f"{__name__}.HEAD", HEAD.replace("made_up", said))
+    with pytest.raises(ValueError, match="V1: 'measured by' names a module"):
+        claim(LINE, {"one": 1.0})
+
+
+def test_a_name_in_braces_is_measured(claim: Any) -> None:
+    made = claim(LINE.replace("at most 1", "at most {least}"), {"one": 1.0})
+    with pytest.raises(ValueError, match=r"without a number: \['least'\]"):
+        judged(made)
+
+
+@pytest.mark.parametrize("number", [None, [1.0], 1j])
+def test_what_is_no_number_is_refused_by_the_name_of_its_quantity(claim: Any, number: Any) -> None:
+    with pytest.raises(TypeError, match="V1, one: measure gives numbers"):
+        judged(claim(LINE, {"one": number}))
+
+
 def test_two_lines_of_one_quantity_are_refused(claim: Any) -> None:
     with pytest.raises(ValueError, match="V1: each quantity needs a line of its own"):
         claim(LINE + "| one | at least {1; 2} |\n", {"one": 1.0})
@@ -158,8 +202,8 @@ def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: An
     method = arrays.make(galvi.Polynomials(2), galvi.gauss(2))
     sound = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     assert method.table.b == pytest.approx(sound.table.b * (1.0 + 1e-6), rel=1e-15)
-    with pytest.raises(KeyError):
-        claim(table, numbers, FAULTS={})
+    with pytest.raises(ValueError, match=r"V1: .* FAULTS, \['another'\]; received 'a wrong sign'"):
+        claim(table, numbers, FAULTS={"another": Fault()})
 
 
 @pytest.mark.parametrize(
@@ -195,9 +239,15 @@ def test_a_limit_is_read_to_the_last_bit(limit: float, word: str) -> None:
     assert read.limit == limit and read.word == word
 
 
-@pytest.mark.parametrize("text", ["about 3", "at most", "at most 1; roughly", "order", "", "1 to"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("about 3", "at most", "at most 1; roughly", "order", "", "1 to", "1", "at most 1/0"),
+        *("converges; rounding 1", "at most 1; in words: about", "at most inf"),
+    ],
+)
 def test_what_is_no_bound_is_refused(text: str) -> None:
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="one of those of bound_of"):
         bound_of(text)
 
 

@@ -15,6 +15,7 @@ from benchmarks.checks.bounds import EXCEEDS, HOLDS, NOT_REPRODUCED
 from benchmarks.checks.claim import Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.claims import CLAIMS
+from benchmarks.claims.documents import Part
 from benchmarks.claims.statements import (
     EFFECTS,
     FALSE,
@@ -23,6 +24,7 @@ from benchmarks.claims.statements import (
     counted,
     places,
     statements,
+    statements_of,
     unfounded,
 )
 from benchmarks.statistics import convergence_fits
@@ -312,3 +314,17 @@ def test_what_is_printed_misses_and_what_follows_does_not(where: tuple[str, str]
     assert line.status == FALSE
     printed, follows = CHECKS[where]()
     assert printed > 1e-2 and follows < 1e-9
+
+
+@pytest.mark.parametrize("status", ["reproducd", "false as printed", "reproduced, harmless"])
+def test_a_status_that_is_none_is_refused_where_it_stands(status: str) -> None:
+    cells = {
+        "where": "H 1.1",
+        "kind": "",
+        "statement": "",
+        "status": status,
+        "checks": "",
+        "why": "",
+    }
+    with pytest.raises(ValueError, match=f"H 1.1: .* received '{status}'"):
+        list(statements_of(Part("1.1", "", (cells,), ())))

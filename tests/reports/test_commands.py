@@ -236,7 +236,7 @@ def test_a_place_stands_for_the_claims_of_what_is_printed_there(
 @pytest.mark.parametrize(
     ("place", "told"),
     [
-        ("H fig 3.5", "printed statements have no place 'H fig 3.5'; did you mean 'H fig. 3.5'?"),
+        ("H fig 3.5", "There is no place 'H fig 3.5'; did you mean 'H fig. 3.5'?"),
         ("H (2.4)", "No claim checks what is printed at 'H (2.4)' (false as printed: The left "),
     ],
 )

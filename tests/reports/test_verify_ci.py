@@ -1,16 +1,21 @@
 """`verify` for CI: what a forge reads, engines that must be there, rows that stay, what changed."""
 
 import json
+import os
 from dataclasses import replace
 from xml.etree import ElementTree as tree
 
 import pandas as pd
 import pytest
+import typer
 
+from benchmarks.claims import CLAIMS
+from benchmarks.claims.statements import claims_by_place, places, statements
 from references import EngineMissing
 from reports.build.changes import moved
 from reports.build.kept import kept_claims, read
 from reports.cli.commands import run
+from reports.cli.errors import choose_claims
 from reports.results.comparison import merged
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
@@ -35,7 +40,7 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(
 ):
     rows = (
         make_row(quantity="good"),
-        make_row(quantity="wrong <&\x00", verdict="contradicted", measured=0.75),
+        make_row(quantity="wrong [<&\x00], again", verdict="contradicted", measured=0.75),
         make_row(quantity="absent", verdict="not run", measured=None, reason="No numbers."),
     )
     suite = make_suite(make_claim("V1", rows), make_claim("V2", raises=RuntimeError("it broke")))
@@ -45,10 +50,11 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(
     assert [child.tag for child in good] == ["properties"]
     properties = {one.get("name"): one.get("value") for one in good[0]}
     assert (properties["measured"], properties["bound"]) == ("0.25 -+ 0.01", "at most 0.5")
-    failure = found["claim.V1", "wrong <&#x00"].find("failure")
+    failure = found["claim.V1", "wrong [<&?], again"].find("failure")
     assert "contradicted, expected was holds: measured 0.75, bound at most 0.5" in failure.get(
         "message"
     )
+    assert "reason: " in failure.text and "\n" not in failure.get("message")
     assert "No numbers." in found["claim.V1", "absent"].find("error").get("message")
     assert "it broke" in found["claim.V2", "base of the error"].find("error").get("message")
 
@@ -119,6 +125,8 @@ def test_an_absent_engine_that_is_required_is_a_failure(without_rebound, tmp_pat
     assert "rebound is absent, and was required" in capsys.readouterr().out
     assert cases()["engines", "rebound"].find("failure") is not None
     assert (tmp_path / "verify.md").read_text().startswith("## verify: failed")
+    assert run(lambda: without_rebound, [*words, "-k", "V1"]) == 1
+    assert cases()["engines", "rebound"].find("failure") is not None
     assert run(lambda: without_rebound, ["verify", "--require", "mujoco", *words[-2:]]) == 0
 
 
@@ -292,3 +300,57 @@ def test_claims_are_chosen_by_the_place_of_a_paper(make_suite, make_claim, make_
     words = ["verify", "--claims", "H thm. 3.1.1,V1", "--out", str(tmp_path)]
     assert run(lambda: suite, words) == 0
     assert list(pd.read_csv(tmp_path / "claims.csv")["id"]) == ["V1", "V2"]
+
+
+def test_a_place_is_checked_by_the_claims_that_its_statements_name():
+    found = claims_by_place(CLAIMS)
+    assert {"V13", "L11"} <= found["H lemma 3.3.1"] and "V23" in found["M fig. 3 left"]
+    assert all(found[place] >= {*one.claims} for one in statements() for place in places(one.where))
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("H fig. 99", "there is no place 'H fig. 99'; did you mean 'H fig. "),
+        ("h fig. 3.5", "did you mean 'H fig. 3.5'?"),
+        ("H (2.8)", "no claim checks what is printed at 'H (2.8)'"),
+    ],
+)
+def test_a_place_that_nothing_checks_is_refused(place, said):
+    with pytest.raises(typer.BadParameter) as refused:
+        choose_claims(f"V1,{place}", ["V1"], lambda: claims_by_place(CLAIMS))
+    assert said in str(refused.value)
+
+
+def test_nothing_of_the_project_around_is_read(make_suite, tmp_path, monkeypatch):
+    (tmp_path / "conftest.py").write_text("raise SystemExit")
+    (tmp_path / "pytest.ini").write_text("[pytest]\naddopts = --collect-only\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTEST_ADDOPTS", "--collect-only")
+    monkeypatch.setenv("PYTEST_PLUGINS", "not_there")
+    assert run(make_suite, ["verify", "--out", "out"]) == 0
+    (suite,) = tree.parse("out/verify.xml").getroot()
+    assert suite.get("tests") == "1" and os.environ["PYTEST_ADDOPTS"] == "--collect-only"
+    assert (tmp_path / "out" / ".checks").is_dir() and not (tmp_path / "out" / "out").exists()
+
+
+def test_an_interrupted_study_leaves_the_file_of_the_last_run(make_suite, make_claim, tmp_path):
+    assert run(make_suite, words := ["verify", "--out", str(tmp_path)]) == 0
+    before = (tmp_path / "verify.xml").read_bytes()
+    stopped = make_suite(make_claim("V1", raises=KeyboardInterrupt()))
+    assert run(lambda: stopped, words) == 130
+    assert (tmp_path / "verify.xml").read_bytes() == before
+
+
+@pytest.mark.parametrize("options", [["-k", "V2"], ["--last-failed"]])
+def test_a_claim_whose_rows_only_a_measurement_shows_is_chosen_as_a_whole(
+    make_suite, make_claim, make_row, tmp_path, options
+):
+    rows = [make_row(id="V2", quantity=name, verdict="contradicted") for name in ("one", "two")]
+    of_a_user = replace(make_claim("V2"), judge=lambda table: rows if len(table) else table["id"])
+    suite = make_suite(make_claim("V1"), of_a_user)
+    words = ["verify", "--out", str(tmp_path)]
+    assert run(lambda: suite, words) == 1
+    assert run(lambda: suite, [*words, *options]) == 1
+    told = [case.get("name") for case in tree.parse(tmp_path / "verify.xml").iter("testcase")]
+    assert told == ["one", "two"]

@@ -17,7 +17,7 @@ TURNED = 1e-3  # rad
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Errors after 80 steps with some degrees of the components over those with others."""
+    """Errors after STEPS with some degrees of the components over those with others."""
     both, fast, neither = (error(make_method, degrees, 0.0) for degrees in ((8, 8), (8, 4), (4, 4)))
     turned = [error(make_method, degrees, TURNED) for degrees in ((8, 4), (8, 8))]
     return {
