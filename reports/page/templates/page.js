@@ -22,12 +22,19 @@ function searchClaims() {
     });
     printed.forEach((one) => {
       const text = fold(one.textContent);
-      one.hidden = Boolean(verdict.value) || !asked.every((word) => text.includes(word));
+      const named = [...one.querySelectorAll("a")].map((link) => fold(link.textContent));
+      const fits = asked.every((word) => (/^[vla]\d+$/.test(word) ? named.includes(word) : text.includes(word)));
+      one.hidden = Boolean(verdict.value) || !fits;
     });
     document.querySelectorAll("main h2[id^='part-']").forEach((heading) => {
       let next = heading.nextElementSibling, any = false;
       for (; next && next.tagName !== "H2"; next = next.nextElementSibling) any ||= next.matches("article:not([hidden]), section.printed:not([hidden])");
       heading.hidden = !any;
+    });
+    document.querySelectorAll("p.document").forEach((title) => {
+      let next = title.nextElementSibling, any = false;
+      for (; next && !next.matches("p.document"); next = next.nextElementSibling) any ||= next.matches("h2:not([hidden])");
+      title.hidden = !any;
     });
     said.textContent = `${count} of ${claims.length} claims`;
   };
