@@ -118,8 +118,8 @@ class CheckSession:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> None:
-        """Measure the claims of all chosen items; what only a measurement shows, and further cases,
-        become items, too."""
+        """Measure the claims of all chosen items; what only a measurement shows, rows of these
+        claims that differ and were not chosen, and further cases become items, too."""
         items: list[Any] = session.items
         names = {item.claim for item in items}
         self.measured = self.measure([claim for claim in self.claims if claim.id in names])
@@ -129,7 +129,13 @@ class CheckSession:
         items[:] = [item for item in items if not item.whole]
         for item in items:
             item.case = by_name.get((item.claim, item.name), item.case)
-        new = [(claim, case) for claim, case in cases if claim in whole]
+        chosen = {(item.claim, item.name) for item in items}
+        new = [
+            (claim, case)
+            for claim, case in cases
+            if claim in whole
+            or (case.outcome in ("failure", "error") and (claim, case.name) not in chosen)
+        ]
         if names:
             new += [("", case) for case in self.further(self.measured)]
         for claim, case in new:

@@ -9,6 +9,7 @@ from functools import partial
 import pandas as pd
 
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.coverage import coverage
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from reports.build.changes import Change, changes
@@ -43,12 +44,17 @@ def cases_of(result: ClaimResult) -> list[JUnitCase]:
 
 
 def further_cases(engines: Engines, results: Sequence[ClaimResult]) -> list[JUnitCase]:
-    """Cases of the optional engines, of which an absent one fails where it is required, and of
-    printed statements that the rows do not support."""
-    unfounded = summary(results).unfounded
+    """Cases of the optional engines, of which an absent one fails where it is required, of printed
+    statements that the rows do not support, and of what else makes `verify` fail."""
+    seen = summary(results)
+    wrong = [("printed statement", sentence) for sentence in seen.unfounded]
+    covered = coverage(seen.rows)
+    if not covered.sound:
+        wrong.append(("stated errors of orders", str(covered)))
+    if all(row.verdict == NOT_RUN for row in seen.rows):
+        wrong.append(("measured rows", "nothing was measured"))
     return [_engine(name, engines) for name in engines.absence] + [
-        JUnitCase("statements", "printed statement", 0.0, "failure", sentence)
-        for sentence in unfounded
+        JUnitCase("statements", name, 0.0, "failure", sentence) for name, sentence in wrong
     ]
 
 

@@ -354,3 +354,19 @@ def test_a_claim_whose_rows_only_a_measurement_shows_is_chosen_as_a_whole(
     assert run(lambda: suite, [*words, *options]) == 1
     told = [case.get("name") for case in tree.parse(tmp_path / "verify.xml").iter("testcase")]
     assert told == ["one", "two"]
+
+
+def test_what_makes_the_command_fail_is_red_in_the_file(
+    make_suite, make_claim, make_row, tmp_path, without_rebound, cases
+):
+    rows = (make_row(quantity="pendulum"), make_row(quantity="orbit", verdict="contradicted"))
+    suite = make_suite(make_claim("V1", rows))
+    assert run(lambda: suite, ["verify", "-k", "pendulum", "--out", str(tmp_path)]) == 1
+    assert cases()["claim.V1", "orbit"].find("failure") is not None
+    assert run(lambda: without_rebound, ["verify", "--claims", "V2", "--out", str(tmp_path)]) == 1
+    assert cases()["statements", "measured rows"].find("failure") is not None
+    fit = make_row(bound="order 2", misses=5.0)
+    many = [replace(fit, quantity=f"order {k}", measured=2.0 + k) for k in range(20)]
+    suite = make_suite(make_claim("V1", tuple(many)))
+    assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
+    assert cases()["statements", "stated errors of orders"].find("failure") is not None
