@@ -128,6 +128,7 @@ class Claim:
     figures  the paper's figures, e.g. "H fig. 2.6"
     timed    whether the study measures times and must run alone
     statement  what the paper says, and what was measured where that differs, for the page
+    notes    derivations and remarks, for the page
     caught   mistakes that it must see, at least one
     """
 
@@ -138,4 +139,5 @@ class Claim:
     figures: tuple[str, ...] = ()
     timed: bool = False
     statement: str = ""
+    notes: str = ""
     caught: tuple[Fault, ...] = ()

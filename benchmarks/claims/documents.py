@@ -16,7 +16,7 @@ what is printed there (see `benchmarks.claims.statements`) and with sections of 
 
 Lines "- name: text" are defaults of the columns of the same name (FIELDS), and OPTIONS of the
 claim; a further table may have FIELDS of its own before it, for its lines alone. Other paragraphs
-explain, and stay in the document; a line that is none of these is refused. An empty cell has the
+are notes; a line that is none of these is refused. An empty cell has the
 default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
 is appended to the default. Braces with semicolons repeat a line: lists of the same length go
 together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
@@ -111,6 +111,7 @@ class Section:
     """A section of a document.
 
     statement  the text before the defaults
+    notes      the paragraphs after them
     defaults   texts of FIELDS and OPTIONS
     lines      texts by column, for each row
     """
@@ -118,6 +119,7 @@ class Section:
     id: str
     title: str
     statement: str
+    notes: str
     defaults: Mapping[str, str]
     lines: tuple[Mapping[str, str], ...]
 
@@ -206,7 +208,9 @@ def _section(id: str, title: str, text: str) -> Section:
         if unused := nearer.keys() - {*FIELDS} or (nearer.keys() if after is tables[-1] else ()):
             raise ValueError(f"{id}: no table after it has the default {sorted(unused)}.")
     _require_complete(id, defaults, lines)
-    return Section(id, title, " ".join(statement.split()), defaults, tuple(lines))
+    beside = [before.removeprefix(statement), *tables[1::2]]
+    notes = " ".join(" ".join(DEFAULT.sub("", text).split()) for text in beside).strip()
+    return Section(id, title, " ".join(statement.split()), notes, defaults, tuple(lines))
 
 
 def _require_complete(
@@ -376,6 +380,7 @@ def claim_of(section: Section) -> Claim:
         figures=tuple(filter(None, section.defaults.get("figures", "").split("; "))),
         timed="alone" in section.defaults,
         statement=section.statement,
+        notes=section.notes,
         caught=tuple(_faults(section, module)),
     )
 

@@ -98,10 +98,15 @@ def test_a_table_may_have_defaults_of_its_own_and_a_mark_repeats_the_cell_above(
 - setup: + at the end
 - source: M (3)
 
+The limit is
+measured, too.
+
 | quantity | bound |
 | --- | --- |
 | three | at most {limit} |
 """
+    made = claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5})
+    assert made.notes == "The limit is measured, too."
     one, two, three = judged(claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5}))
     assert two.claimed == "O(h)" and two.bound == "at most 1" and three.bound == "at most 2.5"
     assert (
