@@ -89,15 +89,15 @@ def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
 def scaled(by: float) -> Callable[[Any], Any]:
     """A function whose value, or each of its values, is multiplied."""
 
-    def wrong(found: Any) -> Any:
-        return tuple(by * one for one in found) if isinstance(found, tuple) else by * found
+    def wrong(value: Any) -> Any:
+        return tuple(by * part for part in value) if isinstance(value, tuple) else by * value
 
-    return lambda sound: lambda *given, **how: wrong(sound(*given, **how))
+    return lambda sound: lambda *arguments, **how: wrong(sound(*arguments, **how))
 
 
-def given(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
+def with_arguments(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
     """A function that receives other arguments."""
-    return lambda sound: lambda *these, **how: sound(*change(*these), **how)
+    return lambda sound: lambda *arguments, **how: sound(*change(*arguments), **how)
 
 
 def heavier(problem: Problem) -> Problem:

@@ -305,18 +305,6 @@ TRUTHS = Agreements(
     TwoTruths(PENDULUM_TRUTH, STORED_ATTITUDE, HANGING, 5.0, samples=1),
     TwoTruths(IAS15, STORED_TRUTH, PLANETS, 1e4, samples=1),
 )
-AGREEMENTS = {
-    "A1": CLOSED,
-    "A2": STORED,
-    "A3": REBOUND,
-    "A4": MUJOCO,
-    "A5": HEYOKAS,
-    "A6": SCIPY,
-    "A7": TEXTBOOK,
-    "A8": SKY,
-    "A9": TRUTHS,
-    "A10": TREES,
-}
 # The optional engines, for `verify --require`, by the name of their package.
 ENGINES: Mapping[str, Contender] = {
     "rebound": IAS15,

@@ -251,10 +251,11 @@ def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, st
 
 def _defaults(id: str, text: str) -> dict[str, str]:
     _prose(id, DEFAULT.sub("", text))
-    found = [(match[1], " ".join(match[2].split())) for match in DEFAULT.finditer(text)]
-    if len(found) > len(dict(found)):
-        raise ValueError(f"{id}: a default is said once; received {[name for name, _ in found]}.")
-    return dict(found)
+    defaults = [(match[1], " ".join(match[2].split())) for match in DEFAULT.finditer(text)]
+    if len(defaults) > len(dict(defaults)):
+        names = [name for name, _ in defaults]
+        raise ValueError(f"{id}: a default is said once; received {names}.")
+    return dict(defaults)
 
 
 def table_in(place: str, text: str) -> Iterator[dict[str, str]]:
@@ -370,7 +371,7 @@ def _number(text: str) -> float:
 
 def claim_of(section: Section) -> Claim:
     """The claim of a section and of the module that measures it."""
-    module = _measuring(section)
+    module = measuring(section)
     listed = hasattr(module, "measure")
     return Claim(
         section.id,
@@ -385,23 +386,22 @@ def claim_of(section: Section) -> Claim:
     )
 
 
-def _measuring(section: Section) -> Any:
-    """What "measured by" names: a module, or an object in one."""
-    said = section.defaults["measured by"]
-    name, _, place = said.partition(":")
+def measuring(section: Section) -> Any:
+    """What "measured by" names: a module, or an object in one. ValueError for another name."""
+    name, _, attribute = section.defaults["measured by"].partition(":")
     full, module = f"{__package__}.{name}", None
     try:
         module = import_module(full)
     except ModuleNotFoundError as error:
         if not full.startswith(error.name or full):  # of what it imports
             raise
-    found = getattr(module, place, None) if place else module
-    if not (hasattr(found, "measure") or hasattr(found, "study")):
+    measures = getattr(module, attribute, None) if attribute else module
+    if not (hasattr(measures, "measure") or hasattr(measures, "study")):
         raise ValueError(
             f"{section.id}: 'measured by' names a module in {__package__}, or module:object, with "
-            f"measure, or study and read; received {said!r}."
+            f"measure, or study and read; received {section.defaults['measured by']!r}."
         )
-    return found
+    return measures
 
 
 def _measured(

@@ -10,13 +10,13 @@ from benchmarks.checks.faults import (
     always,
     faulty,
     fewer,
-    given,
     heavier,
     of_motion,
     of_table,
     reversed_clock,
     scaled,
     times,
+    with_arguments,
 )
 from benchmarks.measures.refinement import (
     CAYLEY,
@@ -63,7 +63,6 @@ __all__ = [
     "faulty",
     "fewer",
     "frame",
-    "given",
     "heavier",
     "history",
     "method_of",
@@ -81,5 +80,6 @@ __all__ = [
     "scaled",
     "series",
     "times",
+    "with_arguments",
     "with_fixed_number",
 ]

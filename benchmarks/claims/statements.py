@@ -76,26 +76,26 @@ class Statement:
         """Whether a row checks this statement."""
         if row.id not in self.claims:
             return False
-        told = {row.source, *places(row.source)}
-        wanted = [one.partition(": ") for one in (self.rows or self.where).split("; ")]
-        return any(place in told and words in row.quantity for place, _, words in wanted)
+        sources = {row.source, *places(row.source)}
+        named = [name.partition(": ") for name in (self.rows or self.where).split("; ")]
+        return any(where in sources and text in row.quantity for where, _, text in named)
 
 
 def places(source: str) -> list[str]:
     """The places of a row's source: "H thm. 2.1.1, 3.1.1" are H thm. 2.1.1 and H thm. 3.1.1; a
     section beside a theorem, figure or formula only says where that is."""
-    found, paper, kind = [], "", ""
+    by_kind, paper, kind = [], "", ""
     for part in source.split(", "):
-        words = part.split(" ")
-        if words[0] in PAPERS:
-            paper, kind, words = words[0], "", words[1:]
-        if words[0][:1].islower():
-            kind, words = words[0], words[1:]
-        elif words[0][:1] == "(":
+        names = part.split(" ")
+        if names[0] in PAPERS:
+            paper, kind, names = names[0], "", names[1:]
+        if names[0][:1].islower():
+            kind, names = names[0], names[1:]
+        elif names[0][:1] == "(":
             kind = ""
-        found.append((kind, " ".join(filter(None, (paper, kind, *words)))))
-    exact = [name for kind, name in found if kind not in ("", "sec.", "section") or "(" in name]
-    return exact or [name for _, name in found]
+        by_kind.append((kind, " ".join(filter(None, (paper, kind, *names)))))
+    exact = [name for kind, name in by_kind if kind not in ("", "sec.", "section") or "(" in name]
+    return exact or [name for _, name in by_kind]
 
 
 def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
@@ -103,19 +103,22 @@ def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
     statements there, their rows' sources and their figures."""
     ids, by_place = {claim.id for claim in claims}, defaultdict(set)
     for statement in statements():
-        for place in (statement.where, *places(statement.where)):
-            by_place[place] |= ids & {*statement.claims}
+        for where in (statement.where, *places(statement.where)):
+            by_place[where] |= ids & {*statement.claims}
     for claim in claims:
         sources = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
-        for place in chain(*map(places, sources)):
-            by_place[place].add(claim.id)
+        for where in chain(*map(places, sources)):
+            by_place[where].add(claim.id)
     return by_place
 
 
-def why_unchecked(place: str) -> str:
+def why_unchecked(where: str) -> str:
     """What became of what is printed at a place that no claim checks."""
-    here = (one for one in statements() if place in (one.where, *places(one.where)))
-    return "; ".join(f"{one.status}: {one.why}".rstrip(".") for one in here)
+    return "; ".join(
+        f"{statement.status}: {statement.why}".rstrip(".")
+        for statement in statements()
+        if where in (statement.where, *places(statement.where))
+    )
 
 
 @cache
@@ -141,53 +144,58 @@ def statements_of(part: Part) -> Iterator[Statement]:
         yield Statement(*texts, tuple(claims.split()), rows, cells["why"])
 
 
-def unfounded(found: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
+def unfounded(printed: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
     """A sentence for each status that the statement's own rows do not support, for rows that a
     statement names and are not there, for each row that is not reproduced or contradicted and no
     statement that says so, and for praise of a number that the source measured."""
-    rows, said = list(rows), []
-    of = {one: [row for row in rows if one.speaks_of(row)] for one in found}
-    for one, own in of.items():
-        said += _objections(one, own)
+    rows = list(rows)
+    checks = {statement: [row for row in rows if statement.speaks_of(row)] for statement in printed}
+    objections = [text for pair in checks.items() for text in _objections(*pair)]
     for status in (NOT_REPRODUCED, FALSE):
-        told = {id(row) for one, own in of.items() if one.status == status for row in own}
-        for row in rows:
-            if row.verdict in STATUSES[status] and id(row) not in told:
-                said.append(
-                    f"{row.id} has a row that is {status}; no statement of it is called so."
-                )
-    return list(dict.fromkeys(said))
+        stated = {
+            id(row)
+            for statement, checking in checks.items()
+            if statement.status == status
+            for row in checking
+        }
+        objections += [
+            f"{row.id} has a row that is {status}; no statement of it is called so."
+            for row in rows
+            if row.verdict in STATUSES[status] and id(row) not in stated
+        ]
+    return list(dict.fromkeys(objections))
 
 
-def _objections(one: Statement, own: list[Row]) -> Iterator[str]:
-    """What of a statement its own rows do not support."""
-    for name in one.rows.split("; ") if one.rows else ():
-        if not any(replace(one, rows=name).speaks_of(row) for row in own):
-            yield f"{one.where} ({one.statement}) names rows that are not there: {name}."
-    needed, seen = STATUSES[one.status], {row.verdict for row in own}
-    derived = one.status == FALSE and not one.claims
-    if needed and not derived and not needed & seen:
-        yield f"{one.where} ({one.statement}) is called {one.status}; no row says so."
-    if one.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & seen:
-        yield f"{one.where} ({one.statement}) is called reproduced; a row says not."
-    if one.status == NOT_REPRODUCED and EXCEEDS in seen:
-        yield f"{one.where} exceeds what was measured: only proved bounds are exceeded."
+def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
+    """What of a statement the rows that check it do not support."""
+    name = f"{statement.where} ({statement.statement})"
+    for named in statement.rows.split("; ") if statement.rows else ():
+        if not any(replace(statement, rows=named).speaks_of(row) for row in rows):
+            yield f"{name} names rows that are not there: {named}."
+    needed, verdicts = STATUSES[statement.status], {row.verdict for row in rows}
+    derived = statement.status == FALSE and not statement.claims
+    if needed and not derived and not needed & verdicts:
+        yield f"{name} is called {statement.status}; no row says so."
+    if statement.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & verdicts:
+        yield f"{name} is called reproduced; a row says not."
+    if statement.status == NOT_REPRODUCED and EXCEEDS in verdicts:
+        yield f"{statement.where} exceeds what was measured: only proved bounds are exceeded."
 
 
-def counted(found: Sequence[Statement]) -> str:
+def counted(printed: Sequence[Statement]) -> str:
     """How many statements became what, in a sentence."""
-    counts = Counter(one.status for one in found)
-    harmless = sum(one.effect == "harmless" for one in found)
+    counts = Counter(statement.status for statement in printed)
+    harmless = sum(statement.effect == "harmless" for statement in printed)
     parts = [
-        f"{counts[status]} {_words(status, counts[status])}"
+        f"{counts[status]} {_with_verb(status, counts[status])}"
         + (f" ({harmless} of them harmless misprints)" if status == FALSE else "")
         for status in STATUSES
         if counts[status]
     ]
-    return f"Of {len(found)} printed statements of the two papers, {', '.join(parts)}."
+    return f"Of {len(printed)} printed statements of the two papers, {', '.join(parts)}."
 
 
-def _words(status: str, count: int) -> str:
+def _with_verb(status: str, count: int) -> str:
     """The status with its verb."""
     if status == UNCHECKABLE:
         return status

@@ -123,7 +123,7 @@ class CheckSession:
         items: list[Any] = session.items
         names = {item.claim for item in items}
         self.measured = self.measure([claim for claim in self.claims if claim.id in names])
-        cases = [(one.claim.id, case) for one in self.measured for case in self.cases(one)]
+        cases = [(result.claim.id, case) for result in self.measured for case in self.cases(result)]
         by_name = {(claim, case.name): case for claim, case in cases}
         whole = {item.claim for item in items if item.whole}
         items[:] = [item for item in items if not item.whole]
@@ -162,9 +162,9 @@ class CheckSession:
             yield self._item(session, group, row.quantity, claim.id, row.source)
         if not rows:
             failed = session.config.cache.get("cache/lastfailed", {})
-            own = (nodeid for nodeid in failed if f".{claim.id}::" in nodeid)
+            ids = (nodeid for nodeid in failed if f".{claim.id}::" in nodeid)
             yield CheckItem.from_parent(
-                session, name=claim.title, nodeid=next(own, f"claim.{claim.id}::{claim.title}"),
+                session, name=claim.title, nodeid=next(ids, f"claim.{claim.id}::{claim.title}"),
                 claim=claim.id, words=[claim.id], whole=True,
             )  # fmt: skip
 
@@ -180,11 +180,11 @@ class CheckSession:
 @contextmanager
 def _without(variables: Sequence[str]) -> Iterator[None]:
     """The environment without these variables."""
-    kept = {name: os.environ.pop(name) for name in variables if name in os.environ}
+    values = {name: os.environ.pop(name) for name in variables if name in os.environ}
     try:
         yield
     finally:
-        os.environ.update(kept)
+        os.environ.update(values)
 
 
 def kind_of(source: str) -> str:

@@ -18,11 +18,11 @@ from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
 from reports.figures.profiles import PROFILES
 from reports.page.chooser import chooser, default_step, filters
+from reports.page.claim_groups import claim_groups
 from reports.page.claim_section import claim_section
 from reports.page.motion import motions
 from reports.page.site import Explained, Grid, grid, ledger
 from reports.page.sources import commands, files, sources, statements, without_folder
-from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.machines import Machine, machines

@@ -14,7 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.claims.agreements import AGREEMENTS, WithGalvi
+from benchmarks.claims.agreements import WithGalvi
+from benchmarks.claims.documents import all_documents, measuring
 from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
@@ -144,10 +145,11 @@ def _page(one: Peer) -> str:
 
 def _agreements(names: set[str]) -> Iterator[str]:
     """The agreements with galvi that a contender takes part in."""
-    for claim, agreements in AGREEMENTS.items():
-        pairs = (pair for pair in agreements.pairs if isinstance(pair, WithGalvi))
-        if names & {pair.contender.name for pair in pairs}:
-            yield claim
+    for part in all_documents()[-1].parts:
+        for section in part.sections:
+            pairs = (pair for pair in measuring(section).pairs if isinstance(pair, WithGalvi))
+            if names & {pair.contender.name for pair in pairs}:
+                yield section.id
 
 
 def _settings(one: Participant, unit: str) -> str:

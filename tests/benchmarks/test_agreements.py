@@ -11,8 +11,8 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import AGREEMENTS
-from benchmarks.claims.agreements import AGREEMENTS as PAIRS
-from benchmarks.claims.agreements import ENGINES, STORED, TRUTHS, Agreements, WithGalvi, engines
+from benchmarks.claims.agreements import ENGINES, STORED, TRUTHS, WithGalvi, engines
+from benchmarks.claims.documents import all_documents, measuring
 from benchmarks.store.frames import frame
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
@@ -20,7 +20,12 @@ from references import REFERENCES
 
 CLAIM = {claim.id: claim for claim in AGREEMENTS}
 BY_ID = pytest.mark.parametrize("claim", AGREEMENTS, ids=lambda claim: claim.id)
-ALL = [pair for agreements in PAIRS.values() for pair in agreements.pairs]
+ALL = [
+    pair
+    for part in all_documents()[-1].parts
+    for section in part.sections
+    for pair in measuring(section).pairs
+]
 
 
 def rows(claim: Claim) -> list[Row]:
@@ -105,7 +110,3 @@ def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.Monk
     verdicts = [row.verdict for row in rows(CLAIM["A9"])]
     expected = [HOLDS if stored(pair) else CONTRADICTED for pair in wrong]
     assert verdicts == expected
-
-
-def test_agreements_are_listed_by_a_document() -> None:
-    assert isinstance(PAIRS["A9"], Agreements) and set(PAIRS) == set(CLAIM)

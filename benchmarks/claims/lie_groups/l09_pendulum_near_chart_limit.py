@@ -21,13 +21,13 @@ from benchmarks.claims.kit import (
     failure,
     fewer,
     frame,
-    given,
     history,
     method_on_group,
     number,
     readings,
     row,
     times,
+    with_arguments,
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
 from benchmarks.claims.lie_groups.steps_near_the_limit import (
@@ -94,7 +94,7 @@ def by_exponential(space: Any, rule: Any, chart: Any) -> galvi.Galerkin:
 
 
 FAULTS = {
-    "a body that hangs": Fault(wrong={f"{__name__}.pendulum": given(hanging)}),
+    "a body that hangs": Fault(wrong={f"{__name__}.pendulum": with_arguments(hanging)}),
     "a body without symmetry": Fault(wrong=fewer(__name__, MOMENTS=(4.8, 3.0, 3.8))),
     "a run that ends early": Fault(table=times(0.9, quantity=DONE)),
     "steps that turn by less": Fault(table=times(0.9, quantity=TURN)),

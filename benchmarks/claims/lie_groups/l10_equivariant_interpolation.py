@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import Array, Fault, MakeMethod, Problem, Report, failure, given, scaled
+from benchmarks.claims.kit import (
+    Array,
+    Fault,
+    MakeMethod,
+    Problem,
+    Report,
+    failure,
+    scaled,
+    with_arguments,
+)
 from benchmarks.measures.matrix_group import MatrixGroup
 from galvi.charts import CHARTS
 from galvi.charts.chart import Chart, coordinates, place
@@ -92,5 +101,7 @@ def from_the_identity(
 
 FAULTS = {
     "a chart that is no inverse": Fault(wrong={f"{__name__}.coordinates": scaled(1.0 + 1e-9)}),
-    "a chart at the identity": Fault(wrong={f"{__name__}.interpolated": given(from_the_identity)}),
+    "a chart at the identity": Fault(
+        wrong={f"{__name__}.interpolated": with_arguments(from_the_identity)}
+    ),
 }

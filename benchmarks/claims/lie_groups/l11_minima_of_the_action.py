@@ -14,9 +14,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Problem,
     Report,
-    given,
     readings,
     scaled,
+    with_arguments,
 )
 from benchmarks.claims.lie_groups.pendulum_motion import problem
 from benchmarks.measures.second_variation import constants, over_lower_form, smallest
@@ -76,10 +76,14 @@ def first_zero(h: Array, values: Array) -> float:
 VARIATION = "benchmarks.measures.second_variation"
 FAULTS = {
     "a larger C_xi'": Fault(
-        wrong={f"{VARIATION}.Constants": given(lambda speed, *others: (4.0 * speed, *others))}
+        wrong={
+            f"{VARIATION}.Constants": with_arguments(lambda speed, *others: (4.0 * speed, *others))
+        }
     ),
     "no C_V": Fault(
-        wrong={f"{VARIATION}.Constants": given(lambda speed, place, well: (speed, place, 0.0))}
+        wrong={
+            f"{VARIATION}.Constants": with_arguments(lambda speed, place, well: (speed, place, 0.0))
+        }
     ),
     "no potential": Fault(wrong={f"{VARIATION}._potential": scaled(0.0)}),
 }

@@ -23,7 +23,6 @@ from benchmarks.claims.kit import (
     at_fixed_time,
     failure,
     frame,
-    given,
     method_on_group,
     number,
     pick,
@@ -31,6 +30,7 @@ from benchmarks.claims.kit import (
     refine_at_end,
     row,
     rows,
+    with_arguments,
 )
 from benchmarks.claims.lie_groups import pendulum_motion
 from benchmarks.test_problems import thrown_plate, thrown_point
@@ -135,6 +135,6 @@ FAULTS = {
     "the exponential chart taken for Cayley's": Fault(
         make=lambda space, rule, chart: galvi.Galerkin(space, rule, EXPONENTIAL)
     ),
-    "motions a millionth off": Fault(wrong={f"{__name__}.refine_at_end": given(off)}),
+    "motions a millionth off": Fault(wrong={f"{__name__}.refine_at_end": with_arguments(off)}),
     "another oracle": OTHER_TRUTH,
 }

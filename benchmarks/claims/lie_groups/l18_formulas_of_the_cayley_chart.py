@@ -18,7 +18,6 @@ from benchmarks.claims.kit import (
     Trajectory,
     fewer,
     frame,
-    given,
     method_on_group,
     of_table,
     pick,
@@ -26,6 +25,7 @@ from benchmarks.claims.kit import (
     row,
     rows,
     scaled,
+    with_arguments,
 )
 from benchmarks.claims.lie_groups import free_body, pendulum_motion, printed_formulas
 from benchmarks.claims.lie_groups.cayley_curve import cayley_rate
@@ -148,12 +148,12 @@ def turned_back(sound: Callable[..., Array]) -> Callable[..., Array]:
 
 FORMULAS = "benchmarks.claims.lie_groups.printed_formulas"
 FEW = fewer(__name__, SCALES=(10.0,), STEPS=1, STATES=10, BODY_STEPS=1, SIZES=())
-SLOPES = given(lambda xi, rate, value, slope: (xi, rate, (1.0 + 1e-9) * value, slope))
+SLOPES = with_arguments(lambda xi, rate, value, slope: (xi, rate, (1.0 + 1e-9) * value, slope))
 WRONG: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "a cross product in lambda": (f"{FORMULAS}.composed", turned_back),
     "a cross product in xi_k": (f"{FORMULAS}.relative", turned_back),
     "(3.51) off by 1e-9": (f"{FORMULAS}.stage_terms", SLOPES),
-    "a base held": (f"{__name__}.BodySteps", given(lambda *steps: (*steps[:-1], True))),
+    "a base held": (f"{__name__}.BodySteps", with_arguments(lambda *steps: (*steps[:-1], True))),
     "A off by 1e-9": (f"{FORMULAS}.ScaledRotations.carried", scaled(1.0 + 1e-9)),
     "velocities off by 1e-9": (f"{FORMULAS}.ScaledRotations.velocity", scaled(1.0 + 1e-9)),
     "T off by 1e-9": (f"{FORMULAS}.ScaledRotations.tangent", scaled(1.0 + 1e-9)),

@@ -14,12 +14,12 @@ from benchmarks.claims.kit import (
     Problem,
     Report,
     frame,
-    given,
     readings,
     reversed_clock,
     rows,
     scaled,
     times,
+    with_arguments,
 )
 from benchmarks.claims.vector_spaces.euler_readings import (
     EXPLICIT,
@@ -84,7 +84,7 @@ FAULTS = {
                 "references.textbook.nystrom.Nystrom.run",
                 "references.textbook.implicit_euler.ImplicitEuler.run",
             ),
-            given(lambda method, problem, *more: (method, reversed_clock(problem), *more)),
+            with_arguments(lambda method, problem, *more: (method, reversed_clock(problem), *more)),
         )
     ),
     "another first-order term": Fault(

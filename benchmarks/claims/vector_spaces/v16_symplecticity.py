@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import Fault, MakeMethod, Problem, Report, given, readings
+from benchmarks.claims.kit import Fault, MakeMethod, Problem, Report, readings, with_arguments
 from benchmarks.measures.space_rule_pairs import MANY, kinds, methods
 from benchmarks.measures.symplectic_form import canonical_defect, map_derivative
 from galvi.arrays import Array
@@ -22,7 +22,7 @@ PROBLEMS = {
 FAULTS = {
     "the derivative of another step": Fault(
         wrong={
-            "galvi.step_derivative": given(
+            "galvi.step_derivative": with_arguments(
                 lambda problem, method, h: (problem, method, 1.000001 * h)
             )
         }

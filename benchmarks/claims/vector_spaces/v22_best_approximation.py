@@ -23,12 +23,12 @@ from benchmarks.claims.kit import (
     at_fixed_time,
     failure,
     frame,
-    given,
     number,
     readings,
     refine,
     row,
     rows,
+    with_arguments,
 )
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
 from benchmarks.test_problems.oscillators import DURATION, KINK, motion, two_springs
@@ -189,7 +189,7 @@ FAULTS = {
     "approximations of degree 1": Fault(
         wrong={
             f"{__name__}.refine": always(lambda *these: []),
-            f"{__name__}.best_errors": given(
+            f"{__name__}.best_errors": with_arguments(
                 lambda exact, edges, degree, kinks: (exact, edges, 1, kinks)
             ),
         }

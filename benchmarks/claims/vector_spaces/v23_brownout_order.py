@@ -19,13 +19,13 @@ from benchmarks.claims.kit import (
     Problem,
     Report,
     frame,
-    given,
     number,
     of_motion,
     readings,
     row,
     rows,
     series,
+    with_arguments,
 )
 from benchmarks.claims.vector_spaces.brownout_crossing import kink_error
 from benchmarks.claims.vector_spaces.brownout_particle import (
@@ -180,6 +180,8 @@ FAULTS = {
         }
     ),
     "the term of another rule": Fault(
-        wrong={f"{kink_error.__module__}.rule_error": given(lambda theta, n: (theta, n + 1))}
+        wrong={
+            f"{kink_error.__module__}.rule_error": with_arguments(lambda theta, n: (theta, n + 1))
+        }
     ),
 }

@@ -36,12 +36,12 @@ from benchmarks.claims.kit import (
     faulty,
     fewer,
     frame,
-    given,
     history,
     number,
     pick,
     readings,
     rows,
+    with_arguments,
 )
 from galvi.problems.brownout import GRAVITY
 from references.textbook.grain_flights import landings
@@ -254,7 +254,7 @@ FAULTS = {
     "drag stronger by a thousandth": Fault(
         wrong=FLOWN
         | {
-            FOLLOW: given(
+            FOLLOW: with_arguments(
                 lambda method, q, v, t, rates, *others: (
                     *(method, q, v, t, rates * (1.0 + 1e-3 * np.eye(1, rates.shape[1]))),
                     *others,
@@ -264,7 +264,11 @@ FAULTS = {
     ),
     "grains a thousandth of a second late": Fault(
         wrong=FLOWN
-        | {FOLLOW: given(lambda method, q, v, t, *others: (method, q, v, t + 1e-3, *others))}
+        | {
+            FOLLOW: with_arguments(
+                lambda method, q, v, t, *others: (method, q, v, t + 1e-3, *others)
+            )
+        }
     ),
     "contacts at the root of a step's curve": Fault(
         wrong=FLOWN

@@ -20,12 +20,12 @@ from benchmarks.claims.kit import (
     Report,
     failure,
     frame,
-    given,
     of_motion,
     readings,
     row,
     rows,
     scaled,
+    with_arguments,
 )
 from benchmarks.claims.vector_spaces import singular_approximation
 from benchmarks.claims.vector_spaces.singular_approximation import (
@@ -174,7 +174,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 FAULTS = {
     "a coarse quadrature": Fault(
         wrong={
-            f"{singular_approximation.__name__}.graded_nodes": given(
+            f"{singular_approximation.__name__}.graded_nodes": with_arguments(
                 lambda place, start, stop, points: (place, start, stop, points // 4)
             )
         }

@@ -20,9 +20,9 @@ from benchmarks.claims.kit import (
     always,
     faulty,
     fewer,
-    given,
     of_motion,
     scaled,
+    with_arguments,
 )
 from benchmarks.claims.vector_spaces.solution_map import (
     Motions,
@@ -172,14 +172,19 @@ FAULTS = {
     ),
     "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **FEW}),
     "another motion of the pendulum": Fault(
-        wrong={f"{__name__}.swings": given(lambda u, v, t: (u, v, (1.0 + 1e-11) * t)), **FEW}
+        wrong={
+            f"{__name__}.swings": with_arguments(lambda u, v, t: (u, v, (1.0 + 1e-11) * t)),
+            **FEW,
+        }
     ),
     "a wrong constant of a general space": Fault(
         wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **FEW}
     ),
     "dp counts for a third": Fault(
         wrong={
-            f"{__name__}.bounds": given(lambda h, du, dp, *constant: (h, du, dp / 3.0, *constant)),
+            f"{__name__}.bounds": with_arguments(
+                lambda h, du, dp, *constant: (h, du, dp / 3.0, *constant)
+            ),
             **FEW,
         }
     ),

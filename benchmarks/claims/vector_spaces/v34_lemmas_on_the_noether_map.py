@@ -25,12 +25,12 @@ from benchmarks.claims.kit import (
     failure,
     fewer,
     frame,
-    given,
     of_motion,
     readings,
     rows,
     scaled,
     times,
+    with_arguments,
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import problem
 from benchmarks.claims.vector_spaces.noether_map import (
@@ -201,7 +201,9 @@ FAULTS = {
     ),
     "the action of another motion": Fault(
         wrong={
-            f"{__name__}.kepler_action": given(lambda gm, *ends: (gm * (1.0 + 1e-9), *ends)),
+            f"{__name__}.kepler_action": with_arguments(
+                lambda gm, *ends: (gm * (1.0 + 1e-9), *ends)
+            ),
             **FEW,
         }
     ),

@@ -15,8 +15,8 @@ from benchmarks.claims.kit import (
     collocation,
     convergence_fits,
     fewer,
-    given,
     scaled,
+    with_arguments,
 )
 from references.closed_forms.kepler import KEPLER
 from references.scipy.ivp import DOP853
@@ -112,7 +112,7 @@ FAULTS = {
         wrong={
             f"{CLOCKED}.in_lanes.energy_of": scaled(1.0 + 1e-6),
             f"{CLOCKED}.in_lanes._motion": lambda sound: sound.__wrapped__,  # without its cache
-            f"{CLOCKED}.run.motion_in_transformed_time": given(other_energy),
+            f"{CLOCKED}.run.motion_in_transformed_time": with_arguments(other_energy),
             **fewer(__name__, FEW=400),
         }
     ),

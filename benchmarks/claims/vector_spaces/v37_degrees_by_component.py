@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.claims.kit import Array, Fault, MakeMethod, Problem, Report, given
+from benchmarks.claims.kit import Array, Fault, MakeMethod, Problem, Report, with_arguments
 
 FREQUENCIES = np.array([10.0, 1.0])
 START = np.ones(2)
@@ -67,5 +67,7 @@ def of_high_degree(space: Any, rule: Any) -> galvi.Galerkin:
 FAULTS = {
     "a slow component of a degree less": Fault(of_one_degree_less),
     "one degree for both": Fault(of_high_degree),
-    "modes that are not turned": Fault(wrong={f"{__name__}.modes_at": given(lambda angle: (0.0,))}),
+    "modes that are not turned": Fault(
+        wrong={f"{__name__}.modes_at": with_arguments(lambda angle: (0.0,))}
+    ),
 }
