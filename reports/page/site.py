@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,19 +61,14 @@ def grid(
 
 
 def ledger() -> dict[str, Any]:
-    """What the template needs: all statements, those that are false as printed, and counts."""
-    found = statements()
-    counts = pd.DataFrame(
-        [
-            [status, *(sum(one.status == status and one.where[0] == paper for one in found)
-                       for paper in PAPERS)]
-            for status in STATUSES
-        ],
-        columns=["status", *PAPERS],
-    )  # fmt: skip
+    """What the template needs: the statements that are false as printed, and counts of all."""
+    printed = statements()
+    by_status = Counter((statement.status, statement.where[0]) for statement in printed)
+    lines = [[status, *(by_status[status, paper] for paper in PAPERS)] for status in STATUSES]
+    counts = pd.DataFrame([line for line in lines if any(line[1:])], columns=["status", *PAPERS])
     return {
-        "headline": counted(found),
-        "misprints": [one for one in found if one.status == FALSE],
+        "headline": counted(printed),
+        "misprints": [statement for statement in printed if statement.status == FALSE],
         "effects": EFFECTS.items(),
         "counts": grid(counts, dict.fromkeys(PAPERS, "number")),
     }
