@@ -41,15 +41,11 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
-report: $(STAMP) ## verify and compare; write tables, figures and pages to reports/out; FULL=1: all studies, longer
+report: $(STAMP) ## verify and compare; write tables, figures and the site to reports/out; FULL=1: all studies, longer
 	$(BIN)/python -m reports $(if $(FULL),,--quick)
 
-docs: $(STAMP) ## write the documentation to reports/out/docs, beside the report
-	@$(BIN)/python -c 'import sphinx_book_theme, sphinx_design, myst_nb, mathjax' 2>/dev/null || \
-	    $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	    -e '.[$(EXTRAS),docs]' -c constraints.txt
-	$(BIN)/sphinx-build -n -W --keep-going -q -d docs/generated/.cache/doctrees docs reports/out/docs
-	@echo 'The first page is reports/out/docs/index.html.'
+docs: $(STAMP) ## write the site with the tutorials run, around whatever rows there are; a warning fails
+	$(BIN)/python -m reports.site
 
 studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 	$(BIN)/python -m reports studies

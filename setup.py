@@ -1,5 +1,6 @@
-"""What a wheel holds: galvi, with the suite's folders inside ``galvi/_suite``, and the plugin
-``pytest_galvi``, which is apart, since pytest imports it in every run and should not import galvi.
+"""What a wheel holds: galvi, with the suite's folders and the docs inside ``galvi/_suite``, and the
+plugin ``pytest_galvi``, which is apart, since pytest imports it in every run and should not import
+galvi.
 
 An editable install finds all of them where they are.
 """
@@ -44,9 +45,11 @@ else:
     names = {
         name: name if name.startswith("galvi") else f"galvi._suite.{name}" for name in everything
     } | {PLUGIN: "pytest_galvi"}
+    docs = "galvi._suite.docs"
     setup(
         version=version,
-        packages=list(names.values()),
-        package_dir={new: name.replace(".", "/") for name, new in names.items()},
-        package_data={new: list(DATA) for new in names.values()},
+        packages=[*names.values(), docs],
+        package_dir={new: name.replace(".", "/") for name, new in names.items()} | {docs: "docs"},
+        package_data={new: list(DATA) for new in names.values()} | {docs: ["**/*"]},
+        exclude_package_data={docs: ["generated/**/*"]},
     )

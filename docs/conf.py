@@ -1,14 +1,6 @@
-"""How Sphinx builds the documentation: `make docs`, into reports/out/docs."""
+"""How Sphinx builds the site, docs and results; `reports.site.build` runs it."""
 
-import os
-import sys
-from pathlib import Path
-
-ROOT = Path(__file__).parents[1]
-CACHE = Path(__file__).parent / "generated" / ".cache"  # the Makefile puts doctrees there, too
-sys.path.insert(0, str(ROOT))
-
-from reports.site.build import MATHJAX  # noqa: E402
+from reports.site.build import MATHJAX
 
 project = "galvi"
 author = copyright = "The galvi developers"
@@ -20,32 +12,30 @@ extensions = [
     "reports.site.build",
     "reports.site.ledger",
 ]
-exclude_patterns = ["generated/.cache"]
 templates_path = ["_templates"]
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 
-# A page with code cells is run when its code has changed, and an exception ends the build.
-nb_execution_mode = "cache"
-nb_execution_cache_path = str(CACHE / "jupyter")
+# Whether pages with code cells are run says the caller; an exception ends the build.
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_execution_in_temp = True  # what cells write is not left beside the pages
 nb_merge_streams = True
-os.environ["IPYTHONDIR"] = str(CACHE / "ipython")  # no settings of whoever builds
 
 autodoc_typehints = "none"  # docstrings name types, shapes and units
 autodoc_member_order = "bysource"
 add_module_names = False
 toc_object_entries_show_parents = "hide"
+nitpicky = True
 smartquotes = False  # q' is a derivative, and "newton" is typed
 python_use_unqualified_type_names = True
 
 html_theme = "sphinx_book_theme"
 html_title = "galvi"
 html_static_path = ["_static"]
-html_css_files = ["site.css"]
+html_css_files = ["site.css", "results.css"]
+html_js_files = [("results.js", {"defer": "defer"})]
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {
@@ -54,7 +44,7 @@ html_theme_options = {
     "navigation_with_keys": False,
     "navbar_persistent": [],
 }
-html_sidebars = {"**": ["home_and_report.html", "search-button-field.html", "sbt-sidebar-nav.html"]}
+html_sidebars = {"**": ["home.html", "search-button-field.html", "sbt-sidebar-nav.html"]}
 html_context = {"default_mode": "auto"}
 
 mathjax_path = MATHJAX

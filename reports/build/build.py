@@ -1,4 +1,4 @@
-"""`build`: verify, compare, study, draw, and write the pages."""
+"""`build`: verify, compare, study, draw, and write the site."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from reports.build.sections import write_sections
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
-from reports.page.content import Contents, content
-from reports.page.site import write_single, write_site
 from reports.results.cache import BuildCache, open_cache
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
@@ -27,11 +25,14 @@ from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
+from reports.site.build import SiteBuilder, write_single
+from reports.site.report import TIMES, Report
 from reports.tables.comparison_tables import comparison_tables
 from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
-PAGE, TIMES = "index.html", "work_precision.csv"
+PAGE = "index.html"
+Draw = Callable[..., Iterable[Any]]  # map, or one that does the same in several processes
 
 
 def build(
@@ -42,9 +43,9 @@ def build(
     An interrupted build of the same sources and settings is resumed: its results are reused, and
     the provenance says so, as it does when sources change during the measurement.
 
-    single  write all pages as one self-contained file, too
+    single  write all results as one self-contained file, too
     """
-    with alone(options.out):
+    with alone(options.out), SiteBuilder() as site:
         cache = open_cache(suite, options)
         if cache.taken:
             print(cache.greeting(), flush=True)
@@ -53,7 +54,9 @@ def build(
             return {**suite.provenance(command), **cache.provenance()}
 
         try:
-            found = _build(replace(suite, provenance=provenance), options, cache, single)
+            measured = _build(
+                replace(suite, provenance=provenance), options, cache, site, single
+            )
         except KeyboardInterrupt:
             if cache.store is not None:
                 print(
@@ -62,39 +65,53 @@ def build(
                 )
             raise
         cache.forget()
-    return found
+    return measured
 
 
-def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
-    """Figures and pages from the rows that earlier commands wrote; nothing is measured.
+def build_kept(suite: Suite, options: Options, single: bool = False) -> list[str]:
+    """As `publish`; raises ValueError when the folder has no rows."""
+    rows = [options.out / name for name in (CLAIMS, TIMES)]
+    if not any(file.is_file() for file in rows):
+        raise ValueError(f"{options.out} holds no rows yet; run build, verify or compare first.")
+    return publish(suite, options, single)
 
-    Verdicts are those that were judged then. Raises ValueError when the folder has no rows.
+
+def publish(
+    suite: Suite, options: Options, single: bool = False, tutorials: bool = False
+) -> list[str]:
+    """Figures and site from the rows that earlier commands wrote; nothing is measured.
+
+    Verdicts are those that were judged then. Returns the warnings of Sphinx.
+
+    tutorials  run their code for the pages
     """
-    with alone(options.out):
-        checked = kept_claims(options.out, suite.claims)
-        compared = kept_comparison(options.out)
-        if not checked and compared.work_precision is None:
-            raise ValueError(
-                f"{options.out} holds no rows yet; run build, verify or compare first."
-            )
-        sections = kept_sections(options.out, suite.sections)
-        origins = read_origins(options.out)
-        page = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
-        provenance = {name: text for name, text in page.items() if name != "setting"}
-        quick = origins.get(TIMES, {}).get("setting") == "quick"
-        tables = comparison_tables(compared.work_precision, () if quick else suite.targets)
-        report = Contents(
-            suite, replace(options, quick=quick), checked, compared, tables, sections, provenance,
-            kept=True,
-        )  # fmt: skip
-        return _pages(report, single)
+    with alone(options.out), SiteBuilder(tutorials) as site:
+        return write_pages(kept_report(suite, options), site, single)
+
+
+def kept_report(suite: Suite, options: Options) -> Report:
+    """What the rows in the folder of the report show; without pictures."""
+    out = options.out
+    comparison, origins = kept_comparison(out), read_origins(out)
+    origin = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
+    quick = origins.get(TIMES, origin).get("setting") == "quick"
+    return Report(
+        suite,
+        replace(options, quick=quick),
+        kept_claims(out, suite.claims),
+        comparison,
+        comparison_tables(comparison.work_precision, () if quick else suite.targets),
+        kept_sections(out, suite.sections),
+        {name: text for name, text in origin.items() if name != "setting"},
+        kept=True,
+    )
 
 
 def _build(
-    suite: Suite, options: Options, cache: BuildCache, single: bool
+    suite: Suite, options: Options, cache: BuildCache, site: SiteBuilder, single: bool
 ) -> tuple[Verified, Compared, list[SectionResult]]:
     studies = [section.title for section in runnable(suite.sections)]
-    pages = partial(_pages, each=remembering(map_in_workers))
+    pages = partial(write_pages, site=site, each=remembering(map_in_workers))
     so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
     part = 0 < len(options.claims) < len(suite.claims)
     if not (options.quick or part or options.contenders or cache.taken):
@@ -110,10 +127,10 @@ def _build(
     cache.look()
     provenance = suite.provenance(options.command)
     note_origin(options.out, PAGE, provenance, options.quick)
-    report = Contents(
+    report = Report(
         suite, options, checked, compared.measured, compared.tables, sections, provenance
     )
-    pages(report, single)
+    pages(report, single=single)
     if cache.edited:
         print(f"Changed: {cache.provenance()['changed']}.", file=sys.stderr)
     return verified, compared, sections
@@ -122,7 +139,7 @@ def _build(
 def _so_far(
     suite: Suite,
     options: Options,
-    pages: Callable[[Contents], Path],
+    pages: Callable[[Report], object],
     checked: list[ClaimResult],
     comparison: Comparison,
     left: tuple[str, ...],
@@ -131,23 +148,25 @@ def _so_far(
     if not options.quick:
         tables = comparison_tables(comparison.work_precision, suite.targets)
         provenance = suite.provenance(options.command)
-        pages(Contents(suite, options, checked, comparison, tables, [], provenance, left=left))
+        pages(Report(suite, options, checked, comparison, tables, [], provenance, left=left))
 
 
-def _pages(
-    report: Contents,
-    single: bool = False,
-    each: Callable[..., Iterable[Any]] = map_in_workers,
-) -> Path:
-    out, left = report.options.out, report.left
+def write_pages(
+    report: Report, site: SiteBuilder, single: bool = False, each: Draw = map_in_workers
+) -> list[str]:
+    """Draw the figures and write the site; returns the warnings of Sphinx."""
+    out, left = report.out, report.left
     gallery = draw(report.checked, report.comparison, report.sections, each)
     save(gallery, out / "figures")
-    page = content(report, gallery, history(out))
+    report = replace(report, gallery=gallery, history=history(out))
     write(out / "cite.bib", bibliography())
     if report.checked and not left:
         write(out / "tables" / "numbers.tex", numbers(out))
-    first = write_site(page, out)
-    print(f"{'Still to come: ' + ', '.join(left) + '. ' if left else ''}The page is {first}.")
+    warnings = site(report)
+    for sentence in warnings:
+        print(f"Warning: {sentence}", file=sys.stderr)
+    to_come = f"Still to come: {', '.join(left)}. " if left else ""
+    print(f"{to_come}The page is {out / PAGE}.")
     if single:
-        print(f"All of it in one file: {write_single(page, out)}.")
-    return first
+        print(f"All results in one file: {write_single(report)}.")
+    return warnings

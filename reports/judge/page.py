@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.applications.judging.judgement import Judgement
@@ -18,13 +19,12 @@ from benchmarks.store.cells import as_csv
 from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences
-from reports.page.render import page_environment, style
-from reports.page.site import grid
+from reports.tables.html import html_table
 from reports.tables.number_format import readable, seconds
 
 HERE = Path(__file__).parent
 MOST_PARTS, MOST_MEETINGS = 30, 50
-NUMBER = "number"
+NUMBERS = ("error", "at the end", "time", "quartiles", "energy", "distance", "Hill radii")
 
 
 def write_judgement(found: Judgement, name: str, facts: Mapping[str, Any], folder: Path) -> Path:
@@ -107,14 +107,14 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
             lambda t: time_text(found.truth, t) if t == t else "beyond the end"
         ),
     ).rename(columns={"start_known_to": "start known to", "until": "predicts until t ="})
-    numbers = dict.fromkeys(
-        ("error", "at the end", "time", "quartiles", "energy", "distance", "Hill radii"), NUMBER
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    return page_environment(HERE).get_template("judge.html.j2").render(
-        css=style(), name=name, sentences=sentences(found), notes=found.notes,
+    return environment.get_template("judge.html.j2").render(
+        css=Markup((HERE / "judge.css").read_text(encoding="utf-8")), name=name, sentences=sentences(found), notes=found.notes,
         picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
-        tried=grid(tried, numbers), parts=grid(parts, dict.fromkeys(parts.columns[1:], NUMBER)),
-        meetings=grid(meetings, numbers), ends=grid(ends),
+        html_table=html_table, numbers=NUMBERS,
+        tried=tried, parts=parts, meetings=meetings, ends=ends,
         part=found.kind.PART, can_meet=len(found.encounters.columns) > 0,
         left_out=max(0, len(found.parts) - MOST_PARTS), meetings_in_all=len(found.encounters),
         facts=facts, samples=found.samples, compared=len(found.own_errors) - 1,

@@ -1,24 +1,115 @@
-"""The documentation: what is generated, and its links."""
+"""The site: docs and results, by Sphinx.
+
+Sphinx reads a copy of the folder docs with the generated pages beside it, in a temporary folder:
+the sources may be read-only, and what Sphinx keeps are pickles, which must not be loaded from a
+folder that travels.
+"""
 
 from __future__ import annotations
 
+import io
 import os
+import re
 import shutil
-from collections.abc import Collection, Iterator, Mapping
+import tempfile
+import warnings
+from collections.abc import Collection, Mapping
+from contextvars import ContextVar
 from html.parser import HTMLParser
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+from benchmarks.store.atomic import write
 from benchmarks.work_precision.run import problems
 from reports.contents import CHECKS, SECTIONS
-from reports.figures.drawing import slug
-from reports.page.render import PARTS
+from reports.figures.picture import slug
 from reports.site import commands, defects, peers, reference
+from reports.site.pages import DOCS, RESULTS, rendered, single_file
+from reports.site.report import Report
 
+SINGLE = "report.html"
 OUTSIDE = "external_links.txt"
+GENERATED = "generated"
+PACKAGES = ("galvi", "references", "benchmarks", "reports")  # of which pages include lines
+CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
+COLOUR = re.compile("\x1b\\[[0-9;]*m")
+MATHJAX = "mathjax/tex-svg.js"  # under _static
+FRONT = "index"  # page beside those of RESULTS that shows results
+
+SHOWN: ContextVar[Report] = ContextVar("SHOWN")
+
+
+def write_single(report: Report) -> Path:
+    """Write all results as one self-contained file; returns its path."""
+    return write(report.out / SINGLE, single_file(report))
+
+
+class SiteBuilder:
+    """Builds the site as often as it is called; what Sphinx keeps from one time to the next is
+    removed when the context ends.
+
+    tutorials     run their code, unless it ran before; else it is shown without what it prints
+    only_results  the pages of results alone, without the docs' text, as tests build them
+    """
+
+    def __init__(self, tutorials: bool = False, only_results: bool = False) -> None:
+        self.tutorials, self.only_results = tutorials, only_results
+
+    def __enter__(self) -> SiteBuilder:
+        self.folder = tempfile.TemporaryDirectory(prefix="galvi-site-")
+        self.source = Path(self.folder.name) / "docs"
+        shutil.copytree(DOCS, self.source, ignore=shutil.ignore_patterns(GENERATED))
+        for name in PACKAGES:
+            package = Path(str(import_module(name).__file__)).parent
+            (self.source.parent / name).symlink_to(package, target_is_directory=True)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.folder.cleanup()
+
+    def __call__(self, report: Report) -> list[str]:
+        """Write the site to the folder of the report; returns Sphinx's warnings, and a sentence for
+        each link that leads nowhere."""
+        from sphinx.application import Sphinx
+        from sphinx.util.docutils import docutils_namespace, patch_docutils
+
+        if not self.only_results:
+            write_pages(self.source)
+        told, token = io.StringIO(), SHOWN.set(report)
+        try:
+            with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                site = Sphinx(
+                    self.source, self.source, report.out, self.source.parent / "doctrees", "html",
+                    self._settings(), status=None, warning=told, keep_going=True,
+                )  # fmt: skip
+                site.build()
+        finally:
+            SHOWN.reset(token)
+        text = COLOUR.sub("", told.getvalue()).replace(f"{self.source}{os.sep}", "")
+        said = text.splitlines()
+        if not self.only_results:
+            files = [Path(site.builder.get_outfilename(name)) for name in site.env.found_docs]
+            said += broken(report.out, files, anchors_of_results())
+        return said
+
+    def _settings(self) -> dict[str, Any]:
+        if self.only_results:
+            return {
+                "root_doc": f"{RESULTS}/index",
+                "include_patterns": [f"{RESULTS}/**"],
+                "suppress_warnings": ["toc.not_included"],
+            }
+        if not self.tutorials:
+            return {"nb_execution_mode": "off"}
+        cache = DOCS / GENERATED / ".cache"
+        os.environ["IPYTHONDIR"] = str(cache / "ipython")  # no settings of whoever builds
+        quiet_kernel(cache / "ipython")
+        return {"nb_execution_mode": "cache", "nb_execution_cache_path": str(cache / "jupyter")}
 
 
 class Page(HTMLParser):
@@ -39,27 +130,28 @@ class Page(HTMLParser):
                 self.targets.add(value)
 
 
-def anchors_of_report() -> dict[str, set[str]]:
-    """Page of a whole report -> the places of it that the documentation may link."""
+def anchors_of_results() -> dict[str, set[str]]:
+    """Page of results -> the places of it that other pages may link, shown or not in this report."""
     return {
-        **{f"{part.name}.html": set() for part in PARTS},
-        "claims.html": {one.id for one in CHECKS},
-        "comparisons.html": {slug(name) for name in problems()},
-        "studies.html": {one.name.replace("_", "-") for one in SECTIONS},
+        f"{RESULTS}/claims.html": {claim.id for claim in CHECKS},
+        f"{RESULTS}/comparisons.html": {slug(name) for name in problems()},
+        f"{RESULTS}/studies.html": {section.name.replace("_", "-") for section in SECTIONS},
     }
 
 
-def broken(folder: Path, report: Mapping[str, Collection[str]]) -> Iterator[str]:
+def broken(
+    folder: Path, files: Collection[Path], results: Mapping[str, Collection[str]]
+) -> list[str]:
     """A sentence for each link inside that leads nowhere; those outside go to OUTSIDE.
 
-    folder  the built pages; the report's are in the folder above, or will be
-    report  as `anchors_of_report`
+    files    the built pages
+    results  as `anchors_of_results`
     """
     folder = folder.resolve()
-    pages = {path: Page(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html")
-             if "_static" not in path.parts}  # fmt: skip
+    pages = {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in files}
     outside: set[str] = set()
-    for path, page in pages.items():
+    sentences = []
+    for path, page in sorted(pages.items()):
         for target in sorted(page.targets):
             parts = urlsplit(target)
             if parts.scheme or parts.netloc:
@@ -67,90 +159,79 @@ def broken(folder: Path, report: Mapping[str, Collection[str]]) -> Iterator[str]
                 continue
             file = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             anchor = unquote(parts.fragment)
-            if file.parent == folder.parent:
-                found = file.name in report and (not anchor or anchor in report[file.name])
-            else:
-                found = file.is_file() and (
-                    not anchor or file not in pages or anchor in pages[file].anchors
-                )
-            if not found:
-                yield f"{path.relative_to(folder)}: the link to {target} leads nowhere."
-    lines = "".join(f"{one}\n" for one in sorted(outside))
-    (folder / OUTSIDE).write_text(lines, encoding="utf-8")
-
-
-FOLDER = "generated"
-MATHJAX = "mathjax/tex-svg.js"  # under _static
+            there = pages[file].anchors if file in pages else set()
+            if folder in file.parents:
+                there = there.union(results.get(file.relative_to(folder).as_posix(), ()))
+            if not file.is_file() or (anchor and file in pages and anchor not in there):
+                sentences.append(f"{path.relative_to(folder)}: the link to {target} leads nowhere.")
+    write(folder / OUTSIDE, "".join(f"{target}\n" for target in sorted(outside)))
+    return sentences
 
 
 def write_pages(source: Path) -> None:
-    """Write every generated page whose text has changed, and remove those that no longer are."""
-    folder = source / FOLDER
-    pages = dict(chain(reference.pages(), commands.pages(), peers.pages(), defects.pages()))
-    for path in folder.rglob("*.md"):
-        if str(path.relative_to(folder)) not in pages:
-            path.unlink()
-    for name, text in pages.items():
-        path = folder / name
+    """Write every generated page whose text has changed."""
+    for name, text in chain(reference.pages(), commands.pages(), peers.pages(), defects.pages()):
+        path = source / GENERATED / name
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            write(path, text)
 
 
 def copy_mathjax(static: Path) -> None:
     """One file of MathJax, so that formulas are read without a network."""
-    found = find_spec("mathjax")
-    assert found is not None and found.submodule_search_locations is not None
-    (folder,) = found.submodule_search_locations
+    package = find_spec("mathjax")
+    assert package is not None and package.submodule_search_locations is not None
+    (folder,) = package.submodule_search_locations
     (static / MATHJAX).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(Path(folder) / "static" / "mathjax" / "es5" / Path(MATHJAX).name, static / MATHJAX)
 
 
 def quiet_kernel(folder: Path) -> None:
     """IPython's settings for the code of tutorials: its notices are none of the documentation's."""
-    settings = folder / "profile_default" / "ipython_kernel_config.py"
-    settings.parent.mkdir(parents=True, exist_ok=True)
-    settings.write_text("get_config().IPKernelApp.log_level = 'ERROR'\n", encoding="utf-8")
+    write(
+        folder / "profile_default" / "ipython_kernel_config.py",
+        "get_config().IPKernelApp.log_level = 'ERROR'\n",
+    )
 
 
-def begin(app: Any) -> None:
-    """Sphinx's `builder-inited`."""
-    write_pages(Path(app.srcdir))
-    quiet_kernel(Path(os.environ["IPYTHONDIR"]))
-    copy_mathjax(Path(app.outdir) / "_static")
+def shows_results(name: str) -> bool:
+    """Whether a page has expressions that show a report."""
+    return name == FRONT or name.startswith(f"{RESULTS}/")
 
 
-def finish(app: Any, error: Exception | None) -> None:
-    """Sphinx's `build-finished`."""
-    from sphinx.util import logging
+def fill_in(app: Any, name: str, source: list[str]) -> None:
+    """Sphinx's `source-read`: the expressions of a page are replaced by what the report has, and
+    code that is not run is text."""
+    if shows_results(name):
+        source[0] = rendered(source[0], name, SHOWN.get())
+    elif app.config.nb_execution_mode == "off":
+        source[0] = CELL.sub("```python\n", source[0])
 
-    if error is None and app.builder.name == "html":
-        for sentence in broken(Path(app.outdir), anchors_of_report()):
-            logging.getLogger(__name__).warning(sentence)
+
+def outdated(app: Any, env: Any, *changes: Any) -> list[str]:
+    """Sphinx's `env-get-outdated`: rows may have changed where the page's text has not."""
+    return [name for name in env.found_docs if shows_results(name)]
 
 
 GALLERY = "tutorials/index"
 
 
 def picture_cards(app: Any, tree: Any, page: str) -> None:
-    """Sphinx's `doctree-resolved`: each card of the gallery has its tutorial's first picture."""
+    """Sphinx's `doctree-resolved`: each card of the gallery has its tutorial's first picture, where
+    the tutorials were run."""
     from docutils import nodes
-    from sphinx.util import logging
 
     if page != GALLERY:
         return
-    cards = [one for one in tree.findall(nodes.container) if "sd-card" in one["classes"]]
+    cards = [node for node in tree.findall(nodes.container) if "sd-card" in node["classes"]]
     for card in cards:
         (link,) = card.findall(nodes.reference)
         name = f"tutorials/{Path(link['refuri']).stem}"
         picture = next(app.env.get_doctree(name).findall(nodes.image), None)
-        if picture is None:
-            logging.getLogger(__name__).warning(f"{name} has no picture for its card.")
-            continue
-        picture = picture.deepcopy()
-        picture["classes"] = ["sd-card-img-top"]
-        picture["alt"] = f"A figure of the tutorial: {link.astext()}"
-        card.insert(0, picture)
+        if picture is not None:
+            picture = picture.deepcopy()
+            picture["classes"] = ["sd-card-img-top"]
+            picture["alt"] = f"A figure of the tutorial: {link.astext()}"
+            card.insert(0, picture)
 
 
 def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
@@ -164,11 +245,12 @@ def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], t
 
 def setup(app: Any) -> dict[str, bool]:
     """Called by Sphinx."""
-    app.connect("builder-inited", begin)
-    app.connect("env-updated", lambda app, env: [GALLERY])
+    app.connect("builder-inited", lambda app: copy_mathjax(Path(app.outdir) / "_static"))
+    app.connect("env-get-outdated", outdated)
+    app.connect("source-read", fill_in)
+    app.connect("env-updated", lambda app, env: [GALLERY] if GALLERY in env.found_docs else [])
     app.connect("doctree-resolved", picture_cards)
     app.connect("html-page-context", label_toggles, priority=900)  # after the theme's own
-    app.connect("build-finished", finish)
     app.connect("autodoc-process-docstring", reference.docstring)
     app.connect("autodoc-process-signature", reference.signature)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+    return {"parallel_read_safe": False, "parallel_write_safe": True}

@@ -9,7 +9,7 @@ these claims, or of none for "-". What an earlier table of the page shows is not
 
     {claim}`V4`
 
-leads to a claim's section of the report.
+leads to a claim's section of the results.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 from markupsafe import escape
 
 from benchmarks.claims.statements import Statement, statements
-from reports.page.typeset import MINUS, typeset
+from reports.site.typeset import MINUS, typeset
 
 FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
 PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
@@ -32,7 +32,7 @@ NAMES = "alpha beta gamma eta theta lambda mu nu xi pi rho sigma phi psi omega"
 GREEK = dict(zip(NAMES.split(), "αβγηθλμνξπρσφψω", strict=True))
 LETTER = re.compile(rf"(?<![^\W_])(d?)({'|'.join(GREEK)})(?![^\W\d_])", re.IGNORECASE)
 NONE = "-"  # in brackets: lines of no claim
-CLAIMS = "claims.html"  # of the report, in the folder above the site
+CLAIMS = "results/claims.html"
 STYLE = Path(__file__).with_name("ledger.css")
 HEADINGS = ("where", "what it says", "what became of it")
 
@@ -84,23 +84,23 @@ def tables_of(page: str) -> Iterator[list[Statement]]:
         yield found
 
 
-def table(found: Iterable[Statement], report: str) -> str:
-    """The lines as HTML; ``report`` is the way to the report's folder, '' or ending in '/'."""
+def table(found: Iterable[Statement], up: str) -> str:
+    """The lines as HTML; ``up`` is the way to the site's folder, '' or ending in '/'."""
     head = "".join(f'<th scope="col">{heading}</th>' for heading in HEADINGS)
-    body = "\n".join(_line(one, report) for one in found)
+    body = "\n".join(_line(one, up) for one in found)
     return (
         f'<div class="ledger"><table>\n<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody></table></div>"
     )
 
 
-def where_is(claim: str, report: str) -> str:
-    """The address of a claim's section; ``report`` as for `table`."""
-    return f"{report}{CLAIMS}#{claim}"
+def where_is(claim: str, up: str) -> str:
+    """The address of a claim's section; ``up`` as for `table`."""
+    return f"{up}{CLAIMS}#{claim}"
 
 
-def _line(one: Statement, report: str) -> str:
-    links = " ".join(f'<a href="{where_is(name, report)}">{name}</a>' for name in one.claims)
+def _line(one: Statement, up: str) -> str:
+    links = " ".join(f'<a href="{where_is(name, up)}">{name}</a>' for name in one.claims)
     kind = one.status.replace(" ", "-")
     status = f"{one.status}, {one.effect}" if one.effect else one.status
     became = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(one.why)]
@@ -127,7 +127,7 @@ def setup(app: Any) -> dict[str, Any]:
     from sphinx.util.docutils import SphinxDirective, SphinxRole
 
     def up(docname: str) -> str:
-        return "../" * (docname.count("/") + 1)
+        return "../" * docname.count("/")
 
     class Ledger(SphinxDirective):
         """Lines of the ledger as a table."""

@@ -1,7 +1,7 @@
 """A page for each integrator that the comparisons time, from their own data.
 
 What they do not hold is in ``peers.csv``, with its source: what an integrator is, what it
-conserves, its defects, its documentation. Links into the report are ``studies.html#...`` there.
+conserves, its defects, its documentation. Links to results are ``studies.html#...`` there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.claims.agreements import WithGalvi
 from benchmarks.claims.documents import all_documents, measuring
-from benchmarks.store.provenance import ROOT
+from benchmarks.store.provenance import versions
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
 from benchmarks.work_precision.problems import work_precision_problems
@@ -62,21 +62,14 @@ class Peer:
 
     @property
     def package(self) -> str:
-        """Package and version that the suite is tested with; "" for what the repository holds."""
+        """Package and installed version; "" for what the repository holds."""
         name = PACKAGES.get(self.family.split()[0])
-        return f"{name} {pins()[name]}" if name else ""
+        return f"{name}, {versions()[name]}" if name else ""
 
     @property
     def references(self) -> set[str]:
         """The names of its contenders."""
         return {one.contender.name for ran in self.runs.values() for one in ran}
-
-
-@cache
-def pins() -> dict[str, str]:
-    """Package -> version, from constraints.txt."""
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    return dict(line.split("==") for line in lines if "==" in line and line[0] != "#")
 
 
 @cache
@@ -103,8 +96,8 @@ def pages() -> Iterator[tuple[str, str]]:
     yield "peers/index.md", "\n".join((
         "# Compared integrators", "",
         "The codes that the suite times at equal error, and galvi's own methods: what they "
-        "conserve, how they are set, what the suite found. Times and errors are in the report, "
-        "which `make report` writes; links to claims, studies and comparisons lead into it.", "",
+        "conserve, how they are set, what the suite found. Times and errors are in the "
+        "[comparisons](../../results/comparisons.md).", "",
         "| integrator | order | package | problems |", "|---|---|---|---|", *rows, "",
         "```{toctree}", ":hidden:", "", *(one.file for one in peers()), "```", "",
     ))  # fmt: skip
@@ -124,7 +117,7 @@ def _page(one: Peer) -> str:
         ("Steps", " and ".join(sorted(steps))),
         ("Conserves", facts["conserves"]),
         ("Known limits and defects", facts["defects"]),
-        ("Package", f"{one.package}, from constraints.txt" if one.package else "this repository"),
+        ("Package", one.package if one.package else "this repository"),
         ("Documentation", described if place else ""),
         ("Agrees with galvi", f"in {', '.join(checked)}" if checked else ""),
         ("Sources", facts["source"]),
@@ -139,7 +132,7 @@ def _page(one: Peer) -> str:
         shown = "\n  ".join(listed) if len(ran) > 1 else listed[0][2:]
         text += [f"[{label.title}](comparisons.html#{slug(problem)})", f": {shown}"]
         text += [""]
-    linked = REPORT.sub(r'<a class="report" href="../../../\2">\1</a>', "\n".join(text))
+    linked = REPORT.sub(r'<a class="report" href="../../results/\2">\1</a>', "\n".join(text))
     return FILE.sub(r"`\1`", linked)
 
 

@@ -18,8 +18,6 @@ from benchmarks.store.cells import as_csv
 from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.style.layout import NoData
 from reports.figures.track_record import track_record
-from reports.page.render import PARTS, render
-from reports.page.site import Grid, contents, documented, grid, write_assets
 from reports.results.options import OUT, OWN_FOLDER
 from reports.results.section import Figure
 from reports.tables.number_format import known, plain, readable
@@ -63,8 +61,8 @@ class Place:
     anchor: str
     name: str
     benches: int
-    rows: Grid
-    commits: Grid | None
+    rows: pd.DataFrame
+    commits: pd.DataFrame | None
     extremes: str
     pictures: tuple[Picture, ...]
     changes: tuple[str, ...]
@@ -78,7 +76,7 @@ class History:
     text: str
     places: tuple[Place, ...]
     said: tuple[str, ...]
-    visible: Grid | None
+    visible: pd.DataFrame | None
 
 
 def history(out: Path) -> History | None:
@@ -109,23 +107,11 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
     found = history(out)
     if found is None:
         found = History(TEXT, (), (_no_bench(out),), None)
-    (part,) = (one for one in PARTS if one.name == "history")
-    beside = [one for one in PARTS if one is part or (out / f"{one.name}.html").is_file()]
-    content = {
-        "history": found,
-        "date": provenance.get("date", ""),
-        "commit": provenance.get("commit", "unknown")[:12],
-        "quick": False,
-    }
-    listed = list(contents(part, content))
-    write_assets(out)
-    text = render(content, (part,), beside, listed, documentation=documented(out))
-    page = write(out / "history.html", text)
     said += [*found.said, *(f"{change}." for place in found.places for change in place.changes)]
     for sentence in said:
         tell(sentence)
     count = pd.read_csv(out / "history.csv")["file"].nunique()
-    tell(f"{count} bench{'' if count == 1 else 'es'}; the page is {page}.")
+    tell(f"{count} bench{'' if count == 1 else 'es'}.")
     return 0
 
 
@@ -162,8 +148,8 @@ def _places(frame: pd.DataFrame) -> Iterator[Place]:
             anchor="place-" + re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"),
             name=name,
             benches=max(len(one.values) for one in own),
-            rows=grid(table, dict.fromkeys(table.columns[1:], NUMBER)),
-            commits=grid(_readable(benches), dict.fromkeys(tuple(benches)[2:], NUMBER)),
+            rows=table,
+            commits=_readable(benches),
             extremes=_extremes(benches),
             pictures=tuple(one for one in pictures if one is not None),
             changes=tuple(changes),
@@ -219,7 +205,7 @@ def _extremes(benches: pd.DataFrame) -> str:
     )
 
 
-def _visible(path: Path) -> Grid | None:
+def _visible(path: Path) -> pd.DataFrame | None:
     """From the samples of the last `track --against`; None where there are none."""
     try:
         pairs = json.loads(path.read_text(encoding="utf-8"))["benchmarks"]
@@ -241,7 +227,7 @@ def _visible(path: Path) -> Grid | None:
             }
         )
     table = pd.DataFrame(lines)
-    return grid(table, dict.fromkeys(table.columns[1:], NUMBER)) if lines else None
+    return table if lines else None
 
 
 def _percent(number: float) -> str:

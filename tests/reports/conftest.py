@@ -50,6 +50,16 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def pages_as_text() -> Iterator[None]:
+    """Sphinx takes seconds, and does not change what the pages say."""
+    from tests.reports.sites import BUILDER, TextSite
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BUILDER, TextSite)
+        yield
+
+
 @pytest.fixture(scope="session")
 def make_row() -> Callable[..., Row]:
     """A row of a claim that holds, with some of its fields replaced."""

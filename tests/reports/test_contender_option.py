@@ -84,7 +84,7 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
             table == "choices"
         )
     assert "my leapfrog" in (tmp_path / "figures" / "work-precision-kepler-e-0-6.svg").read_text()
-    assert "my leapfrog" in (tmp_path / "comparisons.html").read_text()
+    assert "my leapfrog" in (tmp_path / "results" / "comparisons.html").read_text()
 
 
 def test_a_check_of_a_contender_that_was_not_named_says_so(make_suite, tmp_path, capsys):

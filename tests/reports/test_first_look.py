@@ -29,7 +29,7 @@ def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(
 ) -> None:
     bench.stop = part
     assert bench("build", "--out", str(tmp_path))[0] == 2
-    page = (tmp_path / "index.html").read_text()
+    page = (tmp_path / "results" / "index.html").read_text()
     assert f"{NOTE}.</strong> To come: {to_come}." in page
 
 
@@ -52,7 +52,7 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     said = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
     assert [line.count(",") for line in said] == [2, 1, 0, 0]
     assert said[-1].startswith("The page is")
-    assert NOTE not in (tmp_path / "index.html").read_text()
+    assert NOTE not in (tmp_path / "results" / "index.html").read_text()
 
 
 @pytest.mark.slow_cases("words1")

@@ -87,7 +87,7 @@ def test_the_page_shows_both_machines_and_no_history_where_none_is_kept(
     (out / "history.html").write_text("of an earlier report")
     merge(out, [report(tmp_path / "there")])
     build_kept(make_suite(), Options(False, (), out, "build --kept", ()))
-    page = (out / "comparisons.html").read_text(encoding="utf-8")
+    page = (out / "results" / "comparisons.html").read_text(encoding="utf-8")
     assert "On EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in page
     assert "On Xeon; galvi and heyoka compile for sapphirerapids, AVX-512." in page
     assert "no AVX but where it chooses at run time" in page  # how REBOUND was compiled

@@ -67,7 +67,7 @@ def suite_with(make_suite):
 def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path):
     long = walks(1e6, commit="feedfacecafe", drift=1.0)
     assert run(lambda: suite_with(long), ["build", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "studies.html").read_text(encoding="utf-8")
+    page = (tmp_path / "results" / "studies.html").read_text(encoding="utf-8")
     for text in (*(study.title for study in STUDIES), "feedfacecafe", "2026-01-01", "drifts"):
         assert text in page
     assert "make studies" not in page
@@ -83,7 +83,7 @@ def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path
 @pytest.mark.usefixtures("undrawn")
 def test_a_long_study_that_was_not_run_says_how_to(suite_with, tmp_path):
     assert run(lambda: suite_with(few=2), ["build", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "studies.html").read_text(encoding="utf-8")
+    page = (tmp_path / "results" / "studies.html").read_text(encoding="utf-8")
     assert "Short version: make studies runs the long one." in page
 
 
@@ -97,7 +97,7 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
         suite = suite_with(long, few=2, measure=broken)
         assert run(lambda suite=suite: suite, ["build", "--out", str(tmp_path)]) == 1
         assert "Round-off: not run (OSError: the lamp went out)." in capsys.readouterr().err
-        page = (tmp_path / "studies.html").read_text(encoding="utf-8")
+        page = (tmp_path / "results" / "studies.html").read_text(encoding="utf-8")
         assert ("at commit feedfacecafe" in page) is shown
         assert ('<h2 id="brouwer">' in page) is shown
         left_out = page.partition('<h2 id="not-run">')[2]
@@ -115,7 +115,7 @@ def test_a_study_without_its_engine_is_named_and_no_failure(suite_with, tmp_path
         assert run(lambda suite=suite: suite, ["build", "--out", str(tmp_path)]) == 0
         said = capsys.readouterr().err
         assert said.index("Round-off: will not run. Install the lamp.") < said.index("[1/")
-        page = (tmp_path / "studies.html").read_text(encoding="utf-8")
+        page = (tmp_path / "results" / "studies.html").read_text(encoding="utf-8")
         assert "Install the lamp." in page
         assert ("at commit feedfacecafe" in page) is shown
 

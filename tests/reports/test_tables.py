@@ -21,7 +21,7 @@ from reports.cli.commands import run
 from reports.contents import load
 from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
-from reports.page.chooser import default_step
+from reports.site.comparisons import default_step
 from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 from reports.tables.comparison_tables import (
     OF_RK4,
@@ -103,13 +103,13 @@ def test_runs_of_the_quick_setting_are_shown_and_judged_by_no_target(make_suite,
 def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
     suite = make_suite(targets=PLANTED)
     run(lambda: suite, ["build", "--out", str(tmp_path)])
-    page = (tmp_path / "comparisons.html").read_text(encoding="utf-8")
+    page = (tmp_path / "results" / "comparisons.html").read_text(encoding="utf-8")
     place = page[page.index('<h2 id="targets">Targets</h2>') : page.index('<h2 id="cost">')]
     assert "<td>missed</td>" in place and '<td class="absent">not run</td>' in place
     assert '<a href="#targets">' in page
     assert "1.0·10⁻⁵" in place
     run(lambda: suite, ["build", "--quick", "--out", str(tmp_path)])
-    assert "targets" not in (tmp_path / "comparisons.html").read_text(encoding="utf-8")
+    assert "targets" not in (tmp_path / "results" / "comparisons.html").read_text(encoding="utf-8")
 
 
 def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):

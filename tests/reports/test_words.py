@@ -10,9 +10,9 @@ import pytest
 
 from benchmarks.checks.claim import AGREEMENT
 from benchmarks.claims.statements import Statement
-from reports.page.claim_section import after, shared_parts
-from reports.page.content import absent, peers
-from reports.page.typeset import typeset
+from reports.site.claims import after, shared_parts
+from reports.site.comparisons import absent_engines, installed_engines
+from reports.site.typeset import typeset
 from reports.results import summary as outcome
 from reports.results.summary import Summary
 from reports.tables.comparison_tables import fastest_per_error, readable_fastest
@@ -187,13 +187,13 @@ def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row
         make_row(id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
         make_row(),
     )
-    (found,) = absent(origin, runs, targets, rows)
+    (found,) = absent_engines(origin, runs, targets, rows)
     assert found.text.startswith(
         "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
     )
-    assert found.why == why and absent({}, runs, targets, rows) == ()
-    assert peers(origin) == "REBOUND, MuJoCo and SciPy"
-    assert peers({}).endswith("SciPy and heyoka")
+    assert found.reason == why and absent_engines({}, runs, targets, rows) == ()
+    assert installed_engines(origin) == "REBOUND, MuJoCo and SciPy"
+    assert installed_engines({}).endswith("SciPy and heyoka")
 
 
 def test_orders_whose_stated_errors_are_too_small_are_no_success(make_row):

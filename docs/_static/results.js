@@ -4,47 +4,45 @@ const fold = (text) => text.toLowerCase().normalize("NFKD");
 
 function searchClaims() {
   const form = document.querySelector("form.search");
-  if (!form) return;
-  const [words, verdict, said] = ["input", "select", "output"].map((tag) => form.querySelector(tag));
-  const claims = [...document.querySelectorAll("article.claim")];
-  const texts = claims.map((claim) => fold(claim.textContent));
-  const printed = [...document.querySelectorAll("section.printed")];
+  if (!form || !document.getElementById("claim-search")) return;
+  const [words, verdict, count] = ["input", "select", "output"].map((tag) => form.querySelector(tag));
+  const claims = [...document.querySelectorAll(".claim")];
+  const printed = [...document.querySelectorAll(".printed")];
+  const texts = claims.map((claim) => fold(claim.closest("section").textContent));
+  const isId = (word) => /^[vla]\d+$/.test(word);
   const show = () => {
     const asked = fold(words.value).split(/\s+/).filter(Boolean);
-    let count = 0;
+    let shown = 0;
     claims.forEach((claim, k) => {
-      const own = claim.id.toLowerCase();
-      const fits = asked.every((word) => (/^[vla]\d+$/.test(word) ? own === word : texts[k].includes(word)))
+      const fits = asked.every((word) => (isId(word) ? claim.id.toLowerCase() === word : texts[k].includes(word)))
         && (!verdict.value || claim.dataset.verdicts.split(",").includes(verdict.value));
-      claim.hidden = !fits;
-      if (asked.length) claim.querySelectorAll("details").forEach((one) => { one.open = fits && texts[k].length < 40000; });
-      count += fits;
+      claim.closest("section").hidden = !fits;
+      if (asked.length) claim.querySelectorAll("details").forEach((part) => { part.open = fits && texts[k].length < 40000; });
+      shown += fits;
     });
-    printed.forEach((one) => {
-      const text = fold(one.textContent);
-      const named = [...one.querySelectorAll("a")].map((link) => fold(link.textContent));
-      const fits = asked.every((word) => (/^[vla]\d+$/.test(word) ? named.includes(word) : text.includes(word)));
-      one.hidden = Boolean(verdict.value) || !fits;
+    printed.forEach((part) => {
+      const text = fold(part.textContent);
+      const named = [...part.querySelectorAll("a")].map((link) => fold(link.textContent));
+      const fits = asked.every((word) => (isId(word) ? named.includes(word) : text.includes(word)));
+      part.hidden = Boolean(verdict.value) || !fits;
     });
-    document.querySelectorAll("main h2[id^='part-']").forEach((heading) => {
-      let next = heading.nextElementSibling, any = false;
-      for (; next && next.tagName !== "H2"; next = next.nextElementSibling) any ||= next.matches("article:not([hidden]), section.printed:not([hidden])");
-      heading.hidden = !any;
+    // A heading stays where something below it does: first those of parts, then those of documents.
+    const holders = [...new Set([...claims, ...printed].flatMap((part) => {
+      const section = part.closest("section"), inner = part.matches(".claim") ? section.parentElement : section;
+      return [inner, inner.parentElement];
+    }))].filter((section) => section && section.matches("section section"));
+    holders.forEach((section) => {
+      section.hidden = ![...section.querySelectorAll(".claim, .printed")].some((part) => !part.hidden && !(part.matches(".claim") && part.closest("section").hidden));
     });
-    document.querySelectorAll("p.document").forEach((title) => {
-      let next = title.nextElementSibling, any = false;
-      for (; next && !next.matches("p.document"); next = next.nextElementSibling) any ||= next.matches("h2:not([hidden])");
-      title.hidden = !any;
-    });
-    said.textContent = `${count} of ${claims.length} claims`;
+    count.textContent = `${shown} of ${claims.length} claims`;
   };
   form.hidden = false;
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("input", show);
   // A link to a hidden claim shows all of them again.
   addEventListener("hashchange", () => {
-    const there = document.getElementById(location.hash.slice(1));
-    if (there && there.hidden) { form.reset(); show(); there.scrollIntoView(); }
+    const target = document.getElementById(location.hash.slice(1));
+    if (target && target.closest("[hidden]")) { form.reset(); show(); target.scrollIntoView(); }
   });
   show();
 }
@@ -102,9 +100,5 @@ function play(figure) {
 searchClaims();
 document.querySelectorAll("form.filter").forEach(filterTable);
 document.querySelectorAll("figure.motion").forEach(play);
-// On a narrow page the contents begin closed.
-if (matchMedia("(max-width: 1049px)").matches) {
-  document.querySelectorAll("aside details").forEach((one) => one.removeAttribute("open"));
-}
 // Print shows what is folded.
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((one) => { one.open = true; }));

@@ -1,4 +1,5 @@
-"""A claim's section of the page: figures, set-up, checks; text shared by all rows appears once."""
+"""The claims as the page shows them: under the headings of their documents, each with its figures,
+set-up and checks; text that all rows of a claim share appears once."""
 
 from __future__ import annotations
 
@@ -9,6 +10,8 @@ from itertools import takewhile
 
 from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.claims.documents import all_documents
+from benchmarks.claims.statements import Statement, statements_of
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
@@ -112,3 +115,53 @@ def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:
     same = [part for part in parts[0] if all(part in other for other in parts)] if parts else []
     rest = ["; ".join(part for part in one if part not in same) for one in parts]
     return "; ".join(same), rest
+
+
+EXTERNAL = "Claims of external integrators", "Their agreement with the truth"
+
+
+@dataclass(frozen=True)
+class ClaimGroup:
+    """What stands under a heading of a document.
+
+    document    its title where this is its first heading, else ""
+    statements  what the paper prints there
+    """
+
+    document: str
+    title: str
+    text: str
+    statements: tuple[Statement, ...]
+    claims: tuple[ClaimSection, ...]
+
+
+def paper_of(title: str) -> str:
+    """Of a document on a paper its letter and a space: "H, chapter 1" is on H."""
+    return f"{title[0]} " if title[1:2] in (",", ":") else ""
+
+
+def claim_groups(sections: Sequence[ClaimSection]) -> list[ClaimGroup]:
+    """Every claim once, under the heading of its document; those of no document last.
+
+    Headings without a claim among these are left out, unless these are all claims.
+    """
+    by_id = {section.claim.id: section for section in sections}
+    documented = [
+        entry.id for document in all_documents() for part in document.parts
+        for entry in part.sections
+    ]  # fmt: skip
+    complete = by_id.keys() >= set(documented)
+    groups = []
+    for document in all_documents():
+        title = document.title
+        for part in document.parts:
+            claims = [by_id[entry.id] for entry in part.sections if entry.id in by_id]
+            if claims or (complete and part.statements):
+                heading = f"{paper_of(document.title)}{part.title}"
+                printed = tuple(statements_of(part))
+                groups.append(ClaimGroup(title, heading, part.text, printed, tuple(claims)))
+                title = ""
+    external = tuple(section for id, section in by_id.items() if id not in documented)
+    if external:
+        groups.append(ClaimGroup(*EXTERNAL, "", (), external))
+    return groups

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from reports.page.site import Grid, grid
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import MARKS, Comparison, written
 from reports.results.origins import described, read_origins, short
@@ -36,18 +35,22 @@ def sources(
     checked: Sequence[ClaimResult],
     comparison: Comparison,
     sections: Sequence[SectionResult],
-) -> tuple[Source, ...]:
+) -> list[Source]:
     """The parts with rows, from what the folder says of its files; claims row by row."""
-    known = read_origins(out)
-    found = [("Claims", _of_claims(out, checked, known.get(CLAIMS, {})))] if checked else []
+    origins = read_origins(out)
+    parts = []
+    if checked:
+        parts.append(Source("Claims", _of_claims(out, checked, origins.get(CLAIMS, {}))))
     for part, file, frame in (
         ("Comparisons", "work_precision.csv", comparison.work_precision),
         ("Cost of a step", "cost.csv", comparison.cost),
     ):
-        found += [] if frame is None else [(part, (known.get(file, {}),))]
-    files = [f"{one.section.name}.csv" for one in sections if one.frame is not None]
-    found += [("Studies", tuple(known.get(file, {}) for file in files))] if files else []
-    return tuple(Source(*one) for one in found)
+        if frame is not None:
+            parts.append(Source(part, (origins.get(file, {}),)))
+    files = [f"{study.section.name}.csv" for study in sections if study.frame is not None]
+    if files:
+        parts.append(Source("Studies", tuple(origins.get(file, {}) for file in files)))
+    return parts
 
 
 def _of_claims(
@@ -57,7 +60,7 @@ def _of_claims(
     rows = written(out / CLAIMS, "id", last)
     if rows is None:
         return (last,)
-    rows = rows[rows["id"].isin([one.claim.id for one in checked])]
+    rows = rows[rows["id"].isin([result.claim.id for result in checked])]
     marks = rows[list(MARKS)].drop_duplicates().astype(str).to_dict("records")
     command = last.get("command", "")
     return tuple(
@@ -66,31 +69,32 @@ def _of_claims(
     )
 
 
-def statements(found: Sequence[Source]) -> list[str]:
+def sentences(parts: Sequence[Source]) -> list[str]:
     """E.g. "Claims: 2026-01-02 03:04 UTC, commit 01234"; parts of the same origin in one."""
-    parts: dict[str, list[str]] = {}
-    for one in found:
-        parts.setdefault(described(one.origins), []).append(one.part)
-    if len(parts) == 1 and len(found) > 1:
-        return [f"All numbers: {text}" for text in parts]
+    names: dict[str, list[str]] = {}
+    for source in parts:
+        names.setdefault(described(source.origins), []).append(source.part)
+    if len(names) == 1 and len(parts) > 1:
+        return [f"All numbers: {text}" for text in names]
     return [
-        f"{', '.join([names[0], *(name.lower() for name in names[1:])])}: {text}"
-        for text, names in parts.items()
+        f"{', '.join([first, *(name.lower() for name in others)])}: {text}"
+        for text, (first, *others) in names.items()
     ]
 
 
-def commands(found: Sequence[Source]) -> str:
+def command_lines(parts: Sequence[Source]) -> str:
     """The lines that measure all of it again: each commit, and the commands run there."""
     by_commit: dict[str, list[str]] = {}
-    for origin in (one for source in found for one in source.origins):
-        listed = by_commit.setdefault(short(origin.get("commit") or "unknown"), [])
+    for origin in (origin for source in parts for origin in source.origins):
+        commands = by_commit.setdefault(short(origin.get("commit") or "unknown"), [])
         command = without_folder(origin.get("command", ""))
-        listed += [command] if command and command not in listed else []
+        if command and command not in commands:
+            commands.append(command)
     lines = []
-    for commit, listed in by_commit.items():
-        hash_, _, changed = commit.partition(" ")
-        lines += [f"git checkout {hash_}{f'  # {changed}' if changed else ''}"]
-        lines += ["make install", ". .venv/bin/activate", *listed]
+    for commit, commands in by_commit.items():
+        digits, _, changed = commit.partition(" ")
+        lines += [f"git checkout {digits}{f'  # {changed}' if changed else ''}"]
+        lines += ["make install", ". .venv/bin/activate", *commands]
     return "\n".join(lines)
 
 
@@ -99,26 +103,26 @@ def without_folder(command: str) -> str:
     return re.sub(r""" --out(?:=| +)(?:'[^']*'|"[^"]*"|\S+)""", "", command)
 
 
-def files(origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]) -> Grid | None:
+def file_table(
+    origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]
+) -> pd.DataFrame:
     """A line for each file; its versions and machine where they differ from the shown ones."""
-    lines = []
-    for file, one in origins.items():
-        other = [
-            f"{name} {text}"
-            for name, text in one.items()
-            if name not in OF_A_RUN and shown.get(name) != text
-        ]
-        lines.append(
-            {
-                "file": file,
-                "written": one.get("date", ""),
-                "commit": short(one.get("commit") or "unknown"),
-                "setting": one.get("setting", ""),
-                "command": without_folder(one.get("command", "")),
-                "what differs from above": "; ".join(other),
-            }
-        )
+    lines = [
+        {
+            "file": file,
+            "written": origin.get("date", ""),
+            "commit": short(origin.get("commit") or "unknown"),
+            "setting": origin.get("setting", ""),
+            "command": without_folder(origin.get("command", "")),
+            "what differs from above": "; ".join(
+                f"{name} {text}"
+                for name, text in origin.items()
+                if name not in OF_A_RUN and shown.get(name) != text
+            ),
+        }
+        for file, origin in origins.items()
+    ]
     table = pd.DataFrame(lines)
     if len(table) and not table["what differs from above"].any():
         table = table.drop(columns="what differs from above")
-    return grid(table) if lines else None
+    return table

@@ -1,1 +1,0 @@
-"""The report as pages: a file for each part, or one self-contained file."""

@@ -1,1 +1,0 @@
-"""The templates of every page: one frame, one file for each part."""

@@ -1,0 +1,164 @@
+"""What the page of the comparisons and the page of results say, from the rows of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from benchmarks.checks.bounds import NOT_RUN
+from benchmarks.checks.claim import Row
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import fastest
+from benchmarks.work_precision.labels import label_of
+from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
+from reports.figures.work_precision import at_step
+from reports.results.summary import many
+from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
+from reports.tables.number_format import TIMES, readable, seconds
+
+ENGINES = {
+    "rebound": "REBOUND",
+    "mujoco-core": "MuJoCo",
+    "scipy": "SciPy",
+    "heyoka": "heyoka",
+}
+NOT_INSTALLED = "not installed"
+CHOICES = ("problem", "error asked", "among")  # columns by which the table of the fastest is filtered
+LIMITS = 1e-9, 1e-6  # errors that divide the answer on MuJoCo's default step
+
+
+@dataclass(frozen=True)
+class AbsentEngine:
+    """An engine that was not installed.
+
+    text    a sentence on what is missing
+    reason  the status of its runs, with the remedy; empty where nobody asked for them
+    """
+
+    name: str
+    text: str
+    reason: str
+
+
+def installed_engines(origin: Mapping[str, str]) -> str:
+    """Those of ENGINES that were installed, e.g. "REBOUND, MuJoCo and SciPy"."""
+    *most, last = [name for key, name in ENGINES.items() if origin.get(key) != NOT_INSTALLED]
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def absent_engines(
+    origin: Mapping[str, str],
+    runs: pd.DataFrame | None,
+    targets: pd.DataFrame,
+    rows: Sequence[Row],
+) -> tuple[AbsentEngine, ...]:
+    """Those of ENGINES that were not installed, by the versions in the comparisons' origin."""
+    return tuple(
+        _absent(package, name, runs, targets, rows)
+        for package, name in ENGINES.items()
+        if origin.get(package) == NOT_INSTALLED
+    )
+
+
+def is_run_by(engine: str, contender: str) -> bool:
+    """Whether this engine runs a contender."""
+    return contender.split(",")[0].split(" ")[0] == engine
+
+
+def _absent(
+    package: str, name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: Sequence[Row]
+) -> AbsentEngine:
+    missing = ["its times"]
+    if len(targets):
+        theirs = targets[[is_run_by(name, contender) for contender in targets["against"]]]
+        unmet = int((theirs["verdict"] == NOT_RUN).sum())
+        missing += [many(unmet, "target")] if unmet else []
+    ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and row.absent == package)
+    missing += [f"rows of {', '.join(ids)}"] if ids else []
+    listed = " and ".join(filter(None, (", ".join(missing[:-1]), missing[-1])))
+    reasons = [] if runs is None else [
+        status for contender, status in zip(runs["contender"], runs["status"], strict=True)
+        if is_run_by(name, contender) and status
+    ]  # fmt: skip
+    text = (
+        f"{name} was not installed for this build: {listed} are missing, and "
+        f"rankings exclude {name}."
+    )
+    return AbsentEngine(name, text, reasons[0] if reasons else "")
+
+
+def fastest_lines(choices: pd.DataFrame) -> pd.DataFrame:
+    """A line for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
+    parts = []
+    for problem in choices["problem"].drop_duplicates():
+        table = readable_fastest(choices, problem)
+        table.insert(0, "problem", label_of(str(problem)).title)
+        parts.append(table)
+    return pd.concat(parts, ignore_index=True).rename(columns={"error": "its error"})
+
+
+def filters(choices: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
+    """(column, heading, values) of each filter of `fastest_lines`; errors from large to small."""
+    table = fastest_lines(choices)
+    values = (
+        list(dict.fromkeys(table["problem"])),
+        [heading(error) for error in sorted(set(choices["asked"]), reverse=True)],
+        [text for name, text in AMONG.items() if (choices["of"] == name).any()],
+    )
+    return [
+        (list(table).index(name), name, texts) for name, texts in zip(CHOICES, values, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class DefaultStep:
+    """MuJoCo's RK4 at its default step: the answer in sentences, and a line for each problem."""
+
+    text: str
+    table: pd.DataFrame
+
+
+def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
+    """None without runs at this step."""
+    errors, lines = {}, []
+    for problem, rows in runs.groupby("problem", sort=False) if runs is not None else ():
+        reached = at_step(rows, MUJOCO_RK4.name, DEFAULT_STEP)
+        if reached is None:
+            continue
+        error, time = reached
+        counted = dependable(rows)
+        ours = fastest(counted[counted["contender"].map(is_ours)], error)
+        best = float("nan") if ours is None else float(ours["seconds"])
+        title = label_of(str(problem)).title
+        errors[title] = error
+        lines.append(
+            {
+                "problem": title,
+                "error": readable(error, 2),
+                "quantity": str(rows["quantity"].iloc[0]),
+                "time of MuJoCo's RK4": seconds(time),
+                "galvi's time": seconds(best) or "not reached",
+                "galvi is faster by": f"{readable(time / best, 2)}{TIMES}" if best == best else "",
+            }
+        )
+    if not lines:
+        return None
+    text = (
+        f"Its error at a step of {DEFAULT_STEP:g}. {_by_size(errors)} Errors are those at the end "
+        "of the comparison's run."
+    )
+    return DefaultStep(text, pd.DataFrame(lines))
+
+
+def _by_size(errors: Mapping[str, float]) -> str:
+    """The errors on each problem, by their size."""
+    small, large = map(heading, LIMITS)
+    groups: dict[str, list[str]] = {
+        f"Below {small}": [], f"Between {small} and {large}": [], f"Above {large}": [],
+    }  # fmt: skip
+    for name, error in errors.items():
+        group = sum(error >= limit for limit in LIMITS)
+        list(groups.values())[group].append(f"{name} ({readable(error, 2)})")
+    return " ".join(f"{words}: {'; '.join(names)}." for words, names in groups.items() if names)

@@ -1,0 +1,161 @@
+"""The pages of results: MyST with Jinja's expressions in docs/results, which show a report's rows.
+
+A page sees the report as `report`, and what is listed in `_environment`. Tables and long texts are
+HTML without blank lines in between, which MyST takes as they are.
+"""
+
+from __future__ import annotations
+
+import base64
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from benchmarks.checks.claim import Row
+from benchmarks.claims.statements import counted
+from benchmarks.store.provenance import ROOT
+from reports.figures.picture import Picture, slug
+from reports.results.origins import described
+from reports.site import comparisons
+from reports.site.report import Report
+from reports.site.sources import command_lines, file_table, sentences, without_folder
+from reports.site.typeset import typeset
+from reports.tables.chances import built, chances, elsewhere
+from reports.tables.comparison_tables import (
+    fastest_cells,
+    mujoco_overhead,
+    of_mujoco,
+    readable_ratios,
+)
+from reports.tables.cost_table import readable_cost
+from reports.tables.energies import energies
+from reports.tables.html import html_table
+from reports.tables.number_format import known, readable, with_uncertainty
+from reports.tables.targets_table import TEXT, readable_targets
+from reports.tables.targets_table import summary as targets_summary
+
+DOCS = ROOT / "docs"
+RESULTS = "results"  # folder of these pages
+PAGES = ("index", "comparisons", "claims", "statements", "studies", "history", "reproduce",
+         "provenance")  # fmt: skip
+SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
+MANY = 1e5  # counts below this are shown in full
+MARKDOWN = re.compile(r"([\\`*_{}\[\]<>$|#~&])")
+FIGURES = "figures"
+SETTINGS = {  # of docutils; lines are as long as the pictures in them
+    "doctitle_xform": False, "raw_enabled": True, "line_length_limit": 10**9, "halt_level": 3,
+}  # fmt: skip
+
+
+def page(name: str, report: Report, single: bool = False) -> str:
+    """The MyST text of a page.
+
+    name    its name in Sphinx, as "results/claims"
+    single  for one file that holds all pages: pictures are embedded, links stay inside
+    """
+    text = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+    return rendered(text, name, report, single)
+
+
+def rendered(text: str, name: str, report: Report, single: bool = False) -> str:
+    """As `page`, of a text."""
+    up = "../" * name.count("/")
+    beside = "" if name.startswith(f"{RESULTS}/") else f"{RESULTS}/"
+
+    def link(part: str, anchor: str = "") -> str:
+        if single:
+            return f"#{anchor or part}"
+        return f"{beside}{part}.html{f'#{anchor}' if anchor else ''}"
+
+    def source(picture: Picture) -> str:
+        return data_uri(picture) if single else f"{up}{FIGURES}/{picture.name}.svg"
+
+    template = _environment().from_string(text)
+    return template.render(report=report, link=link, source=source, up=up, single=single)
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=FileSystemLoader([DOCS / RESULTS, DOCS]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(
+        measured=measured,
+        plain=plain,
+        readable=readable,
+        time_spent=time_spent,
+        typeset=typeset,
+        without_folder=without_folder,
+    )
+    functions: tuple[Any, ...] = (
+        built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
+        file_table, html_table, mujoco_overhead, of_mujoco, readable_cost, readable_ratios,
+        readable_targets, sentences, slug,
+        comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
+    )  # fmt: skip
+    environment.globals.update({function.__name__: function for function in functions})
+    environment.globals.update(TARGETS_TEXT=TEXT, list=list, targets_summary=targets_summary)
+    environment.tests.update(known=known)
+    return environment
+
+
+def plain(text: str) -> Markup:
+    """A text in which nothing is Markdown, for headings."""
+    return Markup(MARKDOWN.sub(r"\\\1", text))
+
+
+def data_uri(picture: Picture) -> str:
+    """A picture inside the page: as SVG, or as PNG where that is much shorter."""
+    kind, data = ("svg+xml", picture.svg)
+    if 2 * len(picture.png) < len(picture.svg):
+        kind, data = "png", picture.png
+    return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def time_spent(number: Any) -> str:
+    """A time in seconds with two digits, as minutes from two on; "" when unknown."""
+    if known(number) and number >= 120.0:
+        return f"{readable(number / 60.0, 2)} min"
+    return f"{readable(number, 2)} s" if known(number) else ""
+
+
+def measured(row: Row) -> str:
+    """The number with its uncertainty, counts in full; "not run" where there is none."""
+    number, error = row.measured, row.uncertainty
+    if known(number) and known(error) and 0.0 < error < SMALL * abs(number):
+        return f"{readable(number, 4)} ± {readable(error, 1)}"
+    if known(number) and not known(error) and float(number).is_integer() and abs(number) < MANY:
+        return readable(number, len(f"{abs(number):.0f}"))
+    return with_uncertainty(number, error) or "not run"
+
+
+def single_file(report: Report) -> str:
+    """All pages of results as one self-contained HTML file."""
+    from docutils.core import publish_parts
+    from myst_parser.docutils_ import Parser
+
+    bodies = []
+    for name in PAGES:
+        parts = publish_parts(
+            page(f"{RESULTS}/{name}", report, single=True), parser=Parser(), writer="html5",
+            settings_overrides=SETTINGS,
+        )  # fmt: skip
+        bodies.append((name, Markup(parts["body"])))
+    folder = DOCS / "_static"
+    return _environment().get_template("single.j2").render(
+        bodies=bodies,
+        report=report,
+        css=Markup((folder / "results.css").read_text(encoding="utf-8")),
+        script=Markup((folder / "results.js").read_text(encoding="utf-8")),
+    )
+
+

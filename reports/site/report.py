@@ -1,0 +1,301 @@
+"""What the pages of results show: rows, tables and pictures, at the end of a build or on its way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from benchmarks.checks.bounds import VERDICTS
+from benchmarks.claims.statements import EFFECTS, FALSE, PAPERS, STATUSES, Statement
+from benchmarks.claims.statements import statements as printed_statements
+from benchmarks.work_precision.labels import label_of
+from benchmarks.work_precision.problem import STOPS
+from references.stored.provenance import HEADINGS, truths
+from reports.figures.drawing import Gallery
+from reports.figures.headlines import HEADLINES
+from reports.figures.picture import Picture, slug
+from reports.figures.profiles import PROFILES
+from reports.results.claim_results import ClaimResult
+from reports.results.comparison import Comparison
+from reports.results.machines import Machine, machines
+from reports.results.options import Options
+from reports.results.origins import read_origins
+from reports.results.section import long_form_only
+from reports.results.section_result import SectionResult
+from reports.results.suite import Suite
+from reports.results.summary import Summary, summary
+from reports.site.claims import ClaimGroup, ClaimSection, claim_groups, claim_section
+from reports.site.comparisons import (
+    AbsentEngine,
+    DefaultStep,
+    absent_engines,
+    default_step,
+    is_run_by,
+)
+from reports.site.motion import Motion, motions
+from reports.site.sources import Source, sources
+from reports.tables.comparison_tables import ComparisonTables
+from reports.tables.profiles import profile_table
+from reports.tables.study_table import without_common
+from reports.tables.summary_sentences import summary_sentences
+
+if TYPE_CHECKING:
+    from reports.tracking.record import History
+
+TIMES = "work_precision.csv"
+NO_PICTURES = Gallery({}, {})
+
+
+@dataclass(frozen=True)
+class StudySection:
+    """The section of a study with rows.
+
+    anchor   its place on the page
+    file     its rows, in the folder of the report
+    summary  sentences on what the rows show
+    numbers  the columns of its table that hold numbers
+    notes    sentences on what is missing
+    """
+
+    anchor: str
+    file: str
+    title: str
+    text: str
+    summary: str
+    pictures: tuple[Picture, ...]
+    table: pd.DataFrame
+    numbers: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """All that the pages of results are made from; what is derived from it is a property.
+
+    provenance  of the pages
+    history     the kept benches; None without any
+    kept        the pages show kept rows; nothing was measured for them
+    left        what is still being measured
+    """
+
+    suite: Suite
+    options: Options
+    checked: Sequence[ClaimResult]
+    comparison: Comparison
+    tables: ComparisonTables
+    sections: Sequence[SectionResult]
+    provenance: Mapping[str, str]
+    gallery: Gallery = NO_PICTURES
+    history: History | None = None
+    kept: bool = False
+    left: Sequence[str] = ()
+
+    verdicts = VERDICTS
+    stops = STOPS
+    effects = EFFECTS
+
+    @property
+    def out(self) -> Path:
+        """The folder of the report."""
+        return self.options.out
+
+    @cached_property
+    def origins(self) -> Mapping[str, Mapping[str, str]]:
+        """The origin of each file of rows."""
+        return read_origins(self.out)
+
+    @property
+    def origin(self) -> Mapping[str, str]:
+        """That of the comparisons."""
+        return self.origins.get(TIMES, self.provenance)
+
+    @cached_property
+    def sources(self) -> list[Source]:
+        """Where the numbers of each part come from."""
+        return sources(self.out, self.checked, self.comparison, self.sections)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Of the rows of all claims."""
+        return summary(self.checked)
+
+    @cached_property
+    def unchecked(self) -> list[str]:
+        """Ids of the suite's claims that have no rows."""
+        checked = {result.claim.id for result in self.checked}
+        return [claim.id for claim in self.suite.claims if claim.id not in checked]
+
+    @cached_property
+    def claims(self) -> list[ClaimSection]:
+        """A section for each claim with rows."""
+        return [claim_section(result, self.gallery) for result in self.checked]
+
+    @cached_property
+    def claim_groups(self) -> list[ClaimGroup]:
+        """The same under the headings of the claims' documents."""
+        return claim_groups(self.claims)
+
+    @cached_property
+    def claim_ids(self) -> list[str]:
+        """V before L before A, each by number."""
+
+        def by_number(id: str) -> tuple[int, int]:
+            return "VLA".find(id[:1]), int("".join(filter(str.isdigit, id)) or 0)
+
+        return sorted((section.claim.id for section in self.claims), key=by_number)
+
+    @cached_property
+    def statements(self) -> Sequence[Statement]:
+        """What the papers print."""
+        return printed_statements()
+
+    @property
+    def misprints(self) -> list[Statement]:
+        """The statements that are false as printed."""
+        return [statement for statement in self.statements if statement.status == FALSE]
+
+    @property
+    def statuses(self) -> pd.DataFrame:
+        """How many statements of each paper have each status."""
+        pairs = pd.DataFrame(
+            {"status": [one.status for one in self.statements],
+             "paper": [one.where[0] for one in self.statements]}
+        )  # fmt: skip
+        counts = pd.crosstab(pairs["status"], pairs["paper"])
+        ordered = [status for status in STATUSES if status in counts.index]
+        return counts.reindex(index=ordered, columns=list(PAPERS), fill_value=0).reset_index()
+
+    @property
+    def runs(self) -> pd.DataFrame | None:
+        """The rows of all comparisons."""
+        return self.comparison.work_precision
+
+    @cached_property
+    def absent(self) -> tuple[AbsentEngine, ...]:
+        """The engines that were not installed."""
+        return absent_engines(self.origin, self.runs, self.tables.targets, self.summary.rows)
+
+    @cached_property
+    def default_step(self) -> DefaultStep | None:
+        """MuJoCo's RK4 at its default step."""
+        return default_step(self.runs)
+
+    @cached_property
+    def machines(self) -> list[Machine]:
+        """Others, whose rows were merged into this report."""
+        return machines(self.out)[1:]
+
+    @cached_property
+    def problems(self) -> dict[str, pd.DataFrame]:
+        """The rows of each compared problem."""
+        if self.runs is None:
+            return {}
+        return {str(name): rows for name, rows in self.runs.groupby("problem", sort=False)}
+
+    @cached_property
+    def profiles(self) -> pd.DataFrame:
+        """All problems together."""
+        return pd.DataFrame() if self.runs is None else profile_table(self.runs)
+
+    @property
+    def sentences(self) -> list[str]:
+        """Who is fastest on each problem."""
+        return summary_sentences(self.tables.ratios) if len(self.tables.ratios) else []
+
+    @property
+    def truths(self) -> pd.DataFrame:
+        """The stored truths."""
+        return pd.DataFrame(truths(), columns=list(HEADINGS))
+
+    @property
+    def motions(self) -> list[Motion]:
+        """The moving pictures."""
+        return motions(self.checked)
+
+    @property
+    def headlines(self) -> list[Picture]:
+        """The pictures of the first page."""
+        return self.pictures([figure.name for figure in HEADLINES])
+
+    @property
+    def profile_pictures(self) -> list[Picture]:
+        """Those of all problems together."""
+        return self.pictures([figure.name for figure in PROFILES])
+
+    def pictures(self, names: Sequence[str]) -> list[Picture]:
+        """Those of these figures that were drawn."""
+        drawn = self.gallery.pictures
+        return [drawn[name] for name in names if name in drawn]
+
+    def picture_of(self, problem: str) -> list[Picture]:
+        """The picture of a comparison, where it was drawn."""
+        return self.pictures([slug(problem)])
+
+    def remarks(self, rows: pd.DataFrame) -> list[str]:
+        """A sentence for each run that has a status, but those of absent engines."""
+        noted = rows[rows["status"] != ""]
+        return [
+            f"{row['contender']}, {row['settings']}: {row['status']}"
+            for _, row in noted.iterrows()
+            if not any(is_run_by(engine.name, row["contender"]) for engine in self.absent)
+        ]
+
+    @cached_property
+    def studies(self) -> list[StudySection]:
+        """The studies with rows."""
+        return [
+            self._study(result, result.frame)
+            for result in self.sections
+            if result.frame is not None
+        ]
+
+    def _study(self, result: SectionResult, frame: pd.DataFrame) -> StudySection:
+        section = result.section
+        names = [figure.name for figure in section.figures]
+        undrawn = (self.gallery.missing[name] for name in names if name in self.gallery.missing)
+        table, kinds = section.table(frame)
+        table, common = without_common(table)
+        return StudySection(
+            anchor=section.name.replace("_", "-"),
+            file=f"{section.name}.csv",
+            title=section.title,
+            text=section.text,
+            summary=section.summary(frame),
+            pictures=tuple(self.pictures(names)),
+            table=table,
+            numbers=tuple(kinds),
+            notes=(*filter(None, (common, result.failure, result.note)), *undrawn),
+        )
+
+    @property
+    def studies_left_out(self) -> list[tuple[str, str, str]]:
+        """The title of each study without rows, the command that runs it, and why it did not run,
+        or ""."""
+        return [
+            (
+                result.section.title,
+                f"galvi studies --only {result.section.name}"
+                if result.section.measure is long_form_only
+                else "galvi build",
+                result.failure or result.note,
+            )
+            for result in self.sections
+            if result.frame is None
+        ]
+
+    def text_of(self, problem: str) -> str:
+        """What the problem is."""
+        return label_of(problem).text
+
+    def reference_of(self, rows: pd.DataFrame) -> str:
+        """What the errors of a comparison are against."""
+        return "; ".join(dict.fromkeys(rows.get("reference", [])))
+
+    def title_of(self, problem: str) -> str:
+        """The problem's heading."""
+        return label_of(problem).title

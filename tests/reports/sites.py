@@ -1,0 +1,38 @@
+"""Sites for tests: the text of the pages without Sphinx, or the pages of results alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from benchmarks.store.atomic import write
+from reports.site import pages
+from reports.site.build import SiteBuilder
+from reports.site.report import Report
+
+BUILDER = "reports.build.build.SiteBuilder"
+
+
+class TextSite(SiteBuilder):
+    """Writes what Sphinx would read, in the place of each page of results and of the first page."""
+
+    def __enter__(self) -> TextSite:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def __call__(self, report: Report) -> list[str]:
+        for name in ("index", *(f"{pages.RESULTS}/{page}" for page in pages.PAGES)):
+            write(report.out / f"{name}.html", pages.page(name, report))
+        return []
+
+
+@contextmanager
+def pages_of_results() -> Iterator[None]:
+    """Builds have real pages of results."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BUILDER, lambda *arguments: SiteBuilder(only_results=True))
+        yield
