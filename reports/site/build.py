@@ -16,7 +16,7 @@ from benchmarks.work_precision.run import problems
 from reports.contents import CHECKS, SECTIONS
 from reports.figures.drawing import slug
 from reports.page.render import PARTS
-from reports.site import commands, defects, peers, reference
+from reports.site import commands, defects, peers
 
 OUTSIDE = "external_links.txt"
 
@@ -86,7 +86,7 @@ MATHJAX = "mathjax/tex-svg.js"  # under _static
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed, and remove those that no longer are."""
     folder = source / FOLDER
-    pages = dict(chain(reference.pages(), commands.pages(), peers.pages(), defects.pages()))
+    pages = dict(chain(commands.pages(), peers.pages(), defects.pages()))
     for path in folder.rglob("*.md"):
         if str(path.relative_to(folder)) not in pages:
             path.unlink()
@@ -169,6 +169,4 @@ def setup(app: Any) -> dict[str, bool]:
     app.connect("doctree-resolved", picture_cards)
     app.connect("html-page-context", label_toggles, priority=900)  # after the theme's own
     app.connect("build-finished", finish)
-    app.connect("autodoc-process-docstring", reference.docstring)
-    app.connect("autodoc-process-signature", reference.signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

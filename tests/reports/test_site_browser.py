@@ -33,10 +33,10 @@ KINDS = (  # a page of each kind, and those with what is widest
     "theory/index",
     "theory/vector_spaces",
     "theory/lie_groups",
-    "generated/api/index",
-    "generated/api/run",
-    "generated/api/methods",
-    "generated/api/systems",
+    "reference/index",
+    "reference/run",
+    "reference/methods",
+    "reference/systems",
     "generated/commands",
     "generated/peers/index",
     "generated/peers/galvi",
@@ -130,9 +130,9 @@ def test_something_too_wide_would_be_found(opened):
 def test_the_search_finds_a_name_of_the_reference(opened, site):
     page = opened("search")
     page.goto(f"{(site / 'search.html').as_uri()}?q=integrate_ensemble")
-    page.wait_for_selector("#search-results a[href*='generated/api/ensembles']")
+    page.wait_for_selector("#search-results a[href*='reference/ensembles']")
 
 
 def test_the_navigation_leads_to_the_report(opened):
-    for name, way in (("index", "../index.html"), ("generated/api/run", "../../../index.html")):
+    for name, way in (("index", "../index.html"), ("reference/run", "../../index.html")):
         assert opened(name).get_attribute(".home a >> nth=1", "href").removeprefix("./") == way

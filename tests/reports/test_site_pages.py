@@ -16,7 +16,7 @@ from reports.contents import SECTIONS
 from reports.figures.style.identities import OURS, TABLE, identity
 from reports.page.render import PARTS, render
 from reports.page.site import DOCUMENTATION, documented
-from reports.site import build, commands, defects, peers, reference
+from reports.site import build, commands, defects, peers
 from reports.site.build import write_pages
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ def test_settings_are_said_in_short() -> None:
 
 
 def test_no_generated_page_names_a_place_of_this_machine() -> None:
-    for file, text in chain(reference.pages(), commands.pages(), peers.pages()):
+    for file, text in chain(commands.pages(), peers.pages()):
         assert not A_MACHINE.search(text) and str(ROOT) not in text, file
 
 
