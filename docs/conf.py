@@ -6,8 +6,10 @@ project = "galvi"
 author = copyright = "The galvi developers"
 extensions = [
     "myst_nb",
+    "numpydoc",
     "sphinx_design",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
     "reports.site.build",
     "reports.site.ledger",
@@ -24,6 +26,9 @@ nb_execution_in_temp = True  # what cells write is not left beside the pages
 nb_merge_streams = True
 
 autodoc_typehints = "none"  # docstrings name types, shapes and units
+autosummary_generate = False  # the pages in reference/ are written by hand
+numpydoc_show_class_members = False
+default_role = "py:obj"  # `galvi.integrate` in a docstring is a link
 autodoc_member_order = "bysource"
 add_module_names = False
 toc_object_entries_show_parents = "hide"

@@ -16,23 +16,35 @@ NOTHING = read_only(np.zeros(0))
 class Checkpoint:
     """A run after ``first`` steps from the problem's start, and the settings of its continuation.
 
-    first         steps done so far; times are t0 + k h in every part of a continued run
-    state         (4, d) q, its low part, v, its low part; on a group see
-                  galvi.kernels.on_group.advance, in a moving frame (8, m), see
-                  galvi.lanes.frames.collocation
-    stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
-                  the next step is predicted
-    solver_state  integers of the solver, see galvi.kernels.nystrom.advance and
-                  .on_group.advance, galvi.lanes.nbody, TERMS_KEPT of galvi.lanes.loops
-    solver        "auto", "fixed_point" or "newton"
-    tolerance     relative change at which a step's iteration stops
-    save_every    k keeps the states after 0, k, 2 k, ... steps and the last
-    curves        whether curves are kept; None: only when save_every is 1
-    energies      (4,) of the steps so far, see galvi.kernels.energy_errors; empty before the first
-    passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
-    clock         (4,) in a clock: the time, its low part, the energy at the start, its low part, of
-                  point masses in lanes in the frame of their centre of mass; else empty. Without a
-                  state it tells the clock an energy other than that of the problem's start
+    Attributes
+    ----------
+    first
+        steps done so far; times are t0 + k h in every part of a continued run
+    state : array, shape (4, d)
+        q, its low part, v, its low part; on a group see galvi.kernels.on_group.advance, in a moving
+        frame (8, m), see galvi.lanes.frames.collocation
+    stages : array, shape (d, s)
+        accelerations, on a group velocities, at the last step's stages, from which the next step is
+        predicted
+    solver_state
+        integers of the solver, see galvi.kernels.nystrom.advance and .on_group.advance,
+        galvi.lanes.nbody, TERMS_KEPT of galvi.lanes.loops
+    solver
+        "auto", "fixed_point" or "newton"
+    tolerance
+        relative change at which a step's iteration stops
+    save_every
+        k keeps the states after 0, k, 2 k, ... steps and the last
+    curves
+        whether curves are kept; None: only when save_every is 1
+    energies : array, shape (4,)
+        of the steps so far, see galvi.kernels.energy_errors; empty before the first
+    passage : array, shape (5,)
+        of the steps so far, see galvi.kernels.forces.passages; empty likewise
+    clock : array, shape (4,)
+        in a clock: the time, its low part, the energy at the start, its low part, of point masses
+        in lanes in the frame of their centre of mass; else empty. Without a state it tells the
+        clock an energy other than that of the problem's start
     """
 
     first: int

@@ -19,7 +19,10 @@ LONGEST_SHOWN = 256  # bits of the longest whole number that messages show in fu
 def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) -> int:
     """``value`` as an int, or ValueError when it is not a whole number in the stated range.
 
-    at_most  None: LARGEST_WHOLE, which the message states only when it is exceeded
+    Parameters
+    ----------
+    at_most
+        None: LARGEST_WHOLE, which the message states only when it is exceeded
     """
     most = LARGEST_WHOLE if at_most is None else at_most
     if type(value) is int and at_least <= value <= most:

@@ -17,19 +17,37 @@ from galvi.tableau import Tableau, tabulate
 
 @dataclass(frozen=True)
 class Galerkin:
-    """The variational integrator of a space and a rule (H eq. 2.3, 2.4; M section 3).
+    """The variational integrator of a space and a rule.
 
-    space  e.g. ``Polynomials(8)``
-    rule   e.g. ``gauss(8)``
-    chart  coordinates on a Lie group about the start of each step, unused on vector spaces; or a
-           frame that moves with an integrable flow, e.g. ``KeplerFrame()``, which needs
-           ``Polynomials(s)`` with ``gauss(s)``
-    clock  steps are constant in tau, dt = g(q) dtau, e.g. ``DynamicalTime()``, and follow the
-           motion; None: constant in time
+    H eq. 2.3, 2.4; M section 3.
 
-    Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and
-    for an inconsistent one (the free particle does not move in a straight line); TypeError for an
-    argument of another kind.
+    Parameters
+    ----------
+    space
+        e.g. ``Polynomials(8)``
+    rule
+        e.g. ``gauss(8)``
+    chart
+        coordinates on a Lie group about the start of each step, unused on vector spaces; or a frame
+        that moves with an integrable flow, e.g. ``KeplerFrame()``, which needs ``Polynomials(s)``
+        with ``gauss(s)``
+    clock
+        steps are constant in tau, dt = g(q) dtau, e.g. ``DynamicalTime()``, and follow the motion;
+        None: constant in time
+
+    Raises
+    ------
+    ValueError
+        For an ill-posed pair (the free particle has no unique motion, M lemma 1) and for an
+        inconsistent one (the free particle does not move in a straight line).
+    TypeError
+        For an argument of another kind.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.lobatto(5))
+    >>> method.name, method.order, method.stages, method.symmetric
+    ('Galerkin degree 4, Lobatto 5', 8, 5, True)
     """
 
     space: Space
@@ -91,7 +109,7 @@ class Galerkin:
 
     @property
     def order(self) -> int:
-        """Order of convergence at step ends, on smooth problems (`galvi.properties.properties`)."""
+        """Order of convergence at step ends, on smooth problems (galvi.properties.properties)."""
         return orders(self.space, self.rule).at_steps
 
     @cached_property

@@ -10,7 +10,15 @@ from galvi.input_checks import shown
 
 
 class End(Enum):
-    """The ways in which a run ends."""
+    """The ways in which a run ends.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.6), method, step=0.1, steps=20)
+    >>> run.outcome.end is galvi.End.COMPLETED
+    True
+    """
 
     COMPLETED = "completed"
     DOUBTFUL = "doubtful"
@@ -25,20 +33,44 @@ class End(Enum):
 class Outcome:
     """How a run ended; ``str(outcome)`` is `galvi.Trajectory.status`.
 
-    end       COMPLETED; DOUBTFUL, completed with a result that may be wrong; RUINED, completed with
-              one that is wrong from a step on; STOPPED_BY_EVENT; STEP_FAILED, where a step could
-              not be done, kept for want of memory, or searched for its events; STEP_LIMIT, the
-              bound of a run to a time; INTERRUPTED
-    step      number, from 1, of the step that failed or was not begun, or of the first ruined one
-    time      where the run ended before its time
-    reason    why the step failed, or what is wrong or in doubt, in clauses without a full stop
-    notes     further sentences
-    steps     how many steps were asked for; None where a time was
-    remedy    what to do about the reason, without a full stop; "" where the reason names it
-    event     the name of the event that ended the run
-    sentence  of a method that is not galvi's, in place of the one that is written here
+    Attributes
+    ----------
+    end
+        COMPLETED; DOUBTFUL, completed with a result that may be wrong; RUINED, completed with one
+        that is wrong from a step on; STOPPED_BY_EVENT; STEP_FAILED, where a step could not be done,
+        kept for want of memory, or searched for its events; STEP_LIMIT, the bound of a run to a
+        time; INTERRUPTED
+    step
+        number, from 1, of the step that failed or was not begun, or of the first ruined one
+    time
+        where the run ended before its time
+    reason
+        why the step failed, or what is wrong or in doubt, in clauses without a full stop
+    notes
+        further sentences
+    steps
+        how many steps were asked for; None where a time was
+    remedy
+        what to do about the reason, without a full stop; "" where the reason names it
+    event
+        the name of the event that ended the run
+    sentence
+        of a method that is not galvi's, in place of the one that is written here
 
-    Raises TypeError where ``end`` is none.
+    Raises
+    ------
+    TypeError
+        Where ``end`` is no `End`.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.6), method, step=1.0, steps=20)
+    >>> outcome = run.outcome
+    >>> outcome.end, outcome.success, outcome.failed_step
+    (<End.DOUBTFUL: 'doubtful'>, True, None)
+    >>> str(outcome) == run.status
+    True
     """
 
     end: End = End.COMPLETED

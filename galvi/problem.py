@@ -30,22 +30,44 @@ WithFunctions = Canonical | Lagrangian | RigidBody | FreeBody  # systems of a us
 class Problem:
     """Everything an integrator or a reference receives.
 
-    system      the mechanical system, e.g. ``Canonical(...)``, ``NBody(...)``, ``RigidBody(...)``
-    q0          configuration at t0, in the system's shape: (d,), (bodies, 2 or 3), or an element of
-                a Lie group, e.g. a rotation matrix (3, 3)
-    v0          velocity at t0: of q0's shape, or on a Lie group the body velocity, e.g. (3,)
-    t0          initial time
-    name        for titles and tables; it has no effect on any computation
-    parameters  the numbers from which the problem was built, for records
-    units       one line: the units of length, time and mass
+    Parameters
+    ----------
+    system
+        the mechanical system, e.g. ``Canonical(...)``, ``NBody(...)``, ``RigidBody(...)``
+    q0
+        configuration at t0, in the system's shape: (d,), (bodies, 2 or 3), or an element of a Lie
+        group, e.g. a rotation matrix (3, 3)
+    v0
+        velocity at t0: of q0's shape, or on a Lie group the body velocity, e.g. (3,)
+    t0
+        initial time
+    name
+        for titles and tables; it has no effect on any computation
+    parameters
+        the numbers from which the problem was built, for records
+    units
+        one line: the units of length, time and mass
 
+    Raises
+    ------
+    ValueError
+        When a shape does not match, a number is not finite, a derivative is not that of its
+        function or d2L/dv2 is singular.
+    TypeError
+        When system is not a system or parameters not a mapping.
+
+    Notes
+    -----
     Given gradients, Hessians and slopes are compared with differences of the functions to which
     they belong, at the start and at a state near it, unless the system has ``check=False``
-    (`galvi.systems.derivative_check`).
+    (``galvi.systems.derivative_check``).
 
-    Raises ValueError when a shape does not match, a number is not finite, a derivative is not that
-    of its function or d2L/dv2 is singular, TypeError when system is not a system or parameters not
-    a mapping.
+    Examples
+    --------
+    >>> system = galvi.Canonical(mass=2.0, potential=galvi.LinearSpring(8.0))
+    >>> problem = galvi.Problem(system, q0=[1.0], v0=[0.0], name="spring", units="m, s, kg")
+    >>> problem.p0, problem.with_initial_state([0.5], [1.0]).p0
+    (array([0.]), array([2.]))
     """
 
     system: System

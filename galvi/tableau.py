@@ -38,24 +38,39 @@ MOST_EXTRAPOLATED = 26
 class Tableau:
     """s stages (the rule's points), m = dimension - 1 basis functions that vanish at 0.
 
-    c, b                   (s,)    nodes and weights of the rule
-    A                      (s, s)  stages from accelerations
-    beta                   (s,)    end point from accelerations
-    psi                    (s, m)  basis at the stages
-    end                    (m,)    basis at 1
-    K                      (m, m)  stiffness, symmetric positive definite
-    velocity_coefficients  (m,)    K^-1 e, curve coefficients from the velocity
-    C                      (m, s)  curve coefficients from accelerations
-    analysis               (s, s)  Legendre coefficients from values at the stages
-    extrapolation          (s, l)  Legendre polynomials at the next step's stages, 1 + c;
-                                   l = min(s, MOST_EXTRAPOLATED)
-    growth                 (l,)    Legendre polynomials at the next step's end
-    slope                  (s, m)  derivative of the basis at the stages
-    projection             (m, s)  K^-1 slope^T diag(b), coefficients of the curve nearest to given
-                                   slopes
-    integral               (s, s)  curve at the stages from its slopes there, psi projection
-    low_parts              rounding errors of c, b, beta, A, integral, psi, C and
-                           velocity_coefficients, in their shapes
+    Attributes
+    ----------
+    c, b : array, shape (s,)
+        nodes and weights of the rule
+    A : array, shape (s, s)
+        stages from accelerations
+    beta : array, shape (s,)
+        end point from accelerations
+    psi : array, shape (s, m)
+        basis at the stages
+    end : array, shape (m,)
+        basis at 1
+    K : array, shape (m, m)
+        stiffness, symmetric positive definite
+    velocity_coefficients : array, shape (m,)
+        K^-1 e, curve coefficients from the velocity
+    C : array, shape (m, s)
+        curve coefficients from accelerations
+    analysis : array, shape (s, s)
+        Legendre coefficients from values at the stages
+    extrapolation : array, shape (s, l)
+        Legendre polynomials at the next step's stages, 1 + c; l = min(s, MOST_EXTRAPOLATED)
+    growth : array, shape (l,)
+        Legendre polynomials at the next step's end
+    slope : array, shape (s, m)
+        derivative of the basis at the stages
+    projection : array, shape (m, s)
+        K^-1 slope^T diag(b), coefficients of the curve nearest to given slopes
+    integral : array, shape (s, s)
+        curve at the stages from its slopes there, psi projection
+    low_parts
+        rounding errors of c, b, beta, A, integral, psi, C and velocity_coefficients, in their
+        shapes
     """
 
     c: Array
@@ -80,9 +95,13 @@ class Tableau:
 class Assembled:
     """The result of combining a space and a rule, also when it is no method (claim V19).
 
-    table   None when the pair is ill-posed
-    defect  deviation of a free particle from a straight line, the largest of |alpha_k - c_k| and
-            |beta_p - 1|; infinite when the pair is ill-posed
+    Attributes
+    ----------
+    table
+        None when the pair is ill-posed
+    defect
+        deviation of a free particle from a straight line, the largest of |alpha_k - c_k| and
+        |beta_p - 1|; infinite when the pair is ill-posed
     """
 
     table: Tableau | None

@@ -52,7 +52,10 @@ class Ending(NamedTuple):
 class DeferredEnding:
     """The ending of a run, assessed when it is first asked for: once, by one thread at a time.
 
-    settings  see `Ending`; known without assessing the run
+    Parameters
+    ----------
+    settings
+        see `Ending`; known without assessing the run
     """
 
     def __init__(self, assess: Callable[[], Ending], settings: Checkpoint | None) -> None:
@@ -119,43 +122,76 @@ class Trajectory(TrajectoryFields):
     when one of them is first read, by the energies of a part of its steps. A trajectory of another
     method that failed is made with ``success=False``, ``status``, a sentence, and ``failed_step``.
 
-    problem       the problem integrated
-    t             (saved,) times
-    q, p          (saved, ...) configurations and conjugate momenta; NaN after a step that failed
-    outcome       how it ended, a `galvi.Outcome`
-    success       whether all steps were completed and the energy, less the work of forces, was not
-                  ruined: changed by more than the larger of the kinetic energy at the start and the
-                  range of the potential energy while the error was below 1 % of that
-    status        the outcome as a sentence. It warns of a success whose energy changed
-                  by 1 % to 100 % of that measure, of a velocity that is damped in a small part of
-                  a step, of gimbal lock, and of two point masses that passed each other too fast
-                  for a step, which the energy of all bodies need not show
-    failed_step   number, counted from 1, of the first step not completed, or if all are, of the
-                  first one seen to be ruined; None on success
-    counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
-                  for N bodies pair_evaluations, including those of two-body iterations; and
-                  newton_steps, where fixed-point iteration left some of a Lagrangian or a body to
-                  Newton's method; potential_evaluations, where derivatives were differenced; in a
-                  frame inertial_steps, done in the inertial one
-    step          the step size; None for a reference that chooses its own steps
-    method        the method or reference that computed it
-    curves        the Galerkin curve of each step; None if not kept
-    checkpoint    the state from which `galvi.resume` continues; None for references
-    ending        outcome and checkpoint, found when they are asked for
-    interrupted   whether Ctrl-C ended the run, which can then be resumed
-    again         finds the curves again where they were not kept; None for references
-    engine        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for
-                  references
-    engine_reason why that engine did them
-    velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
-                  velocity; else None. See ``v``
-    tau           (saved,) of a run in a clock, k h after k steps; else None. There ``step`` is in
-                  units of tau, and the arrays end with the last state computed
-    events        the `galvi.Found` of the events that `galvi.integrate` was given; None without
-    asked         those events, which `galvi.resume` goes on with
-    restarts      the states to which actions changed the run; None without
-    origin        the problem from a step's end after the last action, which `galvi.resume`
-                  continues; None: ``problem``
+    Attributes
+    ----------
+    problem
+        the problem integrated
+    t : array, shape (saved,)
+        times
+    q, p : array, shape (saved, ...)
+        configurations and conjugate momenta; NaN after a step that failed
+    outcome
+        how it ended, a `galvi.Outcome`
+    success
+        whether all steps were completed and the energy, less the work of forces, was not ruined:
+        changed by more than the larger of the kinetic energy at the start and the range of the
+        potential energy while the error was below 1 % of that
+    status
+        the outcome as a sentence. It warns of a success whose energy changed by 1 % to 100 % of
+        that measure, of a velocity that is damped in a small part of a step, of gimbal lock, and of
+        two point masses that passed each other too fast for a step, which the energy of all bodies
+        need not show
+    failed_step
+        number, counted from 1, of the first step not completed, or if all are, of the first one
+        seen to be ruined; None on success
+    counts
+        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and for N bodies
+        pair_evaluations, including those of two-body iterations; and newton_steps, where
+        fixed-point iteration left some of a Lagrangian or a body to Newton's method;
+        potential_evaluations, where derivatives were differenced; in a frame inertial_steps, done
+        in the inertial one
+    step
+        the step size; None for a reference that chooses its own steps
+    method
+        the method or reference that computed it
+    curves
+        the Galerkin curve of each step; None if not kept
+    checkpoint
+        the state from which `galvi.resume` continues; None for references
+    ending
+        outcome and checkpoint, found when they are asked for
+    interrupted
+        whether Ctrl-C ended the run, which can then be resumed
+    again
+        finds the curves again where they were not kept; None for references
+    engine
+        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for references
+    engine_reason
+        why that engine did them
+    velocities : array, shape (saved, ...)
+        those of point masses some of which are massless, whose p is 0 at any velocity; else None.
+        See ``v``
+    tau : array, shape (saved,)
+        of a run in a clock, k h after k steps; else None. There ``step`` is in units of tau, and
+        the arrays end with the last state computed
+    events
+        the `galvi.Found` of the events that `galvi.integrate` was given; None without
+    asked
+        those events, which `galvi.resume` goes on with
+    restarts
+        the states to which actions changed the run; None without
+    origin
+        the problem from a step's end after the last action, which `galvi.resume` continues; None:
+        ``problem``
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.harmonic_oscillator(), method, step=0.5, steps=4)
+    >>> run.t, run.counts["steps"], run.engine
+    (array([0. , 0.5, 1. , 1.5, 2. ]), 4, 'lanes')
+    >>> run(1.25).round(6), run.velocity([0.1, 0.2]).shape
+    (array([0.315322]), (2, 1))
     """
 
     @property
@@ -187,8 +223,12 @@ class Trajectory(TrajectoryFields):
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
         NaN after a failure. Where curves were not kept, up to 1024 steps, or a 512th of the run,
-        are done again, with the same result to the bit. Raises ValueError when t is outside the run
-        and for a run of a reference.
+        are done again, with the same result to the bit.
+
+        Raises
+        ------
+        ValueError
+            When t is outside the run and for a run of a reference.
         """
         return self._kept_curves().position(t)
 
@@ -211,7 +251,7 @@ class Trajectory(TrajectoryFields):
         return len(self.t)
 
     def to_rebound(self, at: int = -1) -> Any:
-        """A `rebound.Simulation` at a saved state: see galvi.interop.rebound."""
+        """A ``rebound.Simulation`` at a saved state: see galvi.interop.rebound."""
         from galvi.interop.rebound import to_rebound
 
         return to_rebound(self, at)

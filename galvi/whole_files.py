@@ -21,16 +21,26 @@ MOST_LINKS = 40  # that are followed from one path, as in Linux
 def write_whole(path: Address, content: Content) -> None:
     """Write a file completely or not at all.
 
-    content  text, which is written as UTF-8, bytes, or a function that writes to a binary stream
+    Parameters
+    ----------
+    content
+        text, which is written as UTF-8, bytes, or a function that writes to a binary stream
 
+    Raises
+    ------
+    IsADirectoryError
+        For a folder.
+    OSError
+        Where the file cannot be written.
+
+    Notes
+    -----
     It is written under another name in the same folder and then renamed, so that a reader finds the
     former contents or the new ones, and nothing is left when that fails. A file keeps its owner and
     its permissions; a new one has those of the umask. Of a symbolic link the file that it points to
     is written, and the link stays. What is neither a file nor a folder, such as a pipe or a device,
     is opened and written, and so is a file that this process has open, where the path names its
     descriptor, as /dev/stdout does.
-
-    Raises IsADirectoryError for a folder, and OSError where the file cannot be written.
     """
     descriptor = open_descriptor(path)
     if descriptor is not None:

@@ -32,11 +32,19 @@ class Norms:
 
     A subscript N marks the same norm with the integral by the rule.
 
-    unseen    number of independent functions with |u|_{X,N} = 0; 0 iff well posed (M lemma 1)
-    C         C_N, the least constant with |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
-    lowest    lambda_N, least |u|_{X,N} / |u|_X (M 12)
-    highest   Lambda_N, largest |u|_{X,N} / |u|_X (M 12)
+    Attributes
+    ----------
+    unseen
+        number of independent functions with |u|_{X,N} = 0; 0 iff well posed (M lemma 1)
+    C
+        C_N, the least constant with |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
+    lowest
+        lambda_N, least |u|_{X,N} / |u|_X (M 12)
+    highest
+        Lambda_N, largest |u|_{X,N} / |u|_X (M 12)
 
+    Notes
+    -----
     C is infinite for an ill-posed pair. None depends on h.
     """
 

@@ -26,36 +26,63 @@ from galvi.tableau import assemble
 class Theory:
     """Theoretical properties of a space and a rule, also of a pair that `galvi.Galerkin` refuses.
 
-    space, rule        their names
-    well_posed         a free particle has a unique motion: |u|_{X,N} is a norm (M lemma 1)
-    unseen             number of independent functions that the rule cannot tell from 0
-    consistent         that motion is a straight line to 1e-13
-    defect             largest of |alpha_k - c_k| and |beta_p - 1|, of a step
-    friedrichs         C_N of |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
-    smallest_ratio     lambda_N of lambda_N |u|_X <= |u|_{X,N} (M 12)
-    largest_ratio      Lambda_N of |u|_{X,N} <= Lambda_N |u|_X (M 12)
-    order              at step ends, on smooth problems; 0 for a refused pair
-    curve_order        of positions between step ends
-    limited_by         "space", "rule for the force" or "rule for the kinetic energy"; "" for a
-                       refused pair
-    symmetric          a step forward and a step backward cancel
-    names              its classical names, the best known first. With a problem those that hold for
-                       it, without one those that hold for every Lagrangian
-    frame              what holds in a moving frame, a sentence; "" for other methods
+    Attributes
+    ----------
+    space, rule
+        their names
+    well_posed
+        a free particle has a unique motion: ``|u|_{X,N}`` is a norm (M lemma 1)
+    unseen
+        number of independent functions that the rule cannot tell from 0
+    consistent
+        that motion is a straight line to 1e-13
+    defect
+        largest of ``|alpha_k - c_k|`` and ``|beta_p - 1|``, of a step
+    friedrichs
+        C_N of ``|u|_{0,N} <= C_N (h / z0) |u|_{X,N}`` (M 11)
+    smallest_ratio
+        lambda_N of ``lambda_N |u|_X <= |u|_{X,N}`` (M 12)
+    largest_ratio
+        Lambda_N of ``|u|_{X,N} <= Lambda_N |u|_X`` (M 12)
+    order
+        at step ends, on smooth problems; 0 for a refused pair
+    curve_order
+        of positions between step ends
+    limited_by
+        "space", "rule for the force" or "rule for the kinetic energy"; "" for a refused pair
+    symmetric
+        a step forward and a step backward cancel
+    names
+        its classical names, the best known first. With a problem those that hold for it, without
+        one those that hold for every Lagrangian
+    frame
+        what holds in a moving frame, a sentence; "" for other methods
+    problem, step
+        as given; what follows is in the problem's units
+    lipschitz
+        K, of dV/dq; the theorems ask for one that holds everywhere
+    source
+        of K: given, or at the start
+    unique_step
+        M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
+    stage_step
+        H theorem 2.3.1, and at most 1
+    fixed_point_step
+        where h^2 rho(A) K / m = 1, of the Nystrom tableau A; K / m at the start is the largest of
+        M^-1 V''
+    no_bounds
+        why the problem has no such steps, a sentence; else "", and a step is None where the pair
+        does not have what its theorem asks for
 
-    With a problem, in its units; the theorems ask for a K that holds everywhere:
-
-    problem, step      as given
-    lipschitz          K, of dV/dq
-    source             of K: given, or at the start
-    unique_step        M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
-    stage_step         H theorem 2.3.1, and at most 1
-    fixed_point_step   where h^2 rho(A) K / m = 1, of the Nystrom tableau A; K / m at the start is
-                       the largest of M^-1 V''
-    no_bounds          why the problem has no such steps, a sentence; else "", and a step is None
-                       where the pair does not have what its theorem asks for
-
+    Notes
+    -----
     A field that does not apply, or cannot be told in float64, is None.
+
+    Examples
+    --------
+    >>> unsuitable = galvi.theory(galvi.Polynomials(3), galvi.gauss(2))
+    >>> unsuitable.well_posed, unsuitable.unseen
+    (False, 1)
     """
 
     space: str
@@ -122,14 +149,35 @@ def theory(
 ) -> Theory:
     """The theory of a method, or of a space and a rule, and of a step on a problem.
 
-    method     a `galvi.Galerkin`, or a space
-    rule       quadrature rule when ``method`` is a space
-    problem    the problem whose force bounds the step
-    step       in the problem's unit of time, negative for backwards
-    lipschitz  Lipschitz constant K of dV/dq; None: that of the start
+    Parameters
+    ----------
+    method
+        a `galvi.Galerkin`, or a space
+    rule
+        quadrature rule when ``method`` is a space
+    problem
+        the problem whose force bounds the step
+    step
+        in the problem's unit of time, negative for backwards
+    lipschitz
+        Lipschitz constant K of dV/dq; None: that of the start
 
-    Raises TypeError for an argument of another type, ValueError for a step or a lipschitz without a
-    problem, for a number that is not finite, a step of zero, and a negative lipschitz.
+    Raises
+    ------
+    TypeError
+        For an argument of another type.
+    ValueError
+        For a step or a lipschitz without a problem, for a number that is not finite, a step of
+        zero, and a negative lipschitz.
+
+    Examples
+    --------
+    >>> galvi.theory(galvi.Polynomials(3), galvi.gauss(4)).order
+    6
+    >>> method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    >>> spring = galvi.problems.harmonic_oscillator()
+    >>> galvi.theory(method, problem=spring, step=0.1, lipschitz=1.0).exists
+    True
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)

@@ -53,10 +53,16 @@ class MovingChart(Hashable, Protocol):
 
 @dataclass(frozen=True)
 class Cayley:
-    """Phi(xi) = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2), |xi| = 2 tan(angle / 2) (H 3.4.2).
+    """``Phi(xi) = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2)``, ``|xi| = 2 tan(angle / 2)`` (H 3.4.2).
 
     Rational and therefore the fastest; a step must rotate by less than half a turn, the limit pi.
     H's xi is half of ours with the opposite sign.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.Cayley())
+    >>> galvi.integrate(galvi.problems.pendulum_3d(), method, step=0.1, steps=20).status
+    'Completed.'
     """
 
     name: ClassVar[str] = "Cayley"
@@ -67,7 +73,16 @@ class Cayley:
 
 @dataclass(frozen=True)
 class Exponential:
-    """Phi(xi) = exp(hat(xi)), |xi| = angle; a step must rotate by less than 2 pi (claim L14)."""
+    """``Phi(xi) = exp(hat(xi))``, ``|xi| = angle``; a step must rotate by less than 2 pi.
+
+    Claim L14.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), galvi.Exponential())
+    >>> galvi.integrate(galvi.problems.free_rigid_body(), method, step=0.5, steps=20).status
+    'Completed.'
+    """
 
     name: ClassVar[str] = "exponential"
     number: ClassVar[int] = CHARTS.index(exponential)
@@ -79,9 +94,15 @@ class Exponential:
 class ModifiedRodrigues:
     """The Cayley transform squared, Phi(xi) = ((I - hat(xi) / 4)^-1 (I + hat(xi) / 4))^2.
 
-    |xi| = 4 tan(angle / 4). Rational, like the Cayley chart; a step must rotate by less than 2 pi.
-    The modified Rodrigues parameters are xi / 4 (Schaub and Junkins, J. Astronautical Sciences 44
-    (1996) 1).
+    ``|xi| = 4 tan(angle / 4)``. Rational, like the Cayley chart; a step must rotate by less than
+    2 pi. The modified Rodrigues parameters are xi / 4 (Schaub and Junkins, J. Astronautical
+    Sciences 44 (1996) 1).
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), galvi.ModifiedRodrigues())
+    >>> galvi.integrate(galvi.problems.free_rigid_body(), method, step=0.8, steps=20).status
+    'Completed.'
     """
 
     name: ClassVar[str] = "modified Rodrigues"

@@ -30,14 +30,24 @@ TIME_PLACES = 9  # places of a step at which its t is seen to grow
 class ClockCurves:
     """q and t at shares x of steps in tau; t(x) has the slopes h g at the stages.
 
-    method        with its clock
-    step          h, but of the last step
-    last          length of the last step in tau
-    times         (steps + 1,) t between the steps
-    bases         (steps, *shape) configurations there
-    coefficients  (steps, d, m) as of `galvi.curves.curves.Curves`
-    rates         (steps, s) g at the stages
-    chart         of the coefficients
+    Attributes
+    ----------
+    method
+        with its clock
+    step
+        h, but of the last step
+    last
+        length of the last step in tau
+    times : array, shape (steps + 1,)
+        t between the steps
+    bases : array, shape (steps, *shape)
+        configurations there
+    coefficients : array, shape (steps, d, m)
+        as of `galvi.curves.curves.Curves`
+    rates : array, shape (steps, s)
+        g at the stages
+    chart
+        of the coefficients
     """
 
     method: Galerkin
@@ -128,8 +138,12 @@ def _each(basis: Any, series: Any) -> Array:
 class JoinedCurves:
     """Curves of a run's parts, as `galvi.curves.curves.Curves` or another kind.
 
-    times  (parts + 1,) from which, and until which, each is the run's
-    parts  the curves; that of the last step of one may go on beyond its time
+    Attributes
+    ----------
+    times : array, shape (parts + 1,)
+        from which, and until which, each is the run's
+    parts
+        the curves; that of the last step of one may go on beyond its time
     """
 
     times: Array

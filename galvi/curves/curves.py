@@ -78,7 +78,10 @@ class OverTime:
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
 
-        ValueError outside the run.
+        Raises
+        ------
+        ValueError
+            Outside the run.
         """
         index, tau, single = located(self.t0, self.step, self.coefficients, t)
         velocities = self.velocities(index, tau)
@@ -89,12 +92,20 @@ class OverTime:
 class Curves(OverTime):
     """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
 
-    space         psi_i are its basis functions after the constant, minus their values at 0
-    t0, step      start of the first curve and the length h of each
-    bases         (steps, *shape) configuration at the start of each step
-    coefficients  (steps, d, dimension - 1)
-    chart         maps xi to base + xi on a vector space, to base Phi(xi) on a Lie group
+    Attributes
+    ----------
+    space
+        psi_i are its basis functions after the constant, minus their values at 0
+    t0, step
+        start of the first curve and the length h of each
+    bases : array, shape (steps, *shape)
+        configuration at the start of each step
+    coefficients : array, shape (steps, d, dimension - 1)
+    chart
+        maps xi to base + xi on a vector space, to base Phi(xi) on a Lie group
 
+    Notes
+    -----
     Steps that failed hold NaN.
     """
 
@@ -159,13 +170,21 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
 class FrameCurves(OverTime):
     """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
 
-    space         psi_i are its basis functions after the constant, minus their values at 0
-    t0, step      start of the first curve and the length h of each
-    bases         (steps, 4, m) the state in the frame before each step, and its low parts
-    coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
-                  was done in the inertial frame all but the first are NaN, and its base has (q, v)
-    first         number of the first step since the problem's start
-    path          the frame, a `galvi.run.in_frame.curves.Path`
+    Attributes
+    ----------
+    space
+        psi_i are its basis functions after the constant, minus their values at 0
+    t0, step
+        start of the first curve and the length h of each
+    bases : array, shape (steps, 4, m)
+        the state in the frame before each step, and its low parts
+    coefficients : array, shape (steps, 2 n, dimension - 1)
+        n rows of places, and n of velocities; of a step that was done in the inertial frame all but
+        the first are NaN, and its base has (q, v)
+    first
+        number of the first step since the problem's start
+    path
+        the frame, a `galvi.run.in_frame.curves.Path`
     """
 
     space: Space

@@ -27,10 +27,16 @@ class RedoneCurves:
     """As those that the run would have kept: bit for bit, but for velocities in a clock, which
     differ by round-off.
 
-    total, done  steps from known[0] that were asked for, and done
-    end          the last time of the run
-    known        the run before some of its steps, in their order
-    check        raises ValueError where the problem's functions are no longer those of the run
+    Attributes
+    ----------
+    total, done
+        steps from known[0] that were asked for, and done
+    end
+        the last time of the run
+    known
+        the run before some of its steps, in their order
+    check
+        raises ValueError where the problem's functions are no longer those of the run
     """
 
     problem: Problem
@@ -45,7 +51,10 @@ class RedoneCurves:
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
 
-        ValueError outside the run.
+        Raises
+        ------
+        ValueError
+            Outside the run.
         """
         return self._values(t, "position", "places", self.problem.q0.shape)
 

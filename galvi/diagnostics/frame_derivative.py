@@ -19,9 +19,13 @@ from galvi.run.interruption import uninterrupted
 def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """D(q1, v1)/D(q0, v0) of one step whose passes have converged, with its nodes held, (2 d, 2 d).
 
-    With w the state at the step's centre and F_j = omega_j w' at the stages W_j:
-    dW_j = dw + sum_l A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after
-    w = phi_(h/2). Raises ValueError when the step fails, or was done in the inertial frame.
+    With w the state at the step's centre and F_j = omega_j w' at the stages W_j: dW_j = dw + sum_l
+    A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after w = phi_(h/2).
+
+    Raises
+    ------
+    ValueError
+        When the step fails, or was done in the inertial frame.
     """
     frame, table, d = cast(Frame, method.chart), method.table, problem.q0.size
     run = uninterrupted(integrate(problem, method, step, 1, curves=True))

@@ -21,8 +21,12 @@ MATRICES = (SO2, SE2, SO3, SE3)
 class Factor(NamedTuple):
     """A factor of a group that is no product itself.
 
-    q  its elements, (..., *group.shape)
-    p  their left-trivialised momenta, (..., group.dimension)
+    Attributes
+    ----------
+    q
+        its elements, (..., *group.shape)
+    p
+        their left-trivialised momenta, (..., group.dimension)
     """
 
     group: Group
@@ -51,10 +55,14 @@ def attitudes(group: Group, q: Array) -> list[Array]:
 def angular_momentum(group: Group, q: Array, p: Array) -> Array:
     """Sum over the factors of spin + x cross P about the origin, (...,) in the plane or (..., 3).
 
-    spin  R mu with mu the rotational part of a body's p (in the plane mu itself); 0 of a point
-    x, P  place and linear momentum, see `linear_momentum`; 0 of a body without a place
+    The spin is R mu with mu the rotational part of a body's p (in the plane mu itself), 0 of a
+    point; x and P are place and linear momentum, see `linear_momentum`, 0 of a body without a
+    place.
 
-    Raises ValueError unless each factor is a body or a point, all in the plane or all in space.
+    Raises
+    ------
+    ValueError
+        Unless each factor is a body or a point, all in the plane or all in space.
     """
     space = dimension_of_space(group)
     terms = []
@@ -71,8 +79,12 @@ def linear_momentum(group: Group, q: Array, p: Array) -> Array:
     """Sum over bodies and points with a place of their linear momentum, (..., 2 or 3).
 
     That of a body is R mu with mu the translational part of its p, that of a point p. Translations
-    leave a body on SO(2) or SO(3) alone, so that it adds nothing. Raises ValueError where no factor
-    has a place, and as `angular_momentum`.
+    leave a body on SO(2) or SO(3) alone, so that it adds nothing.
+
+    Raises
+    ------
+    ValueError
+        Where no factor has a place, and as `angular_momentum`.
     """
     space = dimension_of_space(group)
     terms = [

@@ -29,7 +29,19 @@ if TYPE_CHECKING:
 def energy(run: Trajectory, t: Any = None) -> Array:
     """Kinetic plus potential energy, (saved,) at steps, or of t's shape along the curve.
 
-    For a Lagrangian, v . dL/dv - L. Raises ValueError as ``run(t)``.
+    For a Lagrangian, v dL/dv - L.
+
+    Raises
+    ------
+    ValueError
+        As ``run(t)``.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.3), method, step=0.25, steps=40)
+    >>> bool(abs(galvi.energy(run) + 0.5).max() < 1e-12), galvi.energy(run, t=[0.1, 0.2]).shape
+    (True, (2,))
     """
     times, q, p = _states(run, t)
     system = run.problem.system
@@ -63,8 +75,18 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     Source: Marsden and Ratiu, Introduction to Mechanics and Symmetry, chapters 11 and 12; for
     integrators on groups Hall and Leok, Lie group variational integrators, section 3.
 
-    Raises ValueError for a system on which nothing says how rotations of space act: a Lagrangian on
-    Rn(n), other factors of a Product, and factors of which some are in the plane, some in space.
+    Raises
+    ------
+    ValueError
+        For a system on which nothing says how rotations of space act: a Lagrangian on Rn(n), other
+        factors of a Product, and factors of which some are in the plane, some in space.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.6), method, step=0.1, steps=100)
+    >>> np.allclose(galvi.momentum_map(run), 0.8, rtol=1e-13)
+    True
     """
     times, q, p = _states(run, t)
     group = _group(run)
@@ -83,8 +105,20 @@ def linear_momentum(run: Trajectory, t: Any = None) -> Array:
 
     That of a point is p, that of a body on SE(2) or SE(3) is R mu_lin. Factors SO(2) and SO(3) of a
     Product add nothing, since translations leave them alone. It is conserved where L does not
-    change as space moves. Raises ValueError as `momentum_map`, and for a system without places: a
-    RigidBody, or another on SO(2), SO(3) or a Product of these.
+    change as space moves.
+
+    Raises
+    ------
+    ValueError
+        As `momentum_map`, and for a system without places: a RigidBody, or another on SO(2), SO(3)
+        or a Product of these.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.free_body_se3(mass=2.0), method, step=0.1, steps=10)
+    >>> galvi.linear_momentum(run)[-1].round(9)
+    array([ 0.6,  0.4, -0.2])
     """
     times, q, p = _states(run, t)
     group = _group(run)
@@ -146,15 +180,30 @@ def _require_space(run: Trajectory) -> None:
 class MomentumBalance:
     """A momentum at each step and the impulses that changed it; arrays of the same shape.
 
-    t          (steps + 1,)
-    momentum   (steps + 1, ...) as `galvi.momentum_map` or `galvi.linear_momentum` gives it
-    potential  impulse of the potential since the start
-    force      impulse of the external force since the start
+    Attributes
+    ----------
+    t : array, shape (steps + 1,)
+    momentum : array, shape (steps + 1, ...)
+        as `galvi.momentum_map` or `galvi.linear_momentum` gives it
+    potential
+        impulse of the potential since the start
+    force
+        impulse of the external force since the start
 
+    Notes
+    -----
     momentum - momentum[0] - potential - force is ``defect``: round-off for every space and rule,
     since the stage equations hold for the variations that translate or rotate a curve (the forced
     discrete theorem of Noether: Marsden and West, Acta Numerica 10 (2001), 3.2.3); with degrees
     for each component a rotation is no such variation, and the defect says how much that matters.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.pendulum_3d(), method, step=0.1, steps=20)
+    >>> balance = galvi.momentum_balance(run)
+    >>> balance.momentum.shape, balance.potential.shape, bool(balance.force.any())
+    ((21, 3), (21, 3), False)
     """
 
     t: Array
@@ -172,8 +221,19 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
     """The balance of angular momentum about the origin or, if ``linear``, of linear momentum.
 
     For a Canonical system of one body in the plane or in space with its curves kept, or a
-    RigidBody, which has angular momentum only. Raises ValueError for another system and for a run
-    without curves at every step.
+    RigidBody, which has angular momentum only.
+
+    Raises
+    ------
+    ValueError
+        For another system and for a run without curves at every step.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.pendulum_3d(), method, step=0.1, steps=20)
+    >>> bool(abs(galvi.momentum_balance(run).defect).max() < 1e-12)
+    True
     """
     if not isinstance(run, Trajectory):
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
@@ -218,11 +278,18 @@ def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
 
 
 def rotations(run: Trajectory, t: Any = None) -> Rotation:
-    """The attitudes at steps, or on the curve at t, as `scipy.spatial.transform.Rotation`.
+    """The attitudes at steps, or on the curve at t, as ``scipy.spatial.transform.Rotation``.
 
     It converts further: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``, ``.magnitude()``.
     For runs on SO(3) and SE(3); raises ValueError for others, with what to do on a Product and in
     the plane, and for states past a failure, TypeError for something that is not a Trajectory.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.free_rigid_body(), method, step=0.1, steps=10)
+    >>> galvi.rotations(run).as_quat(scalar_first=True).shape
+    (11, 4)
     """
     group, q = _on_group(run, t)
     if not isinstance(group, SO3 | SE3):
@@ -254,10 +321,22 @@ def _conversion(group: Any) -> str:
 
 
 def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
-    """The largest entry of |R^T R - I|, (saved,) at steps, or of t's shape on the curve.
+    """The largest entry of ``|R^T R - I|``, (saved,) at steps, or of t's shape on the curve.
 
     For a system on SO(2), SE(2), SO(3), SE(3) or a Product with such a factor, of which the largest
-    counts. Raises ValueError for others.
+    counts.
+
+    Raises
+    ------
+    ValueError
+        For another system.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.free_rigid_body(), method, step=0.1, steps=100)
+    >>> bool(galvi.orthogonality_defect(run).max() < 1e-13)
+    True
     """
     group, q = _on_group(run, t)
     attitudes = [] if group is None else group_momenta.attitudes(group, q)

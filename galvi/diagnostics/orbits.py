@@ -22,17 +22,35 @@ LEAST_DIVISOR = 1e-300  # in place of an e - 1 of 0
 class OrbitalElements:
     """Osculating Kepler orbits, each array (saved, bodies - 1); angles in radians.
 
-    semi_major_axis  a, in the problem's length; negative on a hyperbola, infinite on a parabola
-    eccentricity     e
-    inclination      i in [0, pi], to the plane of the first two coordinates
-    node             longitude of the ascending node in [0, 2 pi); 0 when i is 0 or pi
-    pericentre       argument of pericentre in [0, 2 pi), from the node
-    mean_anomaly     M in [0, 2 pi) on an ellipse, any real number on a hyperbola, 0 on a parabola
+    Attributes
+    ----------
+    semi_major_axis
+        a, in the problem's length; negative on a hyperbola, infinite on a parabola
+    eccentricity
+        e
+    inclination
+        i in [0, pi], to the plane of the first two coordinates
+    node
+        longitude of the ascending node in [0, 2 pi); 0 when i is 0 or pi
+    pericentre
+        argument of pericentre in [0, 2 pi), from the node
+    mean_anomaly
+        M in [0, 2 pi) on an ellipse, any real number on a hyperbola, 0 on a parabola
 
+    Notes
+    -----
     With u = 2.2e-16, e and i have errors of a few u, a of a few u a / r, relatively. Angles that
     become undefined are ill-conditioned near there: the pericentre and M as u / e, the node and
     the pericentre as u / sin i. Their sums are not: `pericentre_longitude` has an error of u / e
     at any i short of pi, and `mean_longitude` one of a few u a / r down to e = 0.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.outer_solar_system(), method, step=500.0, steps=10)
+    >>> orbits = galvi.orbital_elements(run)
+    >>> orbits.eccentricity.shape, orbits.mean_longitude.shape
+    ((11, 5), (11, 5))
     """
 
     semi_major_axis: Array
@@ -56,9 +74,14 @@ class OrbitalElements:
         """Positions and velocities relative to the centre, (..., 3) each, for elements of shape
         (...); gm = G (m_centre + m_body) of that shape, or a number.
 
-        The inverse of `orbital_elements`; NaN where an element is. Raises ValueError for a parabola
-        and for e = 1, whose elements do not say where the body is, for an eccentricity that is
-        negative, or does not belong to the sign of the axis, and for a gm that is not positive.
+        The inverse of `orbital_elements`; NaN where an element is.
+
+        Raises
+        ------
+        ValueError
+            For a parabola and for e = 1, whose elements do not say where the body is, for an
+            eccentricity that is negative, or does not belong to the sign of the axis, and for a gm
+            that is not positive.
         """
         a, e, i, node, turn, mean, mu = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (
@@ -89,9 +112,23 @@ class OrbitalElements:
 def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Array]:
     """Positions and velocities of the other bodies relative to one, both (saved, bodies - 1, d).
 
-    centre  index of that body; None: the heaviest
+    Parameters
+    ----------
+    centre
+        index of that body; None: the heaviest
 
-    Raises ValueError for a system other than NBody and for an index out of range.
+    Raises
+    ------
+    ValueError
+        For a system other than NBody and for an index out of range.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.outer_solar_system(), method, step=500.0, steps=10)
+    >>> x, v = galvi.heliocentric(run)
+    >>> x.shape, v.shape
+    ((11, 5, 3), (11, 5, 3))
     """
     system = _nbody(run)
     centre = _centre(system, centre)
@@ -105,6 +142,13 @@ def orbital_elements(run: Trajectory, centre: int | None = None) -> OrbitalEleme
     As `heliocentric`, with gm = G (m_centre + m_body) for each body. NaN past a failure, and for a
     body on a straight line through the centre. In the plane, orbits are counter-clockwise at i = 0
     and clockwise at i = pi.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.outer_solar_system(), method, step=500.0, steps=10)
+    >>> galvi.orbital_elements(run).semi_major_axis[0].round(1)  # Jupiter to Pluto, in au
+    array([ 5.2,  9.6, 19.2, 30.1, 39.3])
     """
     system = _nbody(run)
     centre = _centre(system, centre)

@@ -46,7 +46,10 @@ MASSLESS = (
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     """Times (steps, s), q (steps, s, ...), velocities (steps, s, ...) and h times the weights (s,).
 
-    Raises ValueError for a run without curves, such as one by a reference, or in a moving frame.
+    Raises
+    ------
+    ValueError
+        For a run without curves, such as one by a reference, or in a moving frame.
     """
     curves, step = run.curves, run.step
     if isinstance(curves, FrameCurves | ClockCurves):
@@ -71,11 +74,22 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
 def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """D(q1, v1)/D(q0, v0) of one step from the problem's start, (2 d, 2 d).
 
-    On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.symplecticity`.
+    On a Lie group D(eta1, mu1)/D(eta0, mu0), see ``galvi.diagnostics.symplecticity``.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
-    step itself fails, or has no derivative.
+    da/dq dQ. In a moving frame see ``galvi.diagnostics.frame_derivative``.
+
+    Raises
+    ------
+    ValueError
+        When the step itself fails, or has no derivative.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> D = galvi.step_derivative(galvi.problems.kepler(0.3), method, step=0.2)
+    >>> D.shape, bool(np.isclose(np.linalg.det(D), 1.0))
+    ((4, 4), True)
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
     if method.clock is not None:
@@ -118,12 +132,18 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
 
 
 def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
-    """Largest entry of DF^T J DF - J over |DF|^2, for F: (q0, p0) -> (q1, p1) (H 1.2), in
+    """Largest entry of ``DF^T J DF - J`` over ``|DF|^2``, for F: (q0, p0) -> (q1, p1) (H 1.2), in
     coordinates of unit mass, each in units of its largest entry at the start.
 
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. With a clock in the phase space of (q, t) and (p, -E), for a whole step in tau, to
     about 1e-11. Raises as `step_derivative`.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.lobatto(5))
+    >>> galvi.symplecticity_defect(galvi.problems.kepler(0.3), method, step=0.2) < 1e-13
+    True
     """
     check_types(problem, method, "symplecticity_defect(problem, method, step)")
     if method.clock is not None:
@@ -170,8 +190,12 @@ def _differenced(end: Callable[[Array], Array], nudges: list[float]) -> Array:
 def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """D(eta1, mu1)/D(eta0, mu0), (2 d, 2 d), for g moved to g exp(hat(eta)) at both ends.
 
-    By central differences of order eight, accurate to about 1e-12. Raises ValueError when the step
-    itself fails.
+    By central differences of order eight, accurate to about 1e-12.
+
+    Raises
+    ------
+    ValueError
+        When the step itself fails.
     """
     system = cast(GroupSystem, group_system(problem, method))
     group, d = system.group, system.group.dimension
@@ -216,12 +240,24 @@ def _form(group: Group, mu: Array, time: int = 0) -> Array:
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
-    """Largest component of |q - q0| after ``steps`` steps forwards and as many backwards.
+    """Largest component of ``|q - q0|`` after ``steps`` steps forwards and as many backwards.
 
     A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
     and on groups all but degree 1 with the exponential chart, only to their order. With a clock
-    both ways have the energy of the start. Raises ValueError when a run fails, what
-    `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
+    both ways have the energy of the start.
+
+    Raises
+    ------
+    ValueError
+        When a run fails, and as `galvi.integrate`.
+    KeyboardInterrupt
+        On Ctrl-C.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> galvi.round_trip_error(galvi.problems.kepler(0.3), method, step=0.1, steps=50) < 1e-11
+    True
     """
     check_types(problem, method, "round_trip_error(problem, method, step, steps)")
     step = input_checks.real("step", step)
@@ -247,8 +283,12 @@ def clock_step_derivative(
     """D(eta1, t1, mu1, e1)/D(eta0, t0, mu0, e0) of a step, (2 d + 2, 2 d + 2), and mu0, mu1 (d,).
 
     q moves to q exp(hat(eta)) on a group, to q + eta else; e = -E is the momentum of the time, E
-    the energy that the clock is told. By central differences of order eight, to about 1e-11. Raises
-    ValueError when the step fails.
+    the energy that the clock is told. By central differences of order eight, to about 1e-11.
+
+    Raises
+    ------
+    ValueError
+        When the step fails.
     """
     group = lagrangian_of(problem.system, problem).group
     d, energy = group.dimension, start_energies(problem).total

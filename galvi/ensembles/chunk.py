@@ -28,13 +28,23 @@ from galvi.run.in_lanes.tables import aligned
 class Batch:
     """Some members of a law, from their starts on.
 
-    law, numbers  of the members
-    method        whose steps they take
-    step          (n,) each member's own
-    t0            time of the start
-    q, v, p       (n, r), (n, d), (n, d) starts; p in the law's own momenta
-    tolerance     relative change at which an iteration stops
+    Parameters
+    ----------
+    law, numbers
+        of the members
+    method
+        whose steps they take
+    step : array, shape (n,)
+        each member's own
+    t0
+        time of the start
+    q, v, p
+        (n, r), (n, d), (n, d) starts; p in the law's own momenta
+    tolerance
+        relative change at which an iteration stops
 
+    Notes
+    -----
     Nothing that is computed for a member depends on the others.
     """
 
@@ -107,8 +117,12 @@ INTERRUPT_SECONDS = 0.1  # of a call of the kernel, after which Ctrl-C is looked
 class Chunk:
     """Starts, numbers and plan of n members; nothing in it is a compiled function.
 
-    first  number of the first member
-    q, v   (n, ...) starts
+    Attributes
+    ----------
+    first
+        number of the first member
+    q, v : array, shape (n, ...)
+        starts
     """
 
     law: Law
@@ -125,10 +139,16 @@ class Chunk:
 class Kept(NamedTuple):
     """What a chunk leaves.
 
-    values   arrays with the members in front
-    failed   (n,) the step at which lanes could not solve a member's step, 0 for none
-    passes   (n,) passes of the iterations
-    seconds  that the steps took
+    Attributes
+    ----------
+    values
+        arrays with the members in front
+    failed : array, shape (n,)
+        the step at which lanes could not solve a member's step, 0 for none
+    passes : array, shape (n,)
+        passes of the iterations
+    seconds
+        that the steps took
     """
 
     values: tuple[Array, ...]
@@ -144,7 +164,10 @@ class Stopped(Exception):
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
     """Run the members of a chunk.
 
-    stopped  says whether to end at once, by `Stopped`
+    Parameters
+    ----------
+    stopped
+        says whether to end at once, by `Stopped`
     """
     plan, law = chunk.plan, chunk.law
     n, d = len(chunk.q), law.dimension
@@ -184,8 +207,12 @@ CHUNKS_AHEAD = 2  # chunks that wait, for each worker
 def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) -> int:
     """How many members make a chunk.
 
-    seconds  that one member takes
-    size     bytes that one member needs
+    Parameters
+    ----------
+    seconds
+        that one member takes
+    size
+        bytes that one member needs
     """
     shares = min(SHARES, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers))))
     most = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
@@ -195,8 +222,11 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
 def results(chunks: Iterator[Chunk], executor: Any, workers: int) -> Iterator[tuple[Chunk, Kept]]:
     """Each chunk with what it leaves, in order; chunks are made as they are needed.
 
-    executor  something with ``submit``, such as that of concurrent.futures or Dask's client; None:
-              threads of this process
+    Parameters
+    ----------
+    executor
+        something with ``submit``, such as that of concurrent.futures or Dask's client; None:
+        threads of this process
     """
     if executor is not None:
         yield from _in_order(chunks, lambda chunk: executor.submit(run_chunk, chunk), workers)

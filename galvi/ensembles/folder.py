@@ -36,10 +36,16 @@ Rows = tuple[tuple[Array, ...], Any, dict[int, Outcome]]  # values, passes and o
 def identity(value: Any, version: str | None) -> Any:
     """A value as nested tuples of numbers and texts that tell it from others.
 
-    version  of the caller's functions and classes, of which only names and values are looked at
+    Parameters
+    ----------
+    version
+        of the caller's functions and classes, of which only names and values are looked at
 
-    Raises ValueError when there is such a function or class, and no version: which other code it
-    calls cannot be known.
+    Raises
+    ------
+    ValueError
+        When there is such a function or class, and no version: which other code it calls cannot be
+        known.
     """
     kind = type(value)
     if kind in ATOMS:
@@ -113,14 +119,25 @@ def digest_of_galvi() -> str:
 class Folder:
     """The files of one ensemble.
 
-    request  digest of the law, method, times and what is kept, of the members' starts and numbers,
-             and of the code that computes
-    loaded, damaged  how many files `load` has read, and how many of them it did not believe
+    Attributes
+    ----------
+    request
+        digest of the law, method, times and what is kept, of the members' starts and numbers, and
+        of the code that computes
+    loaded, damaged
+        how many files `load` has read, and how many of them it did not believe
 
+    Raises
+    ------
+    TypeError, ValueError
+        For another path than that of a folder.
+    ValueError
+        For facts that cannot be told from others.
+
+    Notes
+    -----
     A file is named by the request and its members, and has a digest of both and of its arrays,
     without which it is not believed. Processes that compute one file each write the same bits.
-    Raises TypeError or ValueError for another path than that of a folder, and ValueError for facts
-    that cannot be told from others.
     """
 
     def __init__(
@@ -202,7 +219,10 @@ class Folder:
     ) -> None:
         """Write what some members left, completely or not at all.
 
-        outcomes  of all members, by their numbers; in a file from the first of these members
+        Parameters
+        ----------
+        outcomes
+            of all members, by their numbers; in a file from the first of these members
         """
         arrays: dict[str, Any] = {f"value{k}": value for k, value in enumerate(values)}
         numbered = ((k, outcomes.get(members.start + k)) for k in range(len(passes)))

@@ -52,37 +52,64 @@ def integrate_ensemble(
 ) -> Ensemble:
     """Integrate n members of ``problem`` from their own starts, as `galvi.integrate` would.
 
-    q0, v0      (n, ...) starts; one of the shape of the problem's is that of all members
-    step        step size, or (n,) one for each member
-    steps       number of steps of each member; or
-    duration    length of time, a whole number of steps and of all members the same one. With a
-                clock of any length: each member has its own steps, and runs by itself
-    parameters  name -> (n, ...) numbers of the system that differ between members: fields of the
-                system, its potential, force or Lagrangian (every one of that name), or parameters
-                of a SymPy expression
-    keep        what is kept of each run: `FinalStates` (the default), `StatesAt`, `Extrema`,
-                `Histogram`, `Events`; a function (t, q, p) of all states of a run, compiled by
-                ``numba.njit``; or a Python function of a `Trajectory`, with which members run one
-                by one, some hundred times slower
-    executor    what has a method ``submit``, such as Dask's ``Client``; None: one thread for each
-                processor
-    folder      keeps what is done in this folder, one .npz file for each chunk of members, and
-                computes only what is not there
-    progress    True shows a progress bar of members
-    tolerance   as for `galvi.integrate`
-    version     of your functions, for a folder: a text that you change with their code. Asked for
-                where a function is called (``keep``, or one of the system that could not be
-                traced), since what it calls in turn cannot be known
+    Parameters
+    ----------
+    q0, v0 : array, shape (n, ...)
+        starts; one of the shape of the problem's is that of all members
+    step
+        step size, or (n,) one for each member
+    steps
+        number of steps of each member; or
+    duration
+        length of time, a whole number of steps and of all members the same one. With a clock of any
+        length: each member has its own steps, and runs by itself
+    parameters
+        name -> (n, ...) numbers of the system that differ between members: fields of the system,
+        its potential, force or Lagrangian (every one of that name), or parameters of a SymPy
+        expression
+    keep
+        what is kept of each run: `FinalStates` (the default), `StatesAt`, `Extrema`, `Histogram`,
+        `Events`; a function (t, q, p) of all states of a run, compiled by ``numba.njit``; or a
+        Python function of a `Trajectory`, with which members run one by one, some hundred times
+        slower
+    executor
+        what has a method ``submit``, such as Dask's ``Client``; None: one thread for each processor
+    folder
+        keeps what is done in this folder, one .npz file for each chunk of members, and computes
+        only what is not there
+    progress
+        True shows a progress bar of members
+    tolerance
+        as for `galvi.integrate`
+    version
+        of your functions, for a folder: a text that you change with their code. Asked for where a
+        function is called (``keep``, or one of the system that could not be traced), since what it
+        calls in turn cannot be known
 
-    Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
-    the same bits in every ensemble, order, thread and process on one kind of processor. One whose
-    step the vector code cannot do is run again by itself, as are all where the system has none (its
-    equations as generated code) or the method works in a frame; their status says so. A member that
-    fails, or that `galvi.Problem` then refuses, is NaN from there on, its status says why, and the
-    others go on. Energies are not judged, whoever runs the member. Ctrl-C raises KeyboardInterrupt;
-    what is in the folder stays there, and the next call goes on.
+    Returns
+    -------
+    Ensemble
+        A member is equal to a run of `galvi.integrate` up to round-off, and has the
+        same bits in every ensemble, order, thread and process on one kind of processor. One whose
+        step the vector code cannot do is run again by itself, as are all where the system has none
+        (its equations as generated code) or the method works in a frame; their status says so. A
+        member that fails, or that `galvi.Problem` then refuses, is NaN from there on, its status
+        says why, and the others go on. Energies are not judged, whoever runs the member. Ctrl-C
+        raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
 
-    Raises ValueError or TypeError for bad input before the first step.
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input before the first step.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> q0 = problem.q0 + np.linspace(0.0, 0.1, 16)[:, None]
+    >>> result = galvi.integrate_ensemble(problem, q0, problem.v0, method, step=0.25, steps=40)
+    >>> result[0].shape, bool(result.success.all())
+    ((16, 2), True)
     """
     shows = progress is not None and input_checks.flag("progress", progress)
     check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, steps)")

@@ -25,7 +25,10 @@ WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of ste
 class TimeGrid(NamedTuple):
     """The times of n members: ``steps`` steps of their own ``step`` (n,) from t0.
 
-    q_shape, p_shape  of one state
+    Attributes
+    ----------
+    q_shape, p_shape
+        of one state
     """
 
     steps: int
@@ -87,7 +90,17 @@ class _AtEachStep:
 
 @dataclass(frozen=True)
 class FinalStates:
-    """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
+    """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> q, p = galvi.integrate_ensemble(problem, [problem.q0] * 8, problem.v0, method, 0.25, 40,
+    ...                                 keep=galvi.FinalStates()).kept
+    >>> q.shape, p.shape
+    ((8, 2), (8, 2))
+    """
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
         return [plan.steps]
@@ -108,9 +121,22 @@ class _Final:
 class StatesAt:
     """The states at some times, a whole number of steps of each member after the start.
 
-    times  in any order
+    Parameters
+    ----------
+    times
+        in any order
 
+    Notes
+    -----
     ``result[0]`` is (members, times, ...) of configurations, ``result[1]`` of momenta.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> galvi.integrate_ensemble(problem, [problem.q0] * 8, problem.v0, method, 0.25, 40,
+    ...                          keep=galvi.StatesAt([2.5, 5.0, 10.0]))[0].shape
+    (8, 3, 2)
     """
 
     times: Any
@@ -162,9 +188,23 @@ class _At:
 class Extrema(_AtEachStep):
     """The least and the largest value of a quantity at the steps, the start included.
 
-    quantity  (t, q, p) of n members, (n,), (n, ...) and (n, ...), -> (n, ...); None: q
+    Parameters
+    ----------
+    quantity
+        (t, q, p) of n members, (n,), (n, ...) and (n, ...), -> (n, ...); None: q
 
+    Notes
+    -----
     ``result[0]`` is the least value and ``result[1]`` the largest, (members, ...).
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> result = galvi.integrate_ensemble(problem, [problem.q0] * 8, problem.v0, method, 0.25, 40,
+    ...                                   keep=galvi.Extrema(lambda t, q, p: np.hypot(*q.T)))
+    >>> float(result[0][0].round(6)), result[1].shape  # the pericentre, at the start
+    (0.7, (8,))
     """
 
     quantity: Quantity | None = None
@@ -196,10 +236,26 @@ class _Extremes:
 class Histogram(_AtEachStep):
     """How often a quantity lies between edges, at the steps of each run, the start included.
 
-    quantity  (t, q, p) of n members, as for `Extrema`, -> (n,)
-    edges     (bins + 1,), increasing; a value at the last edge belongs to the last bin
+    Parameters
+    ----------
+    quantity
+        (t, q, p) of n members, as for `Extrema`, -> (n,)
+    edges : array, shape (bins + 1,)
+        increasing; a value at the last edge belongs to the last bin
 
+    Notes
+    -----
     The result is (members, bins); a failed member counts nothing from its failure on.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> keep = galvi.Histogram(lambda t, q, p: np.hypot(*q.T), edges=[0.0, 1.0, 2.0])
+    >>> result = galvi.integrate_ensemble(problem, [problem.q0] * 8, problem.v0, method, 0.25, 40,
+    ...                                   keep=keep)
+    >>> int(np.asarray(result)[0].sum())  # 40 steps and the start
+    41
     """
 
     quantity: Quantity
@@ -241,8 +297,11 @@ class _Counts:
 class OfStates(_AtEachStep):
     """A function compiled by ``numba.njit`` of the whole run of one member.
 
-    function  (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array of
-              the same shape for each member
+    Attributes
+    ----------
+    function
+        (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array of the
+        same shape for each member
     """
 
     function: Any
@@ -278,13 +337,28 @@ class _Whole:
 class Events:
     """The first events of each member, found on its curves; members then run one by one.
 
-    events   one `galvi.Event` or several; none that ends or changes a run
-    at_most  how many are kept of each member
+    Parameters
+    ----------
+    events
+        one `galvi.Event` or several; none that ends or changes a run
+    at_most
+        how many are kept of each member
 
+    Notes
+    -----
     The result is (members, at_most, 5) with the columns time, place of the event in ``events``,
     number of the step, value, and how many events the member had: more than ``at_most`` means that
     the later ones were left out. Rows after the last event are NaN, but for the count, which is 0
     where a member had none.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> problem = galvi.problems.kepler(0.5)
+    >>> keep = galvi.Events(galvi.events.plane_crossing((0.0, 1.0)), at_most=2)
+    >>> v0 = [problem.v0, 0.99 * problem.v0]
+    >>> galvi.integrate_ensemble(problem, problem.q0, v0, method, 0.1, 80, keep=keep)[0].shape
+    (2, 5)
     """
 
     events: Any

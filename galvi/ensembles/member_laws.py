@@ -46,12 +46,20 @@ WIDEST_MEMBER = 32  # coordinates up to which a law is written out for members
 class Law:
     """A law that many members run by; equal for equal laws.
 
-    lines        that define ``law``, as in galvi.tracing.lane_law
-    dimension    d of the velocities
-    entries      of a configuration
-    in_velocity  whether the law's momenta are velocities, and the system's M v
-    of_places    whether its forces know no velocities, besides
-    layout       of a group with rotations, as galvi.kernels.lie.product takes it; () on R^d
+    Attributes
+    ----------
+    lines
+        that define ``law``, as in galvi.tracing.lane_law
+    dimension
+        d of the velocities
+    entries
+        of a configuration
+    in_velocity
+        whether the law's momenta are velocities, and the system's M v
+    of_places
+        whether its forces know no velocities, besides
+    layout
+        of a group with rotations, as galvi.kernels.lie.product takes it; () on R^d
     """
 
     lines: str
@@ -75,8 +83,11 @@ class Law:
 class LawNumbers:
     """Parameters of each member; one row where they share them.
 
-    constants  (1 or n, c)
-    mass       (1 or n, d) or (1 or n, d, d): M of a law in velocities; else None
+    Attributes
+    ----------
+    constants : array, shape (1 or n, c)
+    mass
+        (1 or n, d) or (1 or n, d, d): M of a law in velocities; else None
     """
 
     constants: Array
@@ -199,13 +210,22 @@ FEW_COORDINATES, FEW_STAGES = 6, 12
 class MemberKernel:
     """What runs members of a law with a method.
 
-    function    compiled, of the address of the words in galvi.lanes.layouts
-    fields      of a record
-    rows        of work
-    tables      of the method
-    velocities  first row of work for velocities, or accelerations, at the stages
-    alone       whether places alone are iterated
-    memory      (q (n, r), p (n, d)) -> more fields of the records at the start
+    Attributes
+    ----------
+    function
+        compiled, of the address of the words in galvi.lanes.layouts
+    fields
+        of a record
+    rows
+        of work
+    tables
+        of the method
+    velocities
+        first row of work for velocities, or accelerations, at the stages
+    alone
+        whether places alone are iterated
+    memory
+        (q (n, r), p (n, d)) -> more fields of the records at the start
     """
 
     function: Callable[[int], None]

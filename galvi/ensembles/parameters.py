@@ -108,7 +108,10 @@ class Parameters:
     def numbers(self, law: Law, own: LawNumbers) -> LawNumbers:
         """What of the law differs between the members; ``own`` is the problem's.
 
-        Raises ValueError, with a note that names the member, for a value that a system refuses.
+        Raises
+        ------
+        ValueError
+            With a note that names the member, for a value that a system refuses.
         """
         given = self.values
         if not given:

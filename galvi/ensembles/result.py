@@ -16,14 +16,31 @@ from galvi.outcome import Outcome
 class Ensemble:
     """What was kept of n members, and how each ended.
 
-    kept         arrays with the members in front; NaN for a member that failed, from there on
-    outcomes    member -> how it ended; those that are not in it completed their steps
-    iterations  (n,) passes of the iterations of all steps
-    files       how many files of a folder were loaded, computed or damaged; "" without a folder
+    Attributes
+    ----------
+    kept
+        arrays with the members in front; NaN for a member that failed, from there on
+    outcomes
+        member -> how it ended; those that are not in it completed their steps
+    iterations : array, shape (n,)
+        passes of the iterations of all steps
+    files
+        how many files of a folder were loaded, computed or damaged; "" without a folder
 
+    Notes
+    -----
     ``np.asarray(result)`` is the array that was kept, with the members in front; several are put
     side by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of
     several, or what was kept of the k-th member.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> q0 = problem.q0 + np.linspace(0.0, 0.1, 4)[:, None]
+    >>> result = galvi.integrate_ensemble(problem, q0, problem.v0, method, step=0.25, steps=40)
+    >>> result.members, result.status[0], np.asarray(result).shape
+    (4, 'Completed.', (4, 2, 2))
     """
 
     kept: tuple[Array, ...]

@@ -38,9 +38,14 @@ class Single(NamedTuple):
 class Singles:
     """The members of an ensemble as runs by themselves.
 
-    q, v            (n, ...) starts
-    keep, function  what is kept of a run, or a function that returns it; the other is None
-    limits          ``steps``, ``duration`` and ``tolerance``, as for `galvi.integrate`
+    Parameters
+    ----------
+    q, v : array, shape (n, ...)
+        starts
+    keep, function
+        what is kept of a run, or a function that returns it; the other is None
+    limits
+        ``steps``, ``duration`` and ``tolerance``, as for `galvi.integrate`
     """
 
     def __init__(

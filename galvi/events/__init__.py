@@ -1,8 +1,13 @@
-"""Events that galvi brings: `galvi.events.closest_approach(i, j)` and others.
+"""Events that galvi brings: ``galvi.events.closest_approach(i, j)`` and others.
 
 Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by their
 entry of q or by the names that a tree gives its hinges and slides.
 Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
+
+An example:
+
+>>> galvi.events.apsis("planet", "star").name
+'apsis of planet about star'
 """
 
 from __future__ import annotations
@@ -31,11 +36,14 @@ def within(
 ) -> Event:
     """Two bodies come within a distance, or leave it; value: their distance.
 
-    i, j        bodies; "any" for each that there is: all pairs are looked at together, and events
-                are named by theirs
-    hill_radii  instead of the distance: so many of their Hill radii at that time, which are
-                ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M; that
-                is then in no pair
+    Parameters
+    ----------
+    i, j
+        bodies; "any" for each that there is: all pairs are looked at together, and events are named
+        by theirs
+    hill_radii
+        instead of the distance: so many of their Hill radii at that time, which are ((m_i + m_j) /
+        (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M; that is then in no pair
     """
     if (distance is None) == (hill_radii is None):
         raise ValueError("give either distance or hill_radii.")
@@ -57,7 +65,10 @@ def apsis(i: Any, about: Any) -> Event:
 def transit(i: Any, j: Any, observer: Any) -> Event:
     """Body i passes in front of j on the sky; value: their least distance there.
 
-    observer  direction (3,) from the bodies to the observer, far away
+    Parameters
+    ----------
+    observer
+        direction (3,) from the bodies to the observer, far away
     """
     towards = _direction("observer", observer)
     return Event(Transit(i, j, towards), 1, name=f"transit of {i} in front of {j}")

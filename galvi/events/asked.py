@@ -26,7 +26,10 @@ Row = Callable[[int], Array]  # from the number of an entry to its values
 class Function:
     """A function of the event ``name``, called for many states at once where it can be.
 
-    refusal  why it is called for one after another; "" for a function that could be traced
+    Attributes
+    ----------
+    refusal
+        why it is called for one after another; "" for a function that could be traced
     """
 
     def __init__(self, value: Value, problem: Problem, name: str) -> None:

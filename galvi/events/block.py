@@ -30,12 +30,20 @@ SAME_TIME = 1e-6  # of a step, by which times are those of its ends
 class Piece(NamedTuple):
     """n steps of a run.
 
-    run           has the states from which shortened steps are done
-    curves        row k of them is that of step k
-    times         (n + 1,) at which the steps begin and end
-    known         whether the states of the run are those at these times
-    first         number of steps of the run before
-    after, until  times between which its events are the run's
+    Attributes
+    ----------
+    run
+        has the states from which shortened steps are done
+    curves
+        row k of them is that of step k
+    times : array, shape (n + 1,)
+        at which the steps begin and end
+    known
+        whether the states of the run are those at these times
+    first
+        number of steps of the run before
+    after, until
+        times between which its events are the run's
     """
 
     run: Trajectory
@@ -151,9 +159,13 @@ class Block:
         """Coefficients (k, points) of interpolants on the steps that may have a root, the numbers
         of these steps here (k,), values or signs (n + 1,) between steps, and how many are rough.
 
-        start  the value, or the sign, at the end of the steps before; 0 where there are none
-        sure   the sign (n,) that the function keeps on each step, 0 where that is not known; None:
-               to be found
+        Parameters
+        ----------
+        start
+            the value, or the sign, at the end of the steps before; 0 where there are none
+        sure
+            the sign (n,) that the function keeps on each step, 0 where that is not known; None: to
+            be found
         """
         if sure is None:
             known = self.bounded and not asked.refusal

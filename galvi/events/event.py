@@ -36,11 +36,23 @@ class Quantity(Protocol):
 class Event:
     """A zero of function(q, v, t), a number, along a motion.
 
-    function   of one configuration, one velocity and the time
-    direction  +1 where it rises through zero, -1 where it falls, 0 both; as the run goes
-    terminal   whether `galvi.integrate` ends the run there
-    action     (q, v, t) -> (q, v) from which `galvi.integrate` goes on; None: nothing changes
-    name       for tables
+    Parameters
+    ----------
+    function
+        of one configuration, one velocity and the time
+    direction
+        +1 where it rises through zero, -1 where it falls, 0 both; as the run goes
+    terminal
+        whether `galvi.integrate` ends the run there
+    action
+        (q, v, t) -> (q, v) from which `galvi.integrate` goes on; None: nothing changes
+    name
+        for tables
+
+    Examples
+    --------
+    >>> galvi.Event(lambda q, v, t: q[0] - 0.5, direction=-1, name="half way").direction
+    -1
     """
 
     function: Callable[..., Any] | Quantity | Distances
@@ -145,9 +157,13 @@ class Approach:
 class Distance:
     """The square of two bodies' distance, relative to that of a number, less 1.
 
-    far   the distance, or how many Hill radii that is
-    hill  whether it is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M the
-          largest mass, from whose body r are the distances
+    Attributes
+    ----------
+    far
+        the distance, or how many Hill radii that is
+    hill
+        whether it is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M the largest
+        mass, from whose body r are the distances
     """
 
     one: Any
@@ -191,7 +207,10 @@ class Distances:
     """As `Distance`, of all pairs of bodies, or of one body from all others, that are looked at
     together: see `galvi.events.within`.
 
-    one, other  bodies, or ANY
+    Attributes
+    ----------
+    one, other
+        bodies, or ANY
     """
 
     one: Any

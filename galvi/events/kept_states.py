@@ -19,10 +19,16 @@ from galvi.trajectory import Restarts, Trajectory
 class KeptStates:
     """What a run keeps while it is done.
 
-    begin     the time of its first state
-    known     states from which its curves can be found again
-    curves    those of its parts, and when each begins
-    restarts  states t, q, v to which actions led
+    Attributes
+    ----------
+    begin
+        the time of its first state
+    known
+        states from which its curves can be found again
+    curves
+        those of its parts, and when each begins
+    restarts
+        states t, q, v to which actions led
     """
 
     def __init__(self, request: RunRequest) -> None:

@@ -24,7 +24,10 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     A half has none where its first coefficient exceeds the sum of the others, and at most one where
     that holds of its derivative.
 
-    starts, ends  (n,) values where the series begin and end, or their signs
+    Parameters
+    ----------
+    starts, ends : array, shape (n,)
+        values where the series begin and end, or their signs
     """
     scale = np.maximum(np.abs(series).max(axis=1), LEAST_COEFFICIENT)
     series, starts, ends = series / scale[:, None], np.sign(starts), np.sign(ends)

@@ -99,13 +99,23 @@ def _in_blocks(
 class BlockRun:
     """A run that is searched block by block, which events may end or change.
 
-    problem, start, before  of its present part, the state from which it goes on, and the run whose
-                            end that is
-    rest      what is left of a step after an action, in the units of steps; None: nothing
-    too_near  the time between two actions in the step below which they cannot be told apart
-    after     the time after which events are not known yet
-    chunk     steps of the next block
-    end       how the run ended before its last step or at its time; None: it did not
+    Parameters
+    ----------
+    chunk
+        steps of the next block
+
+    Attributes
+    ----------
+    problem, start, before
+        of its present part, the state from which it goes on, and the run whose end that is
+    rest
+        what is left of a step after an action, in the units of steps; None: nothing
+    too_near
+        the time between two actions in the step below which they cannot be told apart
+    after
+        the time after which events are not known yet
+    end
+        how the run ended before its last step or at its time; None: it did not
     """
 
     def __init__(

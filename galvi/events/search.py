@@ -42,14 +42,32 @@ ROOT_TIME_ERROR = 4.0 * 2.0**-52  # of the time, at which a root's time is known
 class Found:
     """Events in the order of their times; arrays (n,), and q, v (n, ...).
 
-    t          times, of the order of the steps
-    name       names of the events
-    step       numbers of the steps in which they happen, from 1
-    value      what the event reports there, such as a distance
-    index      place of the event in the list that was asked for
-    q, v       the state there, before an action
-    unresolved number of steps in which a function was not resolved, so that roots may be missing
-    status     a sentence on what is not guaranteed; "" for nothing
+    Attributes
+    ----------
+    t
+        times, of the order of the steps
+    name
+        names of the events
+    step
+        numbers of the steps in which they happen, from 1
+    value
+        what the event reports there, such as a distance
+    index
+        place of the event in the list that was asked for
+    q, v
+        the state there, before an action
+    unresolved
+        number of steps in which a function was not resolved, so that roots may be missing
+    status
+        a sentence on what is not guaranteed; "" for nothing
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.5), method, step=0.2, steps=60)
+    >>> found = galvi.find_events(run, galvi.events.plane_crossing((0.0, 1.0)))
+    >>> len(found), found.step, found["t"].round(6)
+    (3, array([16, 32, 48]), array([3.141593, 6.283185, 9.424778]))
     """
 
     t: Array
@@ -105,17 +123,34 @@ def joined(parts: list[Rows]) -> Rows:
 def find_events(run: Trajectory, events: Event | Any) -> Found:
     """The events of a run of `galvi.integrate`, on the curve of each of its steps.
 
-    events  one, or several: `galvi.Event`, or those of `galvi.events`
+    Parameters
+    ----------
+    events
+        one, or several: `galvi.Event`, or those of `galvi.events`
 
+    Raises
+    ------
+    ValueError
+        For a run of a reference, for one with actions that kept no curves, for a function that is
+        not finite, and for more than a million events.
+    TypeError
+        For something that is no event.
+
+    Notes
+    -----
     Every root of a function's interpolant on a step is found, also two within one step; a root at
     t0 is none. Times and states are those of the step's order: a root of the curve is refined by a
     shortened step from the last kept state. Steps after the last state that a failed run kept have
     no events. In a moving frame the curve is the frame's. ``terminal`` and ``action`` are for
     `galvi.integrate`: here nothing is ended or changed.
 
-    Raises ValueError for a run of a reference, for one with actions that kept no curves, for a
-    function that is not finite, and for more than a million events; TypeError for something that is
-    no event.
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    >>> run = galvi.integrate(galvi.problems.harmonic_oscillator(), method, step=0.5, steps=20)
+    >>> found = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0], direction=1))
+    >>> (found.t / 3.141592653589793).round(9)
+    array([1.5])
     """
     several = several_events(events)
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:

@@ -25,10 +25,15 @@ from galvi.systems.lagrangian import velocity_at
 class Shortened(NamedTuple):
     """Of n steps, some of them more than once.
 
-    after  (u, rows) -> q, v and t after parts u (k,) of the steps ``rows`` (k,) among the n; NaN
-           where a shortened step could not be done
-    low, high   (n,) limits of u: a time, or in a clock a length in tau
-    begin, pace (n,) u and dt/du at the places that were asked for
+    Attributes
+    ----------
+    after
+        (u, rows) -> q, v and t after parts u (k,) of the steps ``rows`` (k,) among the n; NaN where
+        a shortened step could not be done
+    low, high : array, shape (n,)
+        limits of u: a time, or in a clock a length in tau
+    begin, pace : array, shape (n,)
+        u and dt/du at the places that were asked for
     """
 
     after: Callable[[Array, Any], tuple[Array, Array, Array]]

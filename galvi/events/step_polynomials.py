@@ -51,14 +51,24 @@ class Chebyshev:
 class StepPolynomials(NamedTuple):
     """n steps, with x the variable, from 0 to 1.
 
-    space         psi_i are its basis functions after the constant, minus their values at 0
-    bases         (n, d) coordinates at x = 0
-    coefficients  (n, d, m) of psi_i in them
-    begin         (n,) the times at x = 0
-    lapses        (n, l) Chebyshev coefficients of the times since then
-    lengths       (n,) of the steps, in time
-    rough         (n,) whether a step has no such polynomials
-    bounded       whether ``space`` is one of polynomials
+    Attributes
+    ----------
+    space
+        psi_i are its basis functions after the constant, minus their values at 0
+    bases : array, shape (n, d)
+        coordinates at x = 0
+    coefficients : array, shape (n, d, m)
+        of psi_i in them
+    begin : array, shape (n,)
+        the times at x = 0
+    lapses : array, shape (n, l)
+        Chebyshev coefficients of the times since then
+    lengths : array, shape (n,)
+        of the steps, in time
+    rough : array, shape (n,)
+        whether a step has no such polynomials
+    bounded
+        whether ``space`` is one of polynomials
     """
 
     space: Any

@@ -18,9 +18,13 @@ from galvi.trajectory import Trajectory
 class Verdict:
     """What the blocks of a run say of it so far.
 
-    outcome  of the first block that was no success, or else of the last one in doubt or with a
-             note; None: of none
-    passage  of two point masses in a clock, see `galvi.kernels.forces.passages`
+    Attributes
+    ----------
+    outcome
+        of the first block that was no success, or else of the last one in doubt or with a note;
+        None: of none
+    passage
+        of two point masses in a clock, see `galvi.kernels.forces.passages`
     """
 
     def __init__(self, stepper: Stepper | ClockStepper) -> None:

@@ -18,15 +18,25 @@ EVEN = (0.0, -1.0, 0.0)  # the clock of nodes that are not moved
 class Motion:
     """A frame on a problem, for steps of one size: what the kernel of collocation takes of it.
 
-    functions  (3,) addresses of RATES, DRIFT and LEAVE (galvi.lanes.frames.collocation)
-    alive      what must exist as long as these
-    numbers    (c,) their constants
-    work       rows of scratch that they need
-    guesses    rows that they keep from pass to pass, which a pass at other nodes can interpolate
-    sizes      (2 n,) of the places and velocities in the frame, to which changes are relative
-    clock      (3,) revolutions a step of a reference orbit, its eccentricity and its mean anomaly
-               at the start over 2 pi; `EVEN` for Gauss nodes
-    stretch    alpha of arcsin(alpha y) / arcsin(alpha), to which nodes y in [-1, 1] are moved
+    Attributes
+    ----------
+    functions : array, shape (3,)
+        addresses of RATES, DRIFT and LEAVE (galvi.lanes.frames.collocation)
+    alive
+        what must exist as long as these
+    numbers : array, shape (c,)
+        their constants
+    work
+        rows of scratch that they need
+    guesses
+        rows that they keep from pass to pass, which a pass at other nodes can interpolate
+    sizes : array, shape (2 n,)
+        of the places and velocities in the frame, to which changes are relative
+    clock
+        (3,) revolutions a step of a reference orbit, its eccentricity and its mean anomaly at the
+        start over 2 pi; `EVEN` for Gauss nodes
+    stretch
+        alpha of arcsin(alpha y) / arcsin(alpha), to which nodes y in [-1, 1] are moved
     """
 
     functions: Any

@@ -39,12 +39,25 @@ ZERO_FREQUENCY = 1e-13  # of the largest square of a frequency, below which it i
 class HarmonicFrame:
     """Normal modes of a `Canonical` system's quadratic part, done exactly: a rotation for each.
 
-    stiffness  (d, d) symmetric, the frame's part of d2V/dq2; None: d2V/dq2 at q = 0, without its
-               negative eigenvalues. Any choice leaves the equations exact: what it does not hold is
-               left to the collocation
-    passes     of a step's iteration; None: as many as the tolerance needs at the start
+    Parameters
+    ----------
+    stiffness : array, shape (d, d)
+        symmetric, the frame's part of d2V/dq2; None: d2V/dq2 at q = 0, without its negative
+        eigenvalues. Any choice leaves the equations exact: what it does not hold is left to the
+        collocation
+    passes
+        of a step's iteration; None: as many as the tolerance needs at the start
 
+    Notes
+    -----
     Steps may be much longer than the fast periods, where what is left is small or slow.
+
+    Examples
+    --------
+    >>> chain = galvi.problems.fermi_pasta_ulam_tsingou(masses=8)
+    >>> method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.HarmonicFrame())
+    >>> galvi.integrate(chain, method, step=2.0, steps=50).status
+    'Completed.'
     """
 
     stiffness: Any = None

@@ -85,14 +85,20 @@ class Hierarchy(NamedTuple):
     Pair i joins bodies first <= a < middle and middle <= b < end in the order of ``bodies``; its
     place is that of the latter's barycentre from the former's.
 
-    bodies          (n + 1,) among the problem's bodies
-    pairs           (n, 3) first, middle and end
-    places, speeds  (n + 1, D) of decimals: of the barycentre, then of pairs, at the start
-    axes            (n,) semi-major axes in the frame; not positive for an orbit that is not bound
-    eccentricities  (n,)
-    masses          of the first body, then of the others (n,), of pairs (n,), and the second side's
-                    share of these (n,): times G, the first of the numbers in
-                    galvi.lanes.frames.kepler_motion
+    Attributes
+    ----------
+    bodies
+        (n + 1,) among the problem's bodies
+    pairs : array, shape (n, 3)
+        first, middle and end
+    places, speeds : array, shape (n + 1, D)
+        of decimals: of the barycentre, then of pairs, at the start
+    axes : array, shape (n,)
+        semi-major axes in the frame; not positive for an orbit that is not bound
+    eccentricities : array, shape (n,)
+    masses
+        of the first body, then of the others (n,), of pairs (n,), and the second side's share of
+        these (n,): times G, the first of the numbers in galvi.lanes.frames.kepler_motion
     """
 
     bodies: list[int]

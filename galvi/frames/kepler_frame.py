@@ -57,19 +57,33 @@ class KeplerFrame:
     In Jacobi coordinates, planets in the order of their orbits at the start: the frame holds the
     attraction of all that is inside each orbit, and collocation what is left.
 
-    passes  of a step's iteration; None: as many as the tolerance needs at the start. Two are
-            accurate where planets are light, but let the energy drift slowly
-    even    whether nodes are Gauss nodes in time; else in the eccentric anomaly of the innermost
-            orbit at the start, moved towards each other at the step's middle
+    Parameters
+    ----------
+    passes
+        of a step's iteration; None: as many as the tolerance needs at the start. Two are accurate
+        where planets are light, but let the energy drift slowly
+    even
+        whether nodes are Gauss nodes in time; else in the eccentric anomaly of the innermost orbit
+        at the start, moved towards each other at the step's middle
+    hierarchy
+        nested tuples of bodies, by number or by the problem's names for them, for others than one
+        star with planets: ("Sun", ("Earth", "Moon"), "Mars") or ((0, 1), (2, 3)). Each part moves
+        about all parts before it. It has all bodies with a mass; massless ones that it leaves out
+        move about the first part. None: the heaviest body and its planets
 
-    hierarchy  nested tuples of bodies, by number or by the problem's names for them, for others
-            than one star with planets: ("Sun", ("Earth", "Moon"), "Mars") or ((0, 1), (2, 3)). Each
-            part moves about all parts before it. It has all bodies with a mass; massless ones that
-            it leaves out move about the first part. None: the heaviest body and its planets
-
+    Notes
+    -----
     Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit of
     eccentricity up to 0.9, and a step at most 1.27 revolutions of the fastest one, or 0.75 where
     that is so eccentric and anything else acts. Two bodies under gravity alone are done exactly.
+
+    Examples
+    --------
+    >>> frame = galvi.KeplerFrame()
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=frame)
+    >>> run = galvi.integrate(galvi.problems.outer_solar_system(), method, step=400.0, steps=100)
+    >>> run.status, run.engine
+    ('Completed.', 'frame')
     """
 
     passes: int | None = None
@@ -318,9 +332,14 @@ def _bodies(found: Hierarchy, Q: Array, centre: Array) -> Array:
 class Kind(NamedTuple):
     """What differs between planets about a star and other hierarchies.
 
-    functions  by dimension, see galvi.lanes.frames.kepler_functions
-    rows       of work for each pair, from the dimension
-    blocks     the numbers of a hierarchy that are the frame's own
+    Attributes
+    ----------
+    functions
+        by dimension, see galvi.lanes.frames.kepler_functions
+    rows
+        of work for each pair, from the dimension
+    blocks
+        the numbers of a hierarchy that are the frame's own
     """
 
     functions: Any

@@ -54,9 +54,14 @@ class Group(Hashable, Protocol):
 def one_factor(kernel: Any, dimension: int, entries: int, rotations: int) -> Layout:
     """The layout of a group that is not a product.
 
-    kernel     its module of galvi.kernels.lie.groups
-    entries    number of entries of one element
-    rotations  number of leading components of a velocity that are rotations
+    Parameters
+    ----------
+    kernel
+        its module of galvi.kernels.lie.groups
+    entries
+        number of entries of one element
+    rotations
+        number of leading components of a velocity that are rotations
     """
     return np.array([[GROUPS.index(kernel), dimension, entries, rotations]])
 
@@ -136,8 +141,19 @@ def nearest_rotation(matrix: Array) -> Array:
     """The rotation R that is closest to ``matrix`` (n, n) in the Frobenius norm.
 
     R = U diag(1, ..., 1, det(U V^T)) V^T from the singular value decomposition U S V^T (Kabsch,
-    Acta Cryst. A32 (1976) 922). Raises ValueError for a matrix that is not square, not finite, or
-    of rank below n - 1, for which the nearest rotation is not unique.
+    Acta Cryst. A32 (1976) 922).
+
+    Raises
+    ------
+    ValueError
+        For a matrix that is not square, not finite, or of rank below n - 1, for which the nearest
+        rotation is not unique.
+
+    Examples
+    --------
+    >>> galvi.nearest_rotation(np.array([[0.0, -1.0], [1.01, 0.0]])).round(12) + 0.0
+    array([[ 0., -1.],
+           [ 1.,  0.]])
     """
     matrix = input_checks.array("matrix", matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
@@ -162,7 +178,13 @@ def _nearest(matrix: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class Rn:
-    """R^n; elements and velocities have shape (n,). ValueError unless n is at least 1."""
+    """R^n; elements and velocities have shape (n,). ValueError unless n is at least 1.
+
+    Examples
+    --------
+    >>> galvi.Rn(2).multiply(np.array([1.0, 2.0]), np.array([0.5, 0.0]))
+    array([1.5, 2. ])
+    """
 
     n: int
 
@@ -252,7 +274,13 @@ class _Motions(_Matrices):
 
 @dataclass(frozen=True)
 class SO2(_Rotations):
-    """Rotation matrices (2, 2); velocities (1,), R' = R [[0, -v], [v, 0]]."""
+    """Rotation matrices (2, 2); velocities (1,), R' = R [[0, -v], [v, 0]].
+
+    Examples
+    --------
+    >>> galvi.SO2().dimension, galvi.SO2().shape
+    (1, (2, 2))
+    """
 
     _sizes = (2, 1, 1)
     _kernels = so2
@@ -267,6 +295,11 @@ class SO3(_Rotations):
     """Rotation matrices (3, 3) from the body's frame to space.
 
     Velocities (3,) are the body's angular velocity: R' = R hat(v), hat(v) w = v x w.
+
+    Examples
+    --------
+    >>> galvi.SO3().bracket(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    array([0., 0., 1.])
     """
 
     _sizes = (3, 3, 3)
@@ -283,6 +316,11 @@ class SE2(_Motions):
 
     Velocities (3,) are the angular velocity and the linear velocity in the body's frame:
     g' = g [[0, -w, v_x], [w, 0, v_y], [0, 0, 0]].
+
+    Examples
+    --------
+    >>> galvi.SE2().dimension, galvi.SE2().shape
+    (3, (3, 3))
     """
 
     _sizes = (3, 3, 1)
@@ -300,6 +338,11 @@ class SE3(_Motions):
 
     Velocities (6,) are the angular and the linear velocity in the body's frame:
     g' = g [[hat(w), v], [0, 0]].
+
+    Examples
+    --------
+    >>> galvi.SE3().dimension, galvi.SE3().shape
+    (6, (4, 4))
     """
 
     _sizes = (4, 6, 3)

@@ -17,8 +17,19 @@ class Product:
     """factors[0] x factors[1] x ...; an element is a vector of the entries of all factors.
 
     ``join`` builds an element from one array for each factor, ``parts`` splits it; velocities are
-    the concatenated velocities of the factors. Raises ValueError unless factors are one or more
-    groups.
+    the concatenated velocities of the factors.
+
+    Raises
+    ------
+    ValueError
+        Unless factors are one or more groups.
+
+    Examples
+    --------
+    >>> group = galvi.Product((galvi.SO3(), galvi.Rn(1)))
+    >>> q = group.join(np.eye(3), np.array([0.5]))
+    >>> q.shape, group.dimension, group.parts(q)[1]
+    ((10,), 4, array([0.5]))
     """
 
     factors: tuple[Group, ...]
@@ -50,7 +61,10 @@ class Product:
     def join(self, *parts: Array) -> Array:
         """The element with these parts, one for each factor, with the same leading axes.
 
-        Raises ValueError for a wrong number of parts or a part of a wrong shape.
+        Raises
+        ------
+        ValueError
+            For a wrong number of parts or a part of a wrong shape.
         """
         shapes = [factor.shape for factor in self.factors]
         if len(parts) != len(shapes):

@@ -39,7 +39,16 @@ def entries() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Citation:
-    """A sentence with keys in square brackets, and their entries for BibTeX."""
+    """A sentence with keys in square brackets, and their entries for BibTeX.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.kepler(), method, step=0.1, steps=4)
+    >>> citation = galvi.cite(run)
+    >>> "[Hall2013, Miglio2016]" in citation.sentence, citation.bibtex.count("@")
+    (True, 3)
+    """
 
     sentence: str
     bibtex: str
@@ -51,7 +60,17 @@ class Citation:
 def cite(run: Trajectory) -> Citation:
     """What to cite for exactly what a run used: its method, other codes, and its data.
 
-    Raises TypeError for anything but a run.
+    Raises
+    ------
+    TypeError
+        For anything but a run.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.outer_solar_system(), method, step=100.0, steps=4)
+    >>> "@phdthesis{Hall2013" in galvi.cite(run).bibtex
+    True
     """
     if not isinstance(run, Trajectory):
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")

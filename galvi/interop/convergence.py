@@ -27,10 +27,16 @@ TRUTHS = "None, the name of a reference, a function of t, or the configuration a
 class ConvergenceRequest:
     """What is asked of a table, as of `convergence`.
 
-    methods   name and method, as of `convergence`; "" for the name of the code or the class itself
-    counts    numbers of equal steps; () for those that are found by trying
-    sizes     steps in the unit of time, or of a method's clock, in place of them
-    with_all  whether galvi and every other code here that takes the problem take part, too
+    Attributes
+    ----------
+    methods
+        name and method, as of `convergence`; "" for the name of the code or the class itself
+    counts
+        numbers of equal steps; () for those that are found by trying
+    sizes
+        steps in the unit of time, or of a method's clock, in place of them
+    with_all
+        whether galvi and every other code here that takes the problem take part, too
     """
 
     problem: Problem
@@ -54,36 +60,67 @@ def convergence(
 ) -> pandas.DataFrame:
     """Errors, orders, invariants and cost of methods on a problem, at decreasing steps.
 
-    methods   name -> a `galvi.Galerkin`; the name of another code, such as "rebound.whfast",
-              "mujoco.rk4", "scipy.dop853", "heyoka" or "textbook.rk4"; or an integrator of yours,
-              a class or an instance, or "module:Class", which then runs in a process of its own.
-              None: galvi and every other code here that takes the problem
-    steps     numbers of equal steps, if all are of type int, else their sizes, each of which goes
-              into the duration a whole number of times; with a clock, sizes are in its unit, and
-              numbers approximate. Codes that choose their steps run at four tolerances instead.
-              None: found by trying for each method
-    duration  from the problem's t0, positive, in its unit of time
-    truth     None: a closed form or an exact engine, else the finest pair of runs of galvi's; or
-              the name of a code, a function of the time that returns the configuration, or the
-              configuration at the end, of q0's shape
-    quick     shorter timings
+    Parameters
+    ----------
+    methods
+        name -> a `galvi.Galerkin`; the name of another code, such as "rebound.whfast",
+        "mujoco.rk4", "scipy.dop853", "heyoka" or "textbook.rk4"; or an integrator of yours, a class
+        or an instance, or "module:Class", which then runs in a process of its own. None: galvi and
+        every other code here that takes the problem
+    steps
+        numbers of equal steps, if all are of type int, else their sizes, each of which goes into
+        the duration a whole number of times; with a clock, sizes are in its unit, and numbers
+        approximate. Codes that choose their steps run at four tolerances instead. None: found by
+        trying for each method
+    duration
+        from the problem's t0, positive, in its unit of time
+    truth
+        None: a closed form or an exact engine, else the finest pair of runs of galvi's; or the name
+        of a code, a function of the time that returns the configuration, or the configuration at
+        the end, of q0's shape
+    quick
+        shorter timings
 
-    Returns a tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
-    fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
-    setting, steps, fit, theory, note``. ``error`` is that of the state at the end: the largest
-    difference of a coordinate from the truth (of point masses, the farthest body's distance), or of
-    a momentum in units that make both of one size, whichever is larger; ``order`` is that between a
-    row and the one before, ``fitted`` the fit to the rows where ``fit`` is true, ``theory`` the
-    order that is known or declared; ``note`` says why another row is left out, such as round-off.
-    Energy and momenta are largest relative changes, of what the motion keeps; symmetry is the
-    distance from the start after a run there and back, symplecticity the defect of one step;
-    evaluations are of the force; seconds are those of a run, on a motion that keeps its energy by
-    longer ones. NaN is what does not apply. ``attrs`` has ``truth``, ``truth_error``, ``rule`` (of
-    the fit), ``remarks`` (orders that are not those of theory) and ``faults``, of the methods.
+    Returns
+    -------
+    pandas.DataFrame
+        A tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
+        fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
+        setting, steps, fit, theory, note``. ``error`` is that of the state at the end: the largest
+        difference of a coordinate from the truth (of point masses, the farthest body's distance),
+        or of a momentum in units that make both of one size, whichever is larger; ``order`` is that
+        between a row and the one before, ``fitted`` the fit to the rows where ``fit`` is true,
+        ``theory`` the order that is known or declared; ``note`` says why another row is left out,
+        such as round-off. Energy and momenta are largest relative changes, of what the motion
+        keeps; symmetry is the distance from the start after a run there and back, symplecticity the
+        defect of one step; evaluations are of the force; seconds are those of a run, on a motion
+        that keeps its energy by longer ones. NaN is what does not apply. ``attrs`` has ``truth``,
+        ``truth_error``, ``rule`` (of the fit), ``remarks`` (orders that are not those of theory)
+        and ``faults``, of the methods.
 
-    The command runs in another process, which needs the suite's packages. Raises ValueError for
-    what it refuses, TypeError for an argument of another kind, ModuleNotFoundError without these
-    packages.
+    Raises
+    ------
+    ValueError
+        For what it refuses.
+    TypeError
+        For an argument of another kind.
+    ModuleNotFoundError
+        Without the suite's packages.
+
+    Notes
+    -----
+    The command runs in another process, which needs the suite's packages.
+
+    Examples
+    --------
+    >>> kepler = galvi.problems.kepler(eccentricity=0.3)
+    >>> gauss = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    >>> methods = {"Gauss 2": gauss, "Verlet": "textbook.stormer_verlet"}  # in a process of its own
+    >>> table = galvi.convergence(kepler, methods, [50, 100, 200, 400], duration=5.0, quick=True)
+    >>> table.groupby("method")["fitted"].first().round(1).to_dict()
+    {'Gauss 2': 4.0, 'Verlet': 2.0}
+    >>> print(table.attrs["truth"])
+    Kepler, closed form, to rounding
     """
     request = _checked(problem, methods, steps, duration, truth, quick)
     try:
@@ -143,8 +180,13 @@ def _checked(
 
 
 def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Numbers of equal steps, increasing, or sizes, decreasing; both empty for None. Raises
-    ValueError for others."""
+    """Numbers of equal steps, increasing, or sizes, decreasing; both empty for None.
+
+    Raises
+    ------
+    ValueError
+        For other values.
+    """
     if steps is None:
         return (), ()
     if isinstance(steps, str) or not input_checks.has_items(steps):

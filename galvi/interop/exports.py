@@ -27,7 +27,10 @@ def plot(run: Trajectory) -> Any:
     of a moving one, or each coordinate against time; with the curves where they were kept. On the
     right the change of the energy, or the coordinates' momenta where it is not conserved.
 
-    Raises ModuleNotFoundError without matplotlib.
+    Raises
+    ------
+    ModuleNotFoundError
+        Without matplotlib.
     """
     try:
         from matplotlib import pyplot
@@ -110,11 +113,10 @@ def _invariant(axes: Any, run: Trajectory) -> None:
 def to_scipy(run: Trajectory) -> Any:
     """A `scipy.optimize.OptimizeResult` with the fields of `scipy.integrate.solve_ivp`'s result.
 
-    t        (saved,)
-    y        (n, saved): the entries of q, one after the other, then those of v
-    sol      t -> y on the curves, (n,) or (n, k); None for a run of a reference
-    status   0 for a success, else -1; with `message` and `success`
-    nfev     force evaluations; njev those of its derivative; nlu linear systems solved
+    Its fields are ``t`` (saved,); ``y`` (n, saved), the entries of q, one after the other, then
+    those of v; ``sol``, t -> y on the curves, (n,) or (n, k), None for a run of a reference;
+    ``status``, 0 for a success, else -1, with ``message`` and ``success``; ``nfev`` force
+    evaluations, ``njev`` those of its derivative, and ``nlu`` linear systems solved.
     """
     from scipy.optimize import OptimizeResult  # a fifth of galvi's import
 
@@ -152,7 +154,10 @@ def to_xarray(run: Trajectory) -> Any:
     column of matrices; coordinate of vectors; of trees entry of q, and velocity, each by its joint.
     Attributes: problem, units, method, step, success, status, and each count.
 
-    Raises ModuleNotFoundError without xarray.
+    Raises
+    ------
+    ModuleNotFoundError
+        Without xarray.
     """
     try:
         import xarray

@@ -32,15 +32,34 @@ def from_mujoco(
 ) -> Problem:
     """The motion of a MuJoCo model's joints, from its reference configuration at rest.
 
-    model   a ``mujoco.MjModel`` or ``MjSpec``, the text of an MJCF or URDF model, or the path of
-            one, of a compiled .mjb, or of an archive .mjz
-    ignore  what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid,
-            friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes,
-            plugins, sleep
-    key     number or name of the keyframe at which to start, its mocap bodies included; None: the
-            reference configuration
-    ctrl    (nu,) constant controls of the actuators; None: the keyframe's, or zeros
+    Parameters
+    ----------
+    model
+        a ``mujoco.MjModel`` or ``MjSpec``, the text of an MJCF or URDF model, or the path of one,
+        of a compiled .mjb, or of an archive .mjz
+    ignore
+        what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid, friction
+        loss, gravity compensation, nonlinear springs, nonlinear damping, flexes, plugins, sleep
+    key
+        number or name of the keyframe at which to start, its mocap bodies included; None: the
+        reference configuration
+    ctrl : array, shape (nu,)
+        constant controls of the actuators; None: the keyframe's, or zeros
 
+    Raises
+    ------
+    ValueError
+        Where MuJoCo's accelerations differ from those of the problem, with both numbers; for a
+        model with settings that are not known, in which nothing moves, or that is not one.
+    BeyondTrees
+        A ValueError, for a model that has more than this, naming it, one line each.
+    TypeError
+        For another source.
+    ImportError
+        Without MuJoCo.
+
+    Notes
+    -----
     Motors and servos, tendons, compensated weights, and the drag of a medium are the ``force`` of
     the system, with the damping of joints. Controls are clamped to their ranges, as MuJoCo does,
     but those of ``ctrl`` must be within. Where a force reaches a limit of its actuator or joint, a
@@ -54,10 +73,15 @@ def from_mujoco(
     step dt, and the key where one was given.
 
     MuJoCo's accelerations of the model, with what is ignored switched off, are compared with those
-    of the problem, at the start and two other states. Raises ValueError, with both numbers, where
-    they differ; `BeyondTrees`, a ValueError, for a model that has more than this, naming it, one
-    line each; ValueError for one with settings that are not known, in which nothing moves, or that
-    is not one; TypeError for another source, and ImportError without MuJoCo.
+    of the problem, at the start and two other states.
+
+    Examples
+    --------
+    >>> model = '''<mujoco><worldbody><body pos="0 0 1"><joint type="hinge" axis="0 1 0"/>
+    ... <geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02" contype="0"/>
+    ... </body></worldbody></mujoco>'''
+    >>> galvi.from_mujoco(model, ignore=("contacts",)).q0
+    array([0.])
     """
     return read(model, ignore, key, ctrl=ctrl)[0]
 
@@ -68,8 +92,13 @@ def read(
 ) -> tuple[Problem, Own]:  # fmt: skip
     """The problem, and the user's own model with what is ignored switched off.
 
-    qpos  (nq,) and qvel (nv,): a start in MuJoCo's coordinates, in place of the keyframe's
+    Parameters
+    ----------
+    qpos
+        (nq,) and qvel (nv,): a start in MuJoCo's coordinates, in place of the keyframe's
 
+    Notes
+    -----
     Raises as `from_mujoco`.
     """
     left_out = checked_names(ignore)

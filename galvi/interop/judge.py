@@ -31,9 +31,13 @@ MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
 class JudgeRequest:
     """What is asked of a judgement, as of `judge`, which the command reads from its options.
 
-    is_problem  whether the file is a pickled `galvi.Problem`; it is loaded by a process whose
-                environment has its digest, as that of `judge` has, and refused by any other
-    extras      path of a file of REBOUNDx's with the simulation's forces; "" for none
+    Attributes
+    ----------
+    is_problem
+        whether the file is a pickled `galvi.Problem`; it is loaded by a process whose environment
+        has its digest, as that of `judge` has, and refused by any other
+    extras
+        path of a file of REBOUNDx's with the simulation's forces; "" for none
     """
 
     duration: float | None = None
@@ -63,8 +67,23 @@ class JudgeRequest:
 class Judged:
     """How wrong a model's own run is, and what reaches an error cheapest.
 
-    data  what ``judge.json`` holds; `summary` says it in sentences
-    page  the page as HTML, which notebooks show
+    Attributes
+    ----------
+    data
+        what ``judge.json`` holds; `summary` says it in sentences
+    page
+        the page as HTML, which notebooks show
+
+    Examples
+    --------
+    >>> import rebound
+    >>> sim = rebound.Simulation()
+    >>> sim.integrator, sim.dt = "whfast", 0.1
+    >>> sim.add(m=1.0)
+    >>> sim.add(m=1e-3, a=1.0, e=0.05)
+    >>> verdict = galvi.judge(sim, duration=60.0, error=1e-3, quick=True)
+    >>> verdict.passed, verdict.own["error"] < 1e-3, verdict.recommended["reached"]
+    (True, True, True)
     """
 
     data: Mapping[str, Any]
@@ -139,21 +158,50 @@ def judge(
 ) -> Judged:
     """Judge a simulation of REBOUND, a model of MuJoCo, a file of one, or a problem.
 
-    source       as of `galvi.from_rebound`, with ``snapshot``, or of `galvi.from_mujoco`, with
-                 ``ignore`` and ``key``; or a `galvi.Problem` of point masses or of a tree
-    duration     in its time, backwards where it or the own dt is negative; None: 100 revolutions of
-                 the fastest body, or 10 for a model
-    error        largest error of a body or of a joint at any time; None: that of the own run
-    own          {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
-    qpos, qvel   (nq,) and (nv,): a start of a model in MuJoCo's coordinates
-    ctrl         (nu,) constant controls of a model; None: the keyframe's, or zeros
-    quick        with shorter looks at other sources of the truth and other integrators
-    extras       the `reboundx.Extras` of a simulation, as of `galvi.from_rebound`: REBOUND's runs
-                 have its forces, galvi's those that are read of it
+    Parameters
+    ----------
+    source
+        as of `galvi.from_rebound`, with ``snapshot``, or of `galvi.from_mujoco`, with ``ignore``
+        and ``key``; or a `galvi.Problem` of point masses or of a tree
+    duration
+        in its time, backwards where it or the own dt is negative; None: 100 revolutions of the
+        fastest body, or 10 for a model
+    error
+        largest error of a body or of a joint at any time; None: that of the own run
+    own
+        {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
+    qpos, qvel : array, shape (nq,)
+        and (nv,): a start of a model in MuJoCo's coordinates
+    ctrl : array, shape (nu,)
+        constant controls of a model; None: the keyframe's, or zeros
+    quick
+        with shorter looks at other sources of the truth and other integrators
+    extras
+        the ``reboundx.Extras`` of a simulation, as of `galvi.from_rebound`: REBOUND's runs have its
+        forces, galvi's those that are read of it
 
+    Raises
+    ------
+    ValueError
+        For what the command refuses, and what `galvi.from_rebound` and `galvi.from_mujoco` raise.
+    ModuleNotFoundError
+        Without the suite's packages.
+
+    Notes
+    -----
     The own run is that of the engine on the user's own simulation or model. Runs of more than ten
-    seconds say on stderr what is being done. Raises what these raise, ValueError for what the
-    command refuses, and ModuleNotFoundError without the suite's packages.
+    seconds say on stderr what is being done.
+
+    Examples
+    --------
+    >>> import rebound
+    >>> sim = rebound.Simulation()
+    >>> sim.integrator, sim.dt = "whfast", 0.1
+    >>> sim.add(m=1.0)
+    >>> sim.add(m=1e-3, a=1.0, e=0.05)
+    >>> verdict = galvi.judge(sim, duration=60.0, quick=True)  # in a process of its own: seconds
+    >>> verdict.own["integrator"]
+    'REBOUND WHFast, coordinates jacobi, dt = 0.1'
     """
     ignore = (ignore,) if isinstance(ignore, str) else tuple(ignore)
     kind = _kind_of(source)

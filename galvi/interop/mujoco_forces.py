@@ -164,7 +164,9 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     """The forces of a model, all of which are understood, besides springs and damping of joints and
     gravity; None for none.
 
-    controls  (nu,)
+    Parameters
+    ----------
+    controls : array, shape (nu,)
     """
     entries, at = [], 0
     for kind in model.jnt_type:

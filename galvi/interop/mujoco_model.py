@@ -90,11 +90,18 @@ BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
 class Own:
     """A user's own model as its engine runs it.
 
-    model        a copy of the `MjModel`, in which nothing but what is left out was changed
-    differences  what was left out: name -> how, in words
-    key          number of the keyframe at which it starts; None: the reference configuration
-    qpos, qvel   (nq,) and (nv,) of the start where they are given; else None
-    ctrl         (nu,) controls where they are given; else None
+    Attributes
+    ----------
+    model
+        a copy of the `MjModel`, in which nothing but what is left out was changed
+    differences
+        what was left out: name -> how, in words
+    key
+        number of the keyframe at which it starts; None: the reference configuration
+    qpos, qvel : array, shape (nq,)
+        and (nv,) of the start where they are given; else None
+    ctrl : array, shape (nu,)
+        controls where they are given; else None
     """
 
     model: Any

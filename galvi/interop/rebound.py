@@ -41,29 +41,56 @@ LOGGER = logging.getLogger("galvi")
 def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Problem:
     """The problem that a simulation of REBOUND is at.
 
-    source    a `rebound.Simulation`, or the path of a file of one, or of an archive
-    snapshot  of an archive; -1 for the last one
-    extras    the `reboundx.Extras` of a simulation, whose forces gr, gr_full, gr_potential,
-              gravitational_harmonics, central_force, radiation_forces and tides_constant_time_lag
-              are read, each compared with REBOUNDx's accelerations; others are refused by name.
-              "gr" is read as `Relativity(c)`, which differs from it by shares of the planets'
-              masses, it and gr_full by terms of c^-4
+    Parameters
+    ----------
+    source
+        a ``rebound.Simulation``, or the path of a file of one, or of an archive
+    snapshot
+        of an archive; -1 for the last one
+    extras
+        the ``reboundx.Extras`` of a simulation, whose forces gr, gr_full, gr_potential,
+        gravitational_harmonics, central_force, radiation_forces and tides_constant_time_lag are
+        read, each compared with REBOUNDx's accelerations; others are refused by name. "gr" is read
+        as ``Relativity(c)``, which differs from it by shares of the planets' masses, it and gr_full
+        by terms of c^-4
 
+    Raises
+    ------
+    ValueError
+        Where REBOUND's accelerations differ from those of the problem, with both numbers; naming
+        them, for additional forces, collisions, a boundary, softening, variational particles, test
+        particles that pull, an integrator of another motion (sei), any other setting that is not
+        REBOUND's default and not known to change nothing, numbers that are not finite, and a file
+        that cannot be read.
+    FileNotFoundError
+        Without a file.
+    TypeError
+        For another source.
+    ModuleNotFoundError
+        Without REBOUND.
+    ImportError
+        With one older than 5.
+
+    Notes
+    -----
     Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
     become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
     has the names, the integrator, its step dt and its options and, where they are set, the radii,
     exit_max_distance and exit_min_distance, and of an archive the usual time between its states,
-    output_every; ``read_as`` says that a tree's gravity is read as that
-    of point masses, ``functions`` that a file's simulation had functions, which no file holds, and
-    ``written_by`` that the file is of another version of REBOUND.
+    output_every; ``read_as`` says that a tree's gravity is read as that of point masses,
+    ``functions`` that a file's simulation had functions, which no file holds, and ``written_by``
+    that the file is of another version of REBOUND.
 
-    REBOUND's accelerations are compared with those of the problem. Raises ValueError, with both
-    numbers, where they differ, and ValueError, naming them, for additional forces, collisions, a
-    boundary, softening, variational particles, test particles that pull, an integrator of another
-    motion (sei), any other setting that is not REBOUND's default and not known to change nothing,
-    numbers that are not finite, and a file that cannot be read; FileNotFoundError without a file,
-    TypeError for another source, ModuleNotFoundError without REBOUND and ImportError with one older
-    than 5.
+    REBOUND's accelerations are compared with those of the problem.
+
+    Examples
+    --------
+    >>> import rebound
+    >>> sim = rebound.Simulation()
+    >>> sim.add(m=1.0)
+    >>> sim.add(m=1e-3, a=1.0, e=0.05)
+    >>> galvi.from_rebound(sim).system.masses
+    array([1.   , 0.001])
     """
     rebound = _engine()
     if isinstance(source, str | os.PathLike):
@@ -121,11 +148,14 @@ def _remedy(refused: Sequence[str], of_extras: bool) -> str:
 
 
 def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, Any]:
-    """The problem, and the user's own `rebound.Simulation`, a copy: as it is, but for functions
+    """The problem, and the user's own ``rebound.Simulation``, a copy: as it is, but for functions
     such as a heartbeat. Raises as `from_rebound`.
 
-    extras  path of a file of REBOUNDx's, with the forces of a file's simulation, which is then
-            returned as `Forced`
+    Parameters
+    ----------
+    extras
+        path of a file of REBOUNDx's, with the forces of a file's simulation, which is then returned
+        as `Forced`
     """
     if not isinstance(source, str | os.PathLike):
         return from_rebound(source, snapshot), copied(source)
@@ -188,14 +218,24 @@ def _check_finite(found: Contents) -> None:
 
 
 def to_rebound(run: Trajectory, at: int = -1) -> Any:
-    """A `rebound.Simulation` at a saved state of a run of point masses.
+    """A ``rebound.Simulation`` at a saved state of a run of point masses.
 
-    at  index of the state; -1 for the last one
+    Parameters
+    ----------
+    at
+        index of the state; -1 for the last one
 
+    Raises
+    ------
+    ValueError
+        For a run of another system and for a state past a failure.
+    ModuleNotFoundError
+        Without REBOUND.
+
+    Notes
+    -----
     Time, order and names of the bodies are kept, and G; units where they are REBOUND's; of a
-    problem that came from REBOUND also the radii, the integrator with its options, and dt. Raises
-    ValueError for a run of another system and for a state past a failure, ModuleNotFoundError
-    without REBOUND.
+    problem that came from REBOUND also the radii, the integrator with its options, and dt.
     """
     _engine()
     if not isinstance(run.problem.system, NBody):
@@ -215,7 +255,7 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
 
 
 def simulation_of(problem: Problem) -> Any:
-    """A `rebound.Simulation` of a problem of point masses, as `to_rebound` gives."""
+    """A ``rebound.Simulation`` of a problem of point masses, as `to_rebound` gives."""
     rebound, system, known = _engine(), cast(NBody, problem.system), problem.parameters
     q, v = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (problem.q0, problem.v0))
     sim = rebound.Simulation()

@@ -85,10 +85,16 @@ SWITCHES = ("mercurius", "trace")  # they set the routine of gravity themselves,
 class Contents(NamedTuple):
     """What galvi takes from a simulation, in values of Python and NumPy.
 
-    refused     what changes its motion from that of point masses, in words; then no more is read
-    masses      (n,), in units of the simulation, as all that follows
-    q, v, a     (n, 3); accelerations as REBOUND computes them
-    parameters  of the problem
+    Attributes
+    ----------
+    refused
+        what changes its motion from that of point masses, in words; then no more is read
+    masses : array, shape (n,)
+        in units of the simulation, as all that follows
+    q, v, a : array, shape (n, 3)
+        accelerations as REBOUND computes them
+    parameters
+        of the problem
     """
 
     refused: tuple[str, ...] = ()
@@ -226,7 +232,10 @@ def _another_version(path: str) -> str:
 def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
     """What a simulation has that the motion of point masses does not, in words.
 
-    extras  whether its functions are those of REBOUNDx, which are read
+    Parameters
+    ----------
+    extras
+        whether its functions are those of REBOUNDx, which are read
     """
     for attribute, words in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)) and not extras:

@@ -36,8 +36,12 @@ NEVER_LOADED = "whfast512"  # an integrator of REBOUND's, for which REBOUNDx has
 class Forced:
     """A user's own `rebound.Simulation` with forces of REBOUNDx, which no copy of it has.
 
-    simulation  without them
-    extras      path of a file of theirs, as `reboundx.Extras.save` writes
+    Attributes
+    ----------
+    simulation
+        without them
+    extras
+        path of a file of theirs, as `reboundx.Extras.save` writes
     """
 
     simulation: Any
@@ -46,8 +50,11 @@ class Forced:
     def copy(self) -> Any:
         """A copy of the simulation with the forces; they last as long as it.
 
-        Raises ValueError for a file that is none of REBOUNDx's or of which parts are not loaded,
-        and for an integrator for which REBOUNDx has no forces.
+        Raises
+        ------
+        ValueError
+            For a file that is none of REBOUNDx's or of which parts are not loaded, and for an
+            integrator for which REBOUNDx has no forces.
         """
         reboundx, copy = _engine(), copied(self.simulation)
         if copy.integrator.name.decode() == NEVER_LOADED:
@@ -79,9 +86,13 @@ def extras_of(sim: Any) -> Any:
 def forces_of(sim: Any, extras: Any, found: Contents) -> list[CelestialForce]:
     """The forces, each compared with REBOUNDx's accelerations at the simulation's state.
 
-    Raises TypeError for extras that are none, ValueError for those of another simulation, for a
-    force or an operator that is not known, by name, and, with both numbers, where accelerations
-    differ.
+    Raises
+    ------
+    TypeError
+        For extras that are none.
+    ValueError
+        For those of another simulation, for a force or an operator that is not known, by name, and,
+        with both numbers, where accelerations differ.
     """
     reboundx = _engine()
     if not isinstance(extras, reboundx.Extras):

@@ -22,7 +22,10 @@ def run_command(
     raised where it wrote no result: what it said on stderr beside its progress, or how it ended, as
     a ModuleNotFoundError where a package is not installed.
 
-    pickled  what it is allowed to load, from a file among the arguments; empty for nothing
+    Parameters
+    ----------
+    pickled
+        what it is allowed to load, from a file among the arguments; empty for nothing
     """
     digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
     places = os.pathsep.join(place for place in sys.path if place)

@@ -26,9 +26,14 @@ REST_SHARE = 1e-9  # share of what a step gives below which a kinetic energy is 
 def errors_since_start(kinetic, potential, energies, driven, start, start_kinetic, table):
     """table (8, n) <- the errors of T + V, (n,) each, since the start.
 
-    energies       (n,) or (1,) what T + V should be
-    driven         whether errors are measured by T and the work since the start too
-    start          the energy there, of it ``start_kinetic`` the size of T
+    Parameters
+    ----------
+    energies
+        (n,) or (1,) what T + V should be
+    driven
+        whether errors are measured by T and the work since the start too
+    start
+        the energy there, of it ``start_kinetic`` the size of T
     """
     for k in range(kinetic.size):
         energy = energies[min(k, energies.size - 1)]
@@ -86,7 +91,10 @@ def grow_measures(table, single, floor, so_far):
 def assess_single_steps(table, least, so_far):
     """Errors of single steps, up to one that ruins the run: see `assess_errors`.
 
-    least  what the measure of one that ruins the run is at least
+    Parameters
+    ----------
+    least
+        what the measure of one that ruins the run is at least
     """
     share, worst = 0.0, 0
     for k in range(table.shape[1]):
@@ -121,16 +129,23 @@ def assess_errors(table, single, start_kinetic, floor, kick, so_far):
     """The largest error over its measure, its index, that of the first error that ruins the run or
     -1, whether one is NaN, and the measure of the run.
 
-    table          (8, n), in the order of the run
-    single         whether these are errors of single steps, each good if small, and measured by
-                   what was up to it. One since the start must not exceed the measure before it
-                   either, and is measured by the whole run: a run that jumps into a deep well is
-                   not measured by its depth
-    start_kinetic  the size of T at the start
-    floor          a larger ROUNDING
-    kick           the kinetic energy that the forces at the start give in a step
-    so_far         (4,) least and greatest V, measure and largest error of the steps before; they
-                   become those of these too, the last one infinite where a single step ruins
+    Parameters
+    ----------
+    table : array, shape (8, n)
+        in the order of the run
+    single
+        whether these are errors of single steps, each good if small, and measured by what was up to
+        it. One since the start must not exceed the measure before it either, and is measured by the
+        whole run: a run that jumps into a deep well is not measured by its depth
+    start_kinetic
+        the size of T at the start
+    floor
+        a larger ROUNDING
+    kick
+        the kinetic energy that the forces at the start give in a step
+    so_far : array, shape (4,)
+        least and greatest V, measure and largest error of the steps before; they become those of
+        these too, the last one infinite where a single step ruins
     """
     before = so_far[WORST]
     unknown = grow_measures(table, single, floor, so_far)

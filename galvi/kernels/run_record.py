@@ -16,13 +16,22 @@ from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, jit_inline
 class Plan(NamedTuple):
     """The steps of a run.
 
-    t0         time of the problem's start
-    step       size h of a step
-    tolerance  relative change at which a step's iteration stops
-    first      number of the run's first step since the problem's start
-    total      steps of the run
-    every      number of steps between saved states
-    watch      every 2^watch-th step since the problem's start is kept to assess the energy
+    Attributes
+    ----------
+    t0
+        time of the problem's start
+    step
+        size h of a step
+    tolerance
+        relative change at which a step's iteration stops
+    first
+        number of the run's first step since the problem's start
+    total
+        steps of the run
+    every
+        number of steps between saved states
+    watch
+        every 2^watch-th step since the problem's start is kept to assess the energy
     """
 
     t0: float
@@ -37,8 +46,14 @@ class Plan(NamedTuple):
 class Progress(NamedTuple):
     """The current state of a run, updated by each kernel; for rows see the kernels.
 
-    state (4, n), stages (d, s), solver_state (3 or more,), counts (7,)
-    passage  see galvi.kernels.forces.passages; (0,) without pairs of point masses
+    Attributes
+    ----------
+    state : array, shape (4, n)
+    stages : array, shape (d, s)
+    solver_state : array, shape (3 or more,)
+    counts : array, shape (7,)
+    passage
+        see galvi.kernels.forces.passages; (0,) without pairs of point masses
     """
 
     state: Any
@@ -51,11 +66,16 @@ class Progress(NamedTuple):
 class Kept(NamedTuple):
     """The kept results of a run.
 
-    q, p           (saved, r), (saved, d)  rows 1, 2, ... are steps every, 2 every, ...; the last
-                   row is the final state
-    bases, curves  (steps, r), (steps, d, m); no rows when curves are not kept
-    seen           (watched, r + d or more)  q and p of the watched steps, and on groups where the
-                   energy is not known without velocities the stages (d, s)
+    Attributes
+    ----------
+    q, p
+        (saved, r), (saved, d) rows 1, 2, ... are steps every, 2 every, ...; the last row is the
+        final state
+    bases, curves
+        (steps, r), (steps, d, m); no rows when curves are not kept
+    seen : array, shape (watched, r + d or more)
+        q and p of the watched steps, and on groups where the energy is not known without velocities
+        the stages (d, s)
     """
 
     q: Any

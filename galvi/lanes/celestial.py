@@ -26,8 +26,8 @@ EIGHT = (0,) * LANES
 def _adding(law):
     """An intrinsic (form, places, pulls, terms, begin, end, *rest): pulls of some terms are added.
 
-    rest  nothing; or gaps at the start, from which the places count, each term's from a number
-          on, this number, and rows, from the first of which the terms' energy is taken
+    ``rest`` is nothing; or gaps at the start, from which the places count, each term's from a
+    number on, this number, and rows, from the first of which the terms' energy is taken.
     """
 
     @in_lanes

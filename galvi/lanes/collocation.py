@@ -89,8 +89,12 @@ class Generic:
 class Constants:
     """Constants of a law, spread over all lanes when they are first used.
 
-    lanes  of a stage, a `galvi.lanes.vectors.Lanes`
-    data   their address
+    Parameters
+    ----------
+    lanes
+        of a stage, a `galvi.lanes.vectors.Lanes`
+    data
+        their address
     """
 
     def __init__(self, lanes, data):
@@ -106,8 +110,12 @@ class Constants:
 class Factors:
     """The factors of a mass at the stages, in rows of work.
 
-    first  row of the first one
-    below  the places (i, j), j < i, of L that are not 0
+    Parameters
+    ----------
+    first
+        row of the first one
+    below
+        the places (i, j), j < i, of L that are not 0
     """
 
     def __init__(self, rows, first, below, written_out=None):
@@ -151,7 +159,10 @@ class Factors:
 class LawStep:
     """A step on R^d, see galvi.lanes.step.
 
-    alone  whether places alone are iterated
+    Parameters
+    ----------
+    alone
+        whether places alone are iterated
     """
 
     rule = BY_CHANGES
@@ -401,10 +412,16 @@ def differences(x, y):
 def generated_step(law, d, alone, lanes=0, one=False, stages=0):
     """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on R^d.
 
-    alone   whether places alone are iterated
-    lanes   of a vector of one run's stages; 0 for eight runs
-    one     whether one vector holds all stages
-    stages  of eight runs, for which loops are written out; 0 for any
+    Parameters
+    ----------
+    alone
+        whether places alone are iterated
+    lanes
+        of a vector of one run's stages; 0 for eight runs
+    one
+        whether one vector holds all stages
+    stages
+        of eight runs, for which loops are written out; 0 for any
     """
     below = filled(law, d)
 

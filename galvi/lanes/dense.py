@@ -80,7 +80,10 @@ def inverse_of(rows):
 def is_written_out(below):
     """Whether a factorisation is short enough to be written out.
 
-    below  the places (i, j), j < i, of L that are not 0
+    Parameters
+    ----------
+    below
+        the places (i, j), j < i, of L that are not 0
     """
     rows: dict[int, list[int]] = {}
     for i, j in below:
@@ -92,7 +95,10 @@ def is_written_out(below):
 class Triangle:
     """Rows of a matrix up to its diagonal, one number after another, in rows of an array.
 
-    first  row of the array for the first number
+    Parameters
+    ----------
+    first
+        row of the array for the first number
     """
 
     def __init__(self, builder, lanes, data, first, d):

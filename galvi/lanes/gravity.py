@@ -134,7 +134,10 @@ def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chu
 def _combining(onto=False):
     """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages.
 
-    onto  whether the sum is added to what out holds
+    Parameters
+    ----------
+    onto
+        whether the sum is added to what out holds
     """
     whole = types.intp
 
@@ -207,8 +210,12 @@ def move(typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body,
 def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
     """base <- c far and low <- its rounding error and that of q, for one row, in eight stages.
 
-    c    (2, P)  nodes and their low parts
-    far  h v, ``far_low`` its low part, ``lost`` the low part of q
+    Parameters
+    ----------
+    c : array, shape (2, P)
+        nodes and their low parts
+    far
+        h v, ``far_low`` its low part, ``lost`` the low part of q
     """
     whole, real = types.intp, types.float64
     signature = types.void(c, base, low, whole, real, real, real, whole, whole)

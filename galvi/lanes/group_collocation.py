@@ -512,7 +512,10 @@ class GroupStep:
 class Chart:
     """The functions of a product of groups in one chart, for lanes or numbers.
 
-    layout  rows of numbers, see galvi.kernels.lie.product
+    Parameters
+    ----------
+    layout
+        rows of numbers, see galvi.kernels.lie.product
     """
 
     def __init__(self, layout, chart):
@@ -571,8 +574,12 @@ def total(x, y):
 def generated_step(law, groups, chart, lanes=0, one=False):
     """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on groups.
 
-    groups, chart  layout and chart of galvi.kernels.lie.product
-    lanes, one     as of galvi.lanes.collocation.generated_step
+    Parameters
+    ----------
+    groups, chart
+        layout and chart of galvi.kernels.lie.product
+    lanes, one
+        as of galvi.lanes.collocation.generated_step
     """
     functions = Chart(groups, chart)
 

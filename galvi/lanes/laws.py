@@ -52,8 +52,12 @@ def body(d, heavy):
 def canonical(slopes, d, diagonal):
     """The law of L = v.Mv/2 - V. Constants: M by rows, then those of V.
 
-    slopes    dV/dq, as above
-    diagonal  whether M is diagonal
+    Parameters
+    ----------
+    slopes
+        dV/dq, as above
+    diagonal
+        whether M is diagonal
     """
 
     def law(q, v, t, c):
@@ -72,9 +76,14 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
 
     Constants: M^-1, diagonal unless ``coupled``, then those of V and those of the force.
 
-    slopes       dV/dq, as above
-    force        (q, v, t, constants) -> d values; None without one
-    forced_from  number of the first constant of the force
+    Parameters
+    ----------
+    slopes
+        dV/dq, as above
+    force
+        (q, v, t, constants) -> d values; None without one
+    forced_from
+        number of the first constant of the force
     """
     first = d * d if coupled else d
 
@@ -134,7 +143,10 @@ def point_masses(bodies, dimension):
 def forced(law, force, first):
     """The law with an external force (q, v, t, constants) -> d values.
 
-    first  number of the law's constants, which those of the force follow
+    Parameters
+    ----------
+    first
+        number of the law's constants, which those of the force follow
     """
 
     def whole(q, v, t, c):

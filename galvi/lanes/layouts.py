@@ -39,19 +39,27 @@ class Tables(NamedTuple):
     """First rows of the parts of ``tables``, whose matrices have P or s rows; the rows of a matrix
     after the s-th are 0.
 
-    drift, low_drift    A^T and its low part
-    back, low_back      B^T and its low part; for groups those of B - 1 b^T
-    kicks, low_kicks    b and its low part, (1, s) each
-    means               the mean of b Y^2, for groups; where places are iterated alone, the low part
-                        of the nodes. Then drift and low_drift are A of the Nystrom method, back and
-                        low_back begin with beta
-    nodes               c
-    series              Legendre coefficients from stages
-    ends                of one run, the columns b, beta and the low parts of both, beta where places
-                        are iterated alone
-    ahead               of one run, for r = 1 .. l, the extrapolation of values at the stages that
-                        keeps r Legendre terms, alone A after it; of members, Legendre polynomials
-                        at the next step's stages, (l, s)
+    Attributes
+    ----------
+    drift, low_drift
+        A^T and its low part
+    back, low_back
+        B^T and its low part; for groups those of B - 1 b^T
+    kicks, low_kicks
+        b and its low part, (1, s) each
+    means
+        the mean of b Y^2, for groups; where places are iterated alone, the low part of the nodes.
+        Then drift and low_drift are A of the Nystrom method, back and low_back begin with beta
+    nodes
+        c
+    series
+        Legendre coefficients from stages
+    ends
+        of one run, the columns b, beta and the low parts of both, beta where places are iterated
+        alone
+    ahead
+        of one run, for r = 1 .. l, the extrapolation of values at the stages that keeps r Legendre
+        terms, alone A after it; of members, Legendre polynomials at the next step's stages, (l, s)
     """
 
     drift: int
@@ -224,8 +232,11 @@ class Rows:
     def weighted(self, rows, *weights, matrix=None):
         """sum_j w_j x_j for some rows x of work, of each run.
 
-        weights  a row w of the tables, or of ``matrix``; of several, those of the smallest first,
-                 the sum of all these
+        Parameters
+        ----------
+        weights
+            a row w of the tables, or of ``matrix``; of several, those of the smallest first, the
+            sum of all these
         """
         builder, kind = self.builder, ir.VectorType(DOUBLE, self.width)
         sums = [cgutils.alloca_once(builder, kind) for _ in rows]
@@ -260,9 +271,14 @@ class Rows:
     def sums(self, lanes, matrix, first_row, row, apart=None, count=None, start=None):
         """sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
 
-        apart  rows between the matrices of one coordinate and the next; None for the same matrix
-        count  of members, how many rows; None for all stages
-        start  first of d rows of work to which the sums are added
+        Parameters
+        ----------
+        apart
+            rows between the matrices of one coordinate and the next; None for the same matrix
+        count
+            of members, how many rows; None for all stages
+        start
+            first of d rows of work to which the sums are added
         """
         count, found = self.stages if count is None else count, []
         first = [lanes.nothing] * self.d
@@ -280,9 +296,17 @@ class Rows:
 class Stages(Rows):
     """The stages of one run in the lanes of a vector, or of several.
 
-    one     whether one vector holds all stages
-    merged  whether ``ahead`` are matrices A after extrapolation
-    full    whether no lane is beyond the stages
+    Parameters
+    ----------
+    one
+        whether one vector holds all stages
+    merged
+        whether ``ahead`` are matrices A after extrapolation
+
+    Attributes
+    ----------
+    full
+        whether no lane is beyond the stages
     """
 
     reconsider = RECONSIDER
@@ -430,9 +454,17 @@ class Stages(Rows):
 class Members(Rows):
     """Eight runs in the lanes of a vector, one stage after another.
 
-    stages   s, for which loops are written out; 0 for any
-    guarded  rows of work that are stored only for runs whose iteration goes on
-    active   these runs, a `galvi.lanes.stopping.Mask`
+    Parameters
+    ----------
+    stages
+        s, for which loops are written out; 0 for any
+
+    Attributes
+    ----------
+    guarded
+        rows of work that are stored only for runs whose iteration goes on
+    active
+        these runs, a `galvi.lanes.stopping.Mask`
     """
 
     reconsider = 1  # one of eight needs another number of terms sooner

@@ -34,18 +34,30 @@ TERMS_KEPT = 3  # index in solver_state
 class OneRun(NamedTuple):
     """What a run in lanes computes with, beside its state.
 
-    words       of galvi.lanes.layouts
-    record      (rows,)   the numbers of the run
-    seats       (n, 4)    where the numbers of the state are: row and first column of
-                          galvi.run.run_arrays' state, first row of the record, and how many
-    work        (rows, P)
-    before      (2, n)    q and p, or v, before a step
-    layout      (factors, 5) of galvi.kernels.lie.product; no factors on R^d
-    q, p        first rows of the record for these, and for the numbers of SHARED
+    Attributes
+    ----------
+    words
+        of galvi.lanes.layouts
+    record : array, shape (rows,)
+        the numbers of the run
+    seats : array, shape (n, 4)
+        where the numbers of the state are: row and first column of galvi.run.run_arrays' state,
+        first row of the record, and how many
+    work : array, shape (rows, P)
+    before : array, shape (2, n)
+        q and p, or v, before a step
+    layout : array, shape (factors, 5)
+        of galvi.kernels.lie.product; no factors on R^d
+    q, p
+        first rows of the record for these
     shared
-    rates       first rows of work for rates of curves, velocities at the stages, and those of the
-    velocities  last step
+        first row of the record for the numbers of SHARED
+    rates
+        first row of work for the rates of curves
+    velocities
+        first row of work for the velocities at the stages
     last
+        likewise for those of the last step
     """
 
     words: Any
@@ -65,10 +77,15 @@ class OneRun(NamedTuple):
 class Curves(NamedTuple):
     """What a step's curve is made of.
 
-    fit   (m, s)  h times its coefficients from its rates at the stages; where places alone are
-                  iterated h^2 times those from accelerations
-    line  (m,)    h times its coefficients from the velocity, there; else (0,)
-    c     (P,)    nodes
+    Attributes
+    ----------
+    fit : array, shape (m, s)
+        h times its coefficients from its rates at the stages; where places alone are iterated h^2
+        times those from accelerations
+    line : array, shape (m,)
+        h times its coefficients from the velocity, there; else (0,)
+    c : array, shape (P,)
+        nodes
     """
 
     fit: Any
@@ -208,9 +225,13 @@ def copy_lanes(given, out):
 def advance_members(law, given, words, records, constants, work, velocities, first, number, todo):
     """Do ``todo`` steps of all members from the number-th on.
 
-    records, constants  (blocks, rows, 8) for eight members each
-    work                (rows, s, 8)
-    velocities, first   the first rows of work and of a record for the velocities at the stages
+    Parameters
+    ----------
+    records, constants : array, shape (blocks, rows, 8)
+        for eight members each
+    work : array, shape (rows, s, 8)
+    velocities, first
+        the first rows of work and of a record for the velocities at the stages
     """
     d, s = (records.shape[1] - first) // work.shape[1], work.shape[1]
     record_words, constant_words = words[RECORD], words[CONSTANTS]

@@ -61,10 +61,16 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 class Bodies(NamedTuple):
     """What attracts.
 
-    masses        (bodies,)      G m
-    heavy, light  whole numbers  the bodies with a mass, and the massless ones
-    pulls, poles                 terms of galvi.kernels.forces.celestial
-    star                         the heaviest body
+    Attributes
+    ----------
+    masses : array, shape (bodies,)
+        G m
+    heavy, light
+        whole numbers the bodies with a mass, and the massless ones
+    pulls, poles
+        terms of galvi.kernels.forces.celestial
+    star
+        the heaviest body
     """
 
     masses: Any
@@ -88,13 +94,21 @@ class Tables(NamedTuple):
 class Step(NamedTuple):
     """The step that is being solved.
 
-    state      (4, d)     at its start
-    Q, a       (d, P)     stages and their last accelerations
-    base, low  (d, P)     h c v, and its low part with that of q
-    scratch    (d, P)
-    sizes      (bodies,)  1 / distances from the origin
-    history    (4,)       see galvi.kernels.nystrom.solve
-    nearest    (P,)       least squared distances of two bodies at the stages; 0 if there is none
+    Attributes
+    ----------
+    state : array, shape (4, d)
+        at its start
+    Q, a : array, shape (d, P)
+        stages and their last accelerations
+    base, low : array, shape (d, P)
+        h c v, and its low part with that of q
+    scratch : array, shape (d, P)
+    sizes : array, shape (bodies,)
+        1 / distances from the origin
+    history : array, shape (4,)
+        see galvi.kernels.nystrom.solve
+    nearest : array, shape (P,)
+        least squared distances of two bodies at the stages; 0 if there is none
     """
 
     state: Any

@@ -131,7 +131,10 @@ def one_step(kind, judgement):
 def generated(kind):
     """An intrinsic of the address of the words of galvi.lanes.layouts: the parts of a step.
 
-    kind  (context, builder, words) -> a kind of step
+    Parameters
+    ----------
+    kind
+        (context, builder, words) -> a kind of step
     """
 
     def parts(context, builder, words):

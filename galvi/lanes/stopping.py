@@ -140,11 +140,21 @@ class Variable:
 class Judgement:
     """Which runs of a step still iterate, and which failed.
 
-    rule     begins a history of so many numbers, and judges a pass by it, in lanes
-    active   runs whose iteration goes on; what it has computed for the others is not changed
-    code     how the iteration of each run ended, or GOING
-    settled  runs of which a pass has changed little, from whose slopes low parts are formed
-    settles  those whose last pass was the first of these; they iterate on
+    Parameters
+    ----------
+    rule
+        begins a history of so many numbers, and judges a pass by it, in lanes
+
+    Attributes
+    ----------
+    active
+        runs whose iteration goes on; what it has computed for the others is not changed
+    code
+        how the iteration of each run ended, or GOING
+    settled
+        runs of which a pass has changed little, from whose slopes low parts are formed
+    settles
+        those whose last pass was the first of these; they iterate on
     """
 
     def __init__(self, builder, rule, runs):
@@ -196,8 +206,12 @@ class Judgement:
 def terms_kept(rows, size):
     """How many Legendre terms to extrapolate, as galvi.kernels.nystrom.step.terms_to_extrapolate.
 
-    rows  a layout, of which the numbers are
-    size  (index) -> the magnitudes of a term, of each run
+    Parameters
+    ----------
+    rows
+        a layout, of which the numbers are
+    size
+        (index) -> the magnitudes of a term, of each run
     """
     builder, row, count, growth = rows.builder, rows.row, rows.terms, rows.real
     largest, best, terms = rows.variable(), rows.variable(math.inf), rows.variable(1.0)

@@ -17,8 +17,15 @@ QUARTER_BITS = 6  # powers below 2^6 / 4 are taken by products
 class Lane:
     """Eight doubles, or four, with +, -, * and / by another Lane or a number, and comparisons.
 
-    flags        of the operations on it: FUSED, or () where a rounding error is to be known
-    sine_cosine  both of these, once they were computed
+    Parameters
+    ----------
+    flags
+        of the operations on it: FUSED, or () where a rounding error is to be known
+
+    Attributes
+    ----------
+    sine_cosine
+        both of these, once they were computed
     """
 
     def __init__(self, builder, value, flags=FUSED):

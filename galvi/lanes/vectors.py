@@ -82,9 +82,14 @@ def spread(builder, scalar, lanes):
 class Lanes:
     """Loads, stores and arithmetic on the stages of a row that start at ``width`` chunk.
 
-    builder  LLVM builder of the function being compiled, in its context
-    padded   P, the length of a row, a multiple of the width
-    width    lanes of a vector
+    Parameters
+    ----------
+    builder
+        LLVM builder of the function being compiled, in its context
+    padded
+        P, the length of a row, a multiple of the width
+    width
+        lanes of a vector
     """
 
     def __init__(self, context, builder, padded, chunk, width=LANES):

@@ -54,7 +54,10 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
     """Places q in a vector of lanes of the first D rows, with velocities v in the D rows after them
     and times t in the next, <- those after t on Kepler's orbits; NaN where these were not found.
 
-    axes  as many entries as there are dimensions D; mass is G times the sum of both
+    Parameters
+    ----------
+    axes
+        as many entries as there are dimensions D; mass is G times the sum of both
     """
     D = axes.count
 
@@ -99,12 +102,20 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
 def places_in_steps(axes, masses, bases, parts, psi, since, rows, places):
     """places (k, D n + D, P) <- those of n pairs, by coordinates, and of the barycentre on k steps.
 
-    masses  (n,) of pairs, times G
-    bases   (k, 4, m) states at the steps' centres and their low parts
-    parts   (k, 2 n D, l) coefficients of the curves of w
-    psi     (k, l, P) their basis functions at the places
-    since   (k, P) times since the steps' centres
-    rows    (2 D + 1, P or more, a multiple of WIDE): scratch
+    Parameters
+    ----------
+    masses : array, shape (n,)
+        of pairs, times G
+    bases : array, shape (k, 4, m)
+        states at the steps' centres and their low parts
+    parts : array, shape (k, 2 n D, l)
+        coefficients of the curves of w
+    psi : array, shape (k, l, P)
+        their basis functions at the places
+    since : array, shape (k, P)
+        times since the steps' centres
+    rows : array, shape (2 D + 1, P or more, a multiple of WIDE)
+        scratch
     """
     D, n, count = len(axes), masses.size, since.shape[1]
     for k in range(bases.shape[0]):
@@ -165,10 +176,13 @@ def states_in_steps(functions, numbers, tables, stretch, steps, scratch, found):
     """q, v (k, d) and codes (k,) <- states after times ``lengths`` (k,) since the starts of steps,
     by a shortened step each, whose passes converge.
 
-    steps   bases (k, 4, m) as above; lengths; and the reference orbit's mean anomaly over 2 pi at
-            the starts (k,)
-    found   (2, k, d), codes (k,) and counts; scratch as of galvi.lanes.frames.collocation,
-            with a state
+    Parameters
+    ----------
+    steps
+        bases (k, 4, m) as above; lengths; and the reference orbit's mean anomaly over 2 pi at the
+        starts (k,)
+    found
+        (2, k, d), codes (k,) and counts; scratch as of galvi.lanes.frames.collocation, with a state
     """
     _, b, c, _, clock, _, _, coarse = tables
     bases, lengths, phases = steps

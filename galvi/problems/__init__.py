@@ -1,4 +1,10 @@
-"""Ready problems: each is a function that returns a `galvi.Problem`."""
+"""Ready problems: each is a function that returns a `galvi.Problem`.
+
+An example:
+
+>>> galvi.problems.solar_system().units
+'au, day (TDB); masses are GM in au^3/day^2 and G = 1'
+"""
 
 from galvi.problems.brownout import brownout
 from galvi.problems.pendulums import (

@@ -27,19 +27,34 @@ def brownout(
 ) -> Problem:
     """Gravity, as a potential, and the drag M (14) in the wind of `galvi.RotorDrag`.
 
-    diameter          d in m of a sphere of quartz; sand has 10e-6 to 500e-6
-    position          (3,) m from the foot of the rotor's axis, z up, above the ground
-    velocity          (3,) m / s
-    drag_coefficient  C_d, constant as in M (14), which gives no value. The default 0.44 holds at
-                      higher Reynolds numbers than those of real grains: 200 micrometres at 3 to
-                      9 m/s give Re from 40 to 125 and C_d = 24 / Re + 3.6 Re^-0.313 from 1.7 to 1.
-                      None: that C_d, of `galvi.SchillerNaumann`
+    Parameters
+    ----------
+    diameter
+        d in m of a sphere of quartz; sand has 10e-6 to 500e-6
+    position : array, shape (3,)
+        m from the foot of the rotor's axis, z up, above the ground
+    velocity : array, shape (3,)
+        m / s
+    drag_coefficient
+        C_d, constant as in M (14), which gives no value. The default 0.44 holds at higher Reynolds
+        numbers than those of real grains: 200 micrometres at 3 to 9 m/s give Re from 40 to 125 and
+        C_d = 24 / Re + 3.6 Re^-0.313 from 1.7 to 1. None: that C_d, of `galvi.SchillerNaumann`
 
-    f = -(1/2) rho_air |w| w (pi d^2 / 4) C_d with w = v - wind(q, t), only C^1 at w = 0.
+    Raises
+    ------
+    ValueError
+        For a diameter outside 1e-6 to 1e-2 m, a position below the ground, a shape other than (3,)
+        or a drag coefficient that is not positive.
+
+    Notes
+    -----
+    ``f = -(1/2) rho_air |w| w (pi d^2 / 4) C_d`` with w = v - wind(q, t), only C^1 at w = 0.
     There is no contact with the ground; the wind is tangential there.
 
-    Raises ValueError for a diameter outside 1e-6 to 1e-2 m, a position below the ground, a shape
-    other than (3,) or a drag coefficient that is not positive.
+    Examples
+    --------
+    >>> galvi.problems.brownout(diameter=2e-4).units
+    "m, s, kg; z up from the ground, below the rotor's hub"
     """
     d = input_checks.positive("diameter", diameter, "Give it in metres.")
     if not SMALLEST_DIAMETER <= d <= LARGEST_DIAMETER:

@@ -34,7 +34,15 @@ from galvi.systems.user_functions import sympy_module
 def harmonic_oscillator(velocity: float = 0.0) -> Problem:
     """L = (v^2 - q^2) / 2 from q = 1 with this velocity (H 2.4.1, M 6.1: at rest). No units.
 
-    Raises ValueError for a velocity that is not finite.
+    Raises
+    ------
+    ValueError
+        For a velocity that is not finite.
+
+    Examples
+    --------
+    >>> galvi.problems.harmonic_oscillator().q0
+    array([1.])
     """
     speed = input_checks.real("velocity", velocity)
     return Problem(
@@ -72,6 +80,11 @@ def driven_oscillator() -> Problem:
 
     No units. The motion is regular. The force depends on the time, so that nothing is conserved,
     and a wrong time, such as that since the start, moves it elsewhere.
+
+    Examples
+    --------
+    >>> galvi.problems.driven_oscillator().t0
+    0.4
     """
     return Problem(
         system=Canonical(
@@ -106,8 +119,17 @@ def _star_hessian(q: Any) -> Any:
 def henon_heiles(energy: float = 0.1) -> Problem:
     """A star in an axisymmetric galaxy, from q = (0, 0.1) with v = (v_x, 0.05) at this energy.
 
-    The motion is bounded below the escape energy 1/6. Raises ValueError for an energy below that of
-    the position or at least 1/6.
+    The motion is bounded below the escape energy 1/6.
+
+    Raises
+    ------
+    ValueError
+        For an energy below that of the position or at least 1/6.
+
+    Examples
+    --------
+    >>> galvi.problems.henon_heiles(energy=0.1).q0
+    array([0. , 0.1])
     """
     energy = input_checks.real("energy", energy)
     q0 = np.array([0.0, 0.1])
@@ -130,7 +152,17 @@ def henon_heiles(energy: float = 0.1) -> Problem:
 def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float = 0.0) -> Problem:
     """``masses`` unit masses between walls, released at rest in the lowest mode, amplitude 1.
 
-    Fermi, Pasta and Ulam, Los Alamos report LA-1940 (1955). Raises ValueError for no masses.
+    Fermi, Pasta and Ulam, Los Alamos report LA-1940 (1955).
+
+    Raises
+    ------
+    ValueError
+        For no masses.
+
+    Examples
+    --------
+    >>> float(galvi.problems.fermi_pasta_ulam_tsingou(masses=7).q0[3])
+    1.0
     """
     masses = input_checks.whole("masses", masses)
     place = np.arange(1, masses + 1) / (masses + 1)
@@ -147,9 +179,20 @@ def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float 
 def planar_pendulum(amplitude: float = 2.0, rate: float = 0.0) -> Problem:
     """m = g = l = 1, released at ``amplitude`` radians from the downward vertical.
 
-    rate  angular velocity at the start; at rest the period is 4 K(sin(amplitude / 2))
+    Parameters
+    ----------
+    rate
+        angular velocity at the start; at rest the period is 4 K(sin(amplitude / 2))
 
-    Raises ValueError for an amplitude outside (0, pi) and a rate that is not finite.
+    Raises
+    ------
+    ValueError
+        For an amplitude outside (0, pi) and a rate that is not finite.
+
+    Examples
+    --------
+    >>> galvi.problems.planar_pendulum(amplitude=1.0).q0
+    array([1.])
     """
     angle, turning = input_checks.real("amplitude", amplitude), input_checks.real("rate", rate)
     if not 0.0 < angle < math.pi:
@@ -173,7 +216,16 @@ def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     """m = g = l = 1, at ``angle`` from the downward vertical, with azimuthal ``rate``.
 
     The rod is a symmetric rigid body that does not spin: R e3 points from the pivot to the mass.
-    Raises ValueError unless 0 < angle < pi and rate is finite.
+
+    Raises
+    ------
+    ValueError
+        Unless 0 < angle < pi and rate is finite.
+
+    Examples
+    --------
+    >>> galvi.problems.spherical_pendulum(angle=0.5).q0.shape
+    (3, 3)
     """
     theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
     if not 0.0 < theta < np.pi:
@@ -205,10 +257,22 @@ def elastic_pendulum(
 
     L = m (r'^2 + r^2 theta'^2) / 2 - k (r - l)^2 / 2 + m g r cos theta
 
-    extended, angle  r and theta at the start, at rest; theta in radians from the downward vertical
+    Parameters
+    ----------
+    extended, angle
+        r and theta at the start, at rest; theta in radians from the downward vertical
 
-    Raises ImportError without SymPy, ValueError for a mass,
-    stiffness, length or start r that is not positive.
+    Raises
+    ------
+    ImportError
+        Without SymPy.
+    ValueError
+        For a mass, stiffness, length or start r that is not positive.
+
+    Examples
+    --------
+    >>> galvi.problems.elastic_pendulum().q0
+    array([1.3, 1.5])
     """
     numbers = [
         input_checks.positive(name, value)
@@ -248,11 +312,26 @@ def double_pendulum(
 ) -> Problem:
     """Two point masses on weightless rods, the second hanging from the first.
 
-    masses, lengths  (2,) starting at the fixed pivot
-    angles, rates    (2,) angles of the rods from the downward vertical, in radians, and their rates
+    Parameters
+    ----------
+    masses, lengths
+        (2,) starting at the fixed pivot
+    angles, rates
+        (2,) angles of the rods from the downward vertical, in radians, and their rates
 
-    Chaotic for the default angles (tests/references/test_chains.py measures how fast). Raises
-    ValueError unless masses and lengths are two positive numbers each.
+    Raises
+    ------
+    ValueError
+        Unless masses and lengths are two positive numbers each.
+
+    Notes
+    -----
+    Chaotic for the default angles (tests/references/test_chains.py measures how fast).
+
+    Examples
+    --------
+    >>> galvi.problems.double_pendulum(angles=(0.5, 0.0)).q0
+    array([0.5, 0. ])
     """
     two = (2,)
     chain = PlanarChain(
@@ -279,12 +358,28 @@ def planar_chain(
 ) -> Problem:
     """Uniform rods hinged end to end, released in a straight line at rest.
 
-    links         number of rods; the first is hinged to a fixed point
-    mass, length  of each rod
-    angle         initial angle of all rods from the downward vertical, in radians
+    Parameters
+    ----------
+    links
+        number of rods; the first is hinged to a fixed point
+    mass, length
+        of each rod
+    angle
+        initial angle of all rods from the downward vertical, in radians
 
-    q_i is the angle of rod i against the vertical. Raises ValueError for fewer than one link, or a
-    mass or length that is not positive.
+    Raises
+    ------
+    ValueError
+        For fewer than one link, or a mass or length that is not positive.
+
+    Notes
+    -----
+    q_i is the angle of rod i against the vertical.
+
+    Examples
+    --------
+    >>> galvi.problems.planar_chain(links=3, angle=0.5).q0
+    array([0.5, 0.5, 0.5])
     """
     n = input_checks.whole("links", links, at_most=1000)
     chain = PlanarChain(
@@ -312,12 +407,28 @@ MOVING = (0.1, 0.0, -0.2, 0.3, -0.2, 0.4)  # the floating body
 def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     """Three rods of 1 kg and 0.5 m on skew hinges, the first of which is vertical.
 
-    damping   of each hinge, N m s
-    floating  on a body of 5 kg that floats without weight, on R^3 x SO(3) x R^3; else on the
-              ground, with gravity along -z
+    Parameters
+    ----------
+    damping
+        of each hinge, N m s
+    floating
+        on a body of 5 kg that floats without weight, on R^3 x SO(3) x R^3; else on the ground, with
+        gravity along -z
 
+    Raises
+    ------
+    ValueError
+        For a negative damping.
+
+    Notes
+    -----
     Angles are 0 when the rods reach along x. Without damping the energy is conserved, and of the
-    floating one the momenta. Raises ValueError for a negative damping.
+    floating one the momenta.
+
+    Examples
+    --------
+    >>> galvi.problems.skew_arm(floating=True).system.group.dimension
+    9
     """
     value = input_checks.real("damping", damping)
     base = [Link(Joint("free"), 5.0, (0.0, 0.02, -0.1), (0.15, 0.2, 0.1), name="body")]

@@ -22,11 +22,28 @@ def free_rigid_body(
 ) -> Problem:
     """A torque-free rigid body about its centre of mass.
 
-    inertia   principal moments (3,) or a matrix (3, 3)
-    velocity  (3,) angular velocity in the body's frame
-    attitude  (3, 3) rotation matrix; None for the identity
+    Parameters
+    ----------
+    inertia
+        principal moments (3,) or a matrix (3, 3)
+    velocity : array, shape (3,)
+        angular velocity in the body's frame
+    attitude : array, shape (3, 3)
+        rotation matrix; None for the identity
 
-    The defaults are H's. Raises ValueError as `galvi.RigidBody` and `galvi.Problem`.
+    Raises
+    ------
+    ValueError
+        As `galvi.RigidBody` and `galvi.Problem`.
+
+    Notes
+    -----
+    The defaults are H's.
+
+    Examples
+    --------
+    >>> galvi.problems.free_rigid_body(velocity=(0, 0, 1)).p0
+    array([0. , 0. , 3.4])
     """
     return Problem(
         system=RigidBody(inertia),
@@ -43,12 +60,28 @@ PENDULUM_VELOCITY = (0.5, -0.5, 0.4)
 
 
 def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
-    """V = -weight e3 . R e3, where e3 points down (H 3.5.2).
+    """A rigid body as a pendulum in space (H 3.5.2).
 
-    weight    m g times the distance 1 of the centre of mass; H gives no value
-    inverted  start upside down, R = diag(-1, 1, -1), where the motion is chaotic (H fig. 3.8)
+    V = -weight e3 . R e3, where e3 points down.
 
-    Raises ValueError unless weight is finite and positive.
+    Parameters
+    ----------
+    weight
+        m g times the distance 1 of the centre of mass; H gives no value
+    inverted
+        start upside down, R = diag(-1, 1, -1), where the motion is chaotic (H fig. 3.8)
+
+    Raises
+    ------
+    ValueError
+        Unless weight is finite and positive.
+
+    Examples
+    --------
+    >>> galvi.problems.pendulum_3d(inverted=True).q0
+    array([[-1.,  0.,  0.],
+           [ 0.,  1.,  0.],
+           [ 0.,  0., -1.]])
     """
     strength = input_checks.positive("weight", weight)
     return Problem(
@@ -66,10 +99,20 @@ def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
 def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
     """A top on a fixed tip, released at angle ``tilt`` from upright, rotating at rate ``spin``.
 
-    The spin is about the axis of symmetry. Moments of inertia (1.5, 1.5, 0.5) about the tip,
-    m g l = 2, gravity along -z. Energy, angular momentum about the vertical and, by symmetry, about
-    the axis are conserved. An upright top is stable (sleeping) when (0.5 spin)^2 > 4 * 1.5 m g l =
-    12. Raises ValueError unless 0 < tilt < pi.
+    The spin is about the axis of symmetry. Moments of inertia (1.5, 1.5, 0.5) about the tip, m g l
+    = 2, gravity along -z. Energy, angular momentum about the vertical and, by symmetry, about the
+    axis are conserved. An upright top is stable (sleeping) when
+    ``(0.5 spin)^2 > 4 * 1.5 m g l = 12``.
+
+    Raises
+    ------
+    ValueError
+        Unless 0 < tilt < pi.
+
+    Examples
+    --------
+    >>> galvi.problems.heavy_top(spin=10.0).v0
+    array([ 0.,  0., 10.])
     """
     rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:
@@ -89,10 +132,22 @@ def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
 def free_body_se3(mass: float = 2.0, g: Any = (0.0, 0.0, 0.0)) -> Problem:
     """H's free rigid body, thrown with velocity (0.3, 0.2, -0.1) of its centre of mass.
 
-    mass  mass of the body
-    g     (3,) acceleration of gravity; the attitude does not depend on it
+    Parameters
+    ----------
+    mass
+        mass of the body
+    g : array, shape (3,)
+        acceleration of gravity; the attitude does not depend on it
 
-    Raises ValueError as `galvi.FreeBody`.
+    Raises
+    ------
+    ValueError
+        As `galvi.FreeBody`.
+
+    Examples
+    --------
+    >>> galvi.problems.free_body_se3(mass=2.0).p0[3:]
+    array([ 0.6,  0.4, -0.2])
     """
     start = np.eye(4)
     return Problem(
@@ -112,7 +167,13 @@ DENSITY = 1000.0
 def free_box() -> Problem:
     """A box of MuJoCo's size (.1 .2 .3) and density, spun with (1, 2, 3) rad/s; no gravity.
 
-    Inertia m / 3 times the squared half lengths of the other two sides; m = 8 * 0.006 * 1000 kg.
+    Inertia m / 3 times the squared half lengths of the other two sides;
+    ``m = 8 * 0.006 * 1000`` kg.
+
+    Examples
+    --------
+    >>> galvi.problems.free_box().v0
+    array([1., 2., 3.])
     """
     mass = float(8.0 * np.prod(SIDES) * DENSITY)
     inertia = mass / 3.0 * (np.sum(SIDES**2) - SIDES**2)

@@ -70,10 +70,15 @@ SPACE, FORCE_RULE, KINETIC_RULE = "space", "rule for the force", "rule for the k
 class Orders:
     """Orders of a consistent method on smooth problems at a fixed final time; 0 for other pairs.
 
-    at_steps  order of positions and momenta at step ends
-    on_curve  order of positions between them
-    limit     what limits at_steps: "space", "rule for the force" or "rule for the kinetic energy",
-              the first of these if several do; "" when the order is 0
+    Attributes
+    ----------
+    at_steps
+        order of positions and momenta at step ends
+    on_curve
+        order of positions between them
+    limit
+        what limits at_steps: "space", "rule for the force" or "rule for the kinetic energy", the
+        first of these if several do; "" when the order is 0
     """
 
     at_steps: int
@@ -135,11 +140,16 @@ VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, g
 def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
     """Names of known methods with this tableau, the best known first.
 
-    separable  whether L = v M v / 2 - V(q, t) with a constant M is presupposed. For any L a method
-               is a Runge-Kutta pair where it has as many coefficients as points, since then all
-               stage velocities vary (Hairer, Lubich, Wanner, VI.6.2); with fewer, as of degree s
-               with s + 1 Lobatto points, its stage velocities are those of a curve
+    Parameters
+    ----------
+    separable
+        whether L = v M v / 2 - V(q, t) with a constant M is presupposed. For any L a method is a
+        Runge-Kutta pair where it has as many coefficients as points, since then all stage
+        velocities vary (Hairer, Lubich, Wanner, VI.6.2); with fewer, as of degree s with s + 1
+        Lobatto points, its stage velocities are those of a curve
 
+    Notes
+    -----
     These are partitioned Runge-Kutta pairs a, a^ for positions and velocities, A = a a^: a is
     collocation at the nodes c, a_kj the integral over [0, c_k] of the Lagrange basis on c, and
     a^_kj = b_j (1 - a_jk / b_k) makes the pair symplectic (Hairer, Lubich, Wanner, Geometric

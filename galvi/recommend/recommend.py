@@ -40,28 +40,50 @@ def recommend(
 ) -> Recommendation:
     """The degree s of Galerkin(Polynomials(s), gauss(s)) and the step that reach an error cheapest.
 
-    error     largest position error of a body at any time of the run, in the problem's unit of
-              length
-    duration  length of the run, in the problem's unit of time
-    degrees   degrees to try, in this order, from 1 to 60
-    clock     of the steps, on vector spaces; ``step`` is then in its units, ``steps`` about how
-              many there are, and ``duration`` is what the run is given. A first run, of 4,096 steps
-              at most, which finds the length in the clock, is not in the budget
-    by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
-              gives the same answer every time on one machine
-    budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
-    measured  length of the part of the run over which errors are measured; by default the whole
-              run, or as much as the budget allows; the choice is then checked over the whole run if
-              the budget permits
+    Parameters
+    ----------
+    error
+        largest position error of a body at any time of the run, in the problem's unit of length
+    duration
+        length of the run, in the problem's unit of time
+    degrees
+        degrees to try, in this order, from 1 to 60
+    clock
+        of the steps, on vector spaces; ``step`` is then in its units, ``steps`` about how many
+        there are, and ``duration`` is what the run is given. A first run, of 4,096 steps at most,
+        which finds the length in the clock, is not in the budget
+    by
+        "time", from interleaved runs on this machine, or "evaluations" of the force, which gives
+        the same answer every time on one machine
+    budget
+        seconds, or evaluations, that the scan may take; default 10 s or 2e7
+    measured
+        length of the part of the run over which errors are measured; by default the whole run, or
+        as much as the budget allows; the choice is then checked over the whole run if the budget
+        permits
 
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input.
+    KeyboardInterrupt
+        On Ctrl-C; exceptions of user functions pass through.
+
+    Notes
+    -----
     For each degree, the largest step within the error is searched; each run is compared with a more
-    accurate one (see `galvi.recommend.scan`), the cheapest with two. An extrapolated error is
+    accurate one (see ``galvi.recommend.scan``), the cheapest with two. An extrapolated error is
     assumed to grow as t^1.5, or as fast as measured, and is accepted only after one run over the
-    whole duration (see `galvi.recommend.recommendation`). Failed candidates are kept in
+    whole duration (see ``galvi.recommend.recommendation``). Failed candidates are kept in
     ``scanned`` with the reason. If no candidate reaches the error, the result is the most accurate
     one found, and ``reached`` and ``status`` say so. On groups, methods have the exponential chart.
-    Raises ValueError or TypeError for bad input, KeyboardInterrupt on Ctrl-C; exceptions of user
-    functions pass through.
+
+    Examples
+    --------
+    >>> choice = galvi.recommend(galvi.problems.kepler(0.3), error=1e-6, duration=30.0,
+    ...                          by="evaluations")
+    >>> choice.reached, choice.error <= 1e-6, choice.method.stages in (4, 6, 8, 12, 16)
+    (True, True, True)
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
@@ -117,7 +139,10 @@ def _searched(
 ) -> dict[scans.Ended, list[int]]:
     """Search the largest step of each degree; reason -> the degrees that ended without one.
 
-    steps  where the search begins with the first degree
+    Parameters
+    ----------
+    steps
+        where the search begins with the first degree
     """
     room, scan.budget = scan.budget, FOR_SEARCH * scan.budget
     whys: dict[scans.Ended, list[int]] = {}
@@ -233,7 +258,10 @@ def _answer(
 ) -> Recommendation:
     """The recommendation of a candidate.
 
-    whys  why the error was not reached -> the degrees it is said of; empty where of no single one
+    Parameters
+    ----------
+    whys
+        why the error was not reached -> the degrees it is said of; empty where of no single one
     """
     why = "; ".join(
         f"{one.value}{f' for {_named(degrees)}' if degrees else ''}"

@@ -14,18 +14,31 @@ class Candidate:
 
     With a clock, lengths of time are in its units.
 
-    degree       s of Galerkin(Polynomials(s), gauss(s))
-    steps, step  N and h, with N h the duration
-    error        largest distance from a better run at any time, in the problem's unit of length;
-                 the measured error times (duration / measured)^power; infinite for a failure
-    measured     length of the part over which it was measured
-    growth       power of time with which the measured error grew over its last three quarters
-    seconds      time of one run; for possible choices, measured again in interleaved runs
-    evaluations  of the force; one of its Jacobian counts as many as there are coordinates
-    status       empty, or the reason why the error is unknown
-    newton       share of the steps that only Newton's method solved: smaller ones may cost less
-    parted       time after which the two runs were of no use to each other; infinite if never
-    stopped      time at which a force reached its limit, where the run stopped; else infinite
+    Attributes
+    ----------
+    degree
+        s of Galerkin(Polynomials(s), gauss(s))
+    steps, step
+        N and h, with N h the duration
+    error
+        largest distance from a better run at any time, in the problem's unit of length; the
+        measured error times (duration / measured)^power; infinite for a failure
+    measured
+        length of the part over which it was measured
+    growth
+        power of time with which the measured error grew over its last three quarters
+    seconds
+        time of one run; for possible choices, measured again in interleaved runs
+    evaluations
+        of the force; one of its Jacobian counts as many as there are coordinates
+    status
+        empty, or the reason why the error is unknown
+    newton
+        share of the steps that only Newton's method solved: smaller ones may cost less
+    parted
+        time after which the two runs were of no use to each other; infinite if never
+    stopped
+        time at which a force reached its limit, where the run stopped; else infinite
     """
 
     degree: int
@@ -52,18 +65,39 @@ class Recommendation:
 
     ``galvi.integrate(problem, choice.method, choice.step, duration=choice.duration)`` is the run.
 
-    method       a `galvi.Galerkin`
-    step, steps  h and N, with N h the duration; with a clock h is in its units, N about how many
-    duration     length of the run
-    asked        the required error
-    error        estimated error over the duration, see `Candidate`; infinite if unknown
-    seconds      time of the run on this machine
-    evaluations  of the force in the run, see `Candidate`
-    reached      whether ``error`` is at most ``asked`` and reliable; if not, this is the most
-                 accurate candidate found
-    status       a sentence: how the error was obtained, or why it was not reached and the remedy
-    measured     length over which the error was measured; beyond, it is extrapolated
-    scanned      all candidates tried, in order
+    Attributes
+    ----------
+    method
+        a `galvi.Galerkin`
+    step, steps
+        h and N, with N h the duration; with a clock h is in its units, N about how many
+    duration
+        length of the run
+    asked
+        the required error
+    error
+        estimated error over the duration, see ``Candidate``; infinite if unknown
+    seconds
+        time of the run on this machine
+    evaluations
+        of the force in the run, see ``Candidate``
+    reached
+        whether ``error`` is at most ``asked`` and reliable; if not, this is the most accurate
+        candidate found
+    status
+        a sentence: how the error was obtained, or why it was not reached and the remedy
+    measured
+        length over which the error was measured; beyond, it is extrapolated
+    scanned
+        all candidates tried, in order
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> choice = galvi.recommend(problem, error=1e-6, duration=30.0, by="evaluations")
+    >>> run = galvi.integrate(problem, choice.method, choice.step, choice.steps)
+    >>> bool(np.isclose(run.t[-1], choice.duration))
+    True
     """
 
     method: Galerkin

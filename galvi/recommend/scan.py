@@ -217,20 +217,33 @@ def at_times_of(run: Trajectory, better: Trajectory) -> Array:
 class Scan:
     """Runs of one problem over the first part of a duration, within a budget.
 
-    problem   the problem integrated
-    duration  length for which errors and costs are stated; with a clock, here and in all that
-              follows, in its units
-    measured  length of the integrated part, at most the duration; longer if it would have fewer
-              than LEAST_STAGES stages
-    by        "time" or "evaluations": the unit of cost, budget and spent
-    budget    total cost of runs allowed
-    spent     cost so far
-    tried     candidates tried so far
-    size      largest coordinate seen
-    clock     of the steps; None for equal ones
-    unit      length in the clock of a unit of time, in the mean
-    uneven    of point masses in equal steps: how often the shortest time of `DynamicalTime` that
-              was seen, for which steps must be short, goes into its mean
+    Attributes
+    ----------
+    problem
+        the problem integrated
+    duration
+        length for which errors and costs are stated; with a clock, here and in all that follows, in
+        its units
+    measured
+        length of the integrated part, at most the duration; longer if it would have fewer than
+        LEAST_STAGES stages
+    by
+        "time" or "evaluations": the unit of cost, budget and spent
+    budget
+        total cost of runs allowed
+    spent
+        cost so far
+    tried
+        candidates tried so far
+    size
+        largest coordinate seen
+    clock
+        of the steps; None for equal ones
+    unit
+        length in the clock of a unit of time, in the mean
+    uneven
+        of point masses in equal steps: how often the shortest time of `DynamicalTime` that was
+        seen, for which steps must be short, goes into its mean
     """
 
     problem: Problem

@@ -24,12 +24,27 @@ EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up
 class Rule:
     """sum_j weights_j f(nodes_j), exact for polynomials of at most ``degree``.
 
-    name           e.g. "Gauss 4"
-    degree         degree of exactness, at least 0; checked to 1e-12
-    exact_nodes    decimals in [0, 1], increasing (floats are converted exactly)
-    exact_weights  decimals, positive, with sum 1 to 1e-13
+    Parameters
+    ----------
+    name
+        e.g. "Gauss 4"
+    degree
+        degree of exactness, at least 0; checked to 1e-12
+    exact_nodes
+        decimals in [0, 1], increasing (floats are converted exactly)
+    exact_weights
+        decimals, positive, with sum 1 to 1e-13
 
-    Raises ValueError naming the violated identity when the numbers are not a rule of this degree.
+    Raises
+    ------
+    ValueError
+        Naming the violated identity when the numbers are not a rule of this degree.
+
+    Examples
+    --------
+    >>> rule = galvi.Rule("midpoint", degree=1, exact_nodes=(0.5,), exact_weights=(1.0,))
+    >>> rule.points, rule.nodes, rule.symmetric
+    (1, array([0.5]), True)
     """
 
     name: str
@@ -145,7 +160,16 @@ def from_interval(name: str, degree: int, x: Any, w: Any) -> Rule:
 def gauss(points: int) -> Rule:
     """The rule with the highest degree of exactness, 2 points - 1; its nodes are the zeros of P_n.
 
-    Raises ValueError unless points is a whole number from 1 to 1000.
+    Raises
+    ------
+    ValueError
+        Unless points is a whole number from 1 to 1000.
+
+    Examples
+    --------
+    >>> rule = galvi.gauss(2)
+    >>> rule.degree, float((rule.weights @ rule.nodes**3).round(15))
+    (3, 0.25)
     """
     return _gauss(number_of_points(points))
 
@@ -166,8 +190,17 @@ def _gauss(n: int) -> Rule:
 def lobatto(points: int) -> Rule:
     """The rule with both end points and degree 2 points - 3; with two points, trapezoidal.
 
-    The inner nodes are the zeros of P_n', n = points - 1. Raises ValueError unless points is a
-    whole number from 2 to 1000.
+    The inner nodes are the zeros of P_n', n = points - 1.
+
+    Raises
+    ------
+    ValueError
+        Unless points is a whole number from 2 to 1000.
+
+    Examples
+    --------
+    >>> galvi.lobatto(3).nodes, galvi.lobatto(3).degree
+    (array([0. , 0.5, 1. ]), 3)
     """
     return _lobatto(number_of_points(points, at_least=2))
 
@@ -192,10 +225,24 @@ def _lobatto(points: int) -> Rule:
 def radau(points: int, left: bool = False) -> Rule:
     """The rule with one end point and degree 2 points - 2; its nodes are those of Radau IIA.
 
-    left  whether the end point is 0 (as in Radau I and IA) instead of 1
+    Parameters
+    ----------
+    left
+        whether the end point is 0 (as in Radau I and IA) instead of 1
 
-    The nodes are mirrored zeros of P_{n-1} + P_n, n = points. Raises ValueError unless points is a
-    whole number from 1 to 1000.
+    Raises
+    ------
+    ValueError
+        Unless points is a whole number from 1 to 1000.
+
+    Notes
+    -----
+    The nodes are mirrored zeros of P_{n-1} + P_n, n = points.
+
+    Examples
+    --------
+    >>> galvi.radau(2).nodes.round(6), galvi.radau(2, left=True).nodes.round(6)
+    (array([0.333333, 1.      ]), array([0.      , 0.666667]))
     """
     input_checks.flag("left", left)
     return _radau(number_of_points(points), bool(left))
@@ -224,7 +271,16 @@ def clenshaw_curtis(points: int) -> Rule:
 
     Its degree is points - 1, one more for an odd number of points; with one point, the midpoint
     rule.
-    Raises ValueError unless points is a whole number from 1 to 1000.
+
+    Raises
+    ------
+    ValueError
+        Unless points is a whole number from 1 to 1000.
+
+    Examples
+    --------
+    >>> galvi.clenshaw_curtis(5).degree, galvi.clenshaw_curtis(5).nodes.round(4)
+    (5, array([0.    , 0.1464, 0.5   , 0.8536, 1.    ]))
     """
     return _clenshaw_curtis(number_of_points(points))
 
@@ -259,7 +315,15 @@ def newton_cotes(points: int) -> Rule:
     Its degree is points - 1, one more for an odd number of points; two points give the trapezoidal
     rule, three Simpson's. With 9 points, and with 11 or more, some weights are negative.
 
-    Raises ValueError unless points is a whole number from 2 to 8.
+    Raises
+    ------
+    ValueError
+        Unless points is a whole number from 2 to 8.
+
+    Examples
+    --------
+    >>> (galvi.newton_cotes(3).weights * 6).round(12)  # Simpson's rule
+    array([1., 4., 1.])
     """
     number = input_checks.whole("points", points, 2)
     if number > MOST_EQUIDISTANT:
@@ -299,11 +363,20 @@ MOST_PIECES = 10_000  # pieces, which take seconds in extended precision
 def composite(rule: Rule, pieces: int) -> Rule:
     """``rule`` on each of ``pieces`` equal parts of [0, 1], with the same degree.
 
-    A rule with both end points has pieces * (points - 1) + 1 nodes: at a joint the last node of one
-    piece is the first of the next, and their weights are added. One piece is the rule itself.
+    A rule with both end points has ``pieces * (points - 1) + 1`` nodes: at a joint the last node of
+    one piece is the first of the next, and their weights are added. One piece is the rule itself.
 
-    Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number from 1 to
-    MOST_RULE_POINTS.
+    Raises
+    ------
+    TypeError
+        When rule is not a `Rule`.
+    ValueError
+        Unless pieces is a whole number from 1 to MOST_RULE_POINTS.
+
+    Examples
+    --------
+    >>> galvi.composite(galvi.gauss(1), 4).nodes
+    array([0.125, 0.375, 0.625, 0.875])
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")

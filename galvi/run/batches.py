@@ -32,9 +32,14 @@ def step_in_batches(
 ) -> int:  # fmt: skip
     """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
 
-    recover  (code) retries a step that failed in another way and returns its code
-    stopped  returns whether to stop
-    note     is called after every ``apart`` steps but the last, if that is not 0
+    Parameters
+    ----------
+    recover
+        (code) retries a step that failed in another way and returns its code
+    stopped
+        returns whether to stop
+    note
+        is called after every ``apart`` steps but the last, if that is not 0
     """
     code, chunk, done = 0, 1, stepper.done
     # A bar makes a multiprocessing semaphore, which a killed process would leave behind.

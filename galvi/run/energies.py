@@ -36,9 +36,14 @@ Raised = dict[int, Exception]  # by row of the states
 class States(NamedTuple):
     """n states of one run of a system without explicit time.
 
-    q, p (n, ...)  configurations and momenta
-    v    (n, d)    velocities; for a Lagrangian they nearly belong to p
-    t    (n,)      a time of the run
+    Attributes
+    ----------
+    q, p : array, shape (n, ...)
+        configurations and momenta
+    v : array, shape (n, d)
+        velocities; for a Lagrangian they nearly belong to p
+    t : array, shape (n,)
+        a time of the run
     """
 
     q: Array
@@ -84,12 +89,19 @@ def energies(
 ) -> tuple[Array, Array]:  # fmt: skip
     """T and V, (n,) each; NaN where they are not defined.
 
-    sharp   solves for a Lagrangian's velocities, instead of taking those given where they nearly
-            have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
-    raised  receives what the user's functions raised, NaN there; None: it passes through. An
-            arithmetic or a value error means that the energy is not defined
-    forces  V has the energy of forces with a potential
+    Parameters
+    ----------
+    sharp
+        solves for a Lagrangian's velocities, instead of taking those given where they nearly have
+        the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    raised
+        receives what the user's functions raised, NaN there; None: it passes through. An arithmetic
+        or a value error means that the energy is not defined
+    forces
+        V has the energy of forces with a potential
 
+    Notes
+    -----
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
     system: Any = problem.system
@@ -108,9 +120,14 @@ def energies(
 class Start(NamedTuple):
     """The energy at the start.
 
-    total    T + V
-    kinetic  |T|
-    fresh    (4,) what `Checkpoint.energies` is before the first step
+    Attributes
+    ----------
+    total
+        T + V
+    kinetic
+        |T|
+    fresh : array, shape (4,)
+        what `Checkpoint.energies` is before the first step
     """
 
     total: float
@@ -121,7 +138,10 @@ class Start(NamedTuple):
 def start_energies(problem: Problem, forces: bool = False) -> Start:
     """The energies at the start; what a user's functions raise passes through.
 
-    forces  as for `energies`
+    Parameters
+    ----------
+    forces
+        as for `energies`
     """
     found = traces(problem.system)
     known = _start_energies if _is_fixed(problem.system, found) else _start_energies.__wrapped__

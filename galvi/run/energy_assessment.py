@@ -53,10 +53,15 @@ from galvi.run.energies import Raised, Start, States, energies, kick_energy, noi
 class Samples(NamedTuple):
     """Some states of a run.
 
-    steps   (n,) numbers of the steps that end there, since the problem's start
-    states  n of them, with their times
-    energy  (n,) what it should be, of L or V alone: that of the start and the work of all forces
-            since then; None: there are none but such with a potential, whose energy counts
+    Attributes
+    ----------
+    steps : array, shape (n,)
+        numbers of the steps that end there, since the problem's start
+    states
+        n of them, with their times
+    energy : array, shape (n,)
+        what it should be, of L or V alone: that of the start and the work of all forces since then;
+        None: there are none but such with a potential, whose energy counts
     """
 
     steps: Any
@@ -72,19 +77,32 @@ class Samples(NamedTuple):
 class EnergyReport(NamedTuple):
     """What the energies say of a run.
 
-    error       largest error of the energy so far, over its measure
-    measure     that measure
-    worst       number of the step where it is, since the problem's start
-    ruined      number of the first step seen to be ruined; None: none is
-    unknown     whether the energy is not a number at some step; if it was one at the start, such a
-                step is ruined
-    energies    (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
-                measure, largest error
-    unassessed  why the energy of some steps is not known, as a clause; "" where that of all is
-    driven      whether the error is that of the energy less the work of all forces since the start
-    clauses     what else is wrong
-    remedy      for these; "": that of `galvi.run.status`
-    any_step    whether a smaller step would be as wrong
+    Attributes
+    ----------
+    error
+        largest error of the energy so far, over its measure
+    measure
+        that measure
+    worst
+        number of the step where it is, since the problem's start
+    ruined
+        number of the first step seen to be ruined; None: none is
+    unknown
+        whether the energy is not a number at some step; if it was one at the start, such a step is
+        ruined
+    energies : array, shape (4,)
+        of the steps so far, for `Checkpoint`: least and greatest potential energy, measure, largest
+        error
+    unassessed
+        why the energy of some steps is not known, as a clause; "" where that of all is
+    driven
+        whether the error is that of the energy less the work of all forces since the start
+    clauses
+        what else is wrong
+    remedy
+        for these; "": that of `galvi.run.status`
+    any_step
+        whether a smaller step would be as wrong
     """
 
     error: float = 0.0
@@ -114,11 +132,17 @@ def assess_energy(
 ) -> EnergyReport:
     """The report on a run so far.
 
-    so_far       `Checkpoint.energies` of the steps before the samples; empty before the first
-    step         () -> the first one, in time
-    kept_before  (a ruined step) -> further samples before it, among which the first ruined one is
-                 looked for
+    Parameters
+    ----------
+    so_far
+        `Checkpoint.energies` of the steps before the samples; empty before the first
+    step
+        () -> the first one, in time
+    kept_before
+        (a ruined step) -> further samples before it, among which the first ruined one is looked for
 
+    Notes
+    -----
     Samples at which the user's functions raise are left out, and ``unassessed`` names the first.
     """
     if len(samples.steps) == 0:
@@ -154,8 +178,11 @@ def _assess(
 ) -> EnergyReport:
     """As `assess_energy`.
 
-    excused  errors up to which are round-off, and the kinetic energy that the force at the start
-             gives in a step; None: not yet known, and nearly right velocities will do
+    Parameters
+    ----------
+    excused
+        errors up to which are round-off, and the kinetic energy that the force at the start gives
+        in a step; None: not yet known, and nearly right velocities will do
     """
     raised: Raised = {}
     kinetic, potential = energies(
@@ -188,8 +215,11 @@ def assess_steps(
     """The report on the errors of single steps, see galvi.kernels.energy_errors, after the steps
     ``so_far``; what the user's functions raise passes through.
 
-    steps  (n,) their numbers, since the problem's start
-    table  (8, n)
+    Parameters
+    ----------
+    steps : array, shape (n,)
+        their numbers, since the problem's start
+    table : array, shape (8, n)
     """
     start = start_energies(problem, forces=True)
     so_far = so_far if so_far.size else start.fresh
@@ -213,7 +243,10 @@ def report_on(
 ) -> EnergyReport:
     """The report on a table of errors, see `galvi.kernels.energy_errors.assess_errors`.
 
-    unassessed, driven  as in `EnergyReport`
+    Parameters
+    ----------
+    unassessed, driven
+        as in `EnergyReport`
     """
     after, before = so_far.copy(), so_far[WORST]
     share, worst, ruined, unknown, measure = assess_errors(

@@ -58,7 +58,10 @@ def motion_in_clock(
 ) -> Motion:
     """How a problem moves in a method's clock; ValueError where it does not.
 
-    energy  that the clock is told; None: that of the start
+    Parameters
+    ----------
+    energy
+        that the clock is told; None: that of the start
     """
     start = from_start(solver, tolerance)
     if energy is not None:

@@ -44,19 +44,39 @@ def integrate_many(
 ) -> tuple[Trajectory, ...]:
     """Integrate each of ``problems``, as `galvi.integrate` would, several at a time.
 
-    problems  e.g. ``[problem.with_initial_state(q, v) for q, v in zip(q0, v0)]``
-    threads   number of concurrent runs; None: one for each processor available to this process
-    progress  True shows a progress bar of runs
-    others    as for `galvi.integrate`
+    Parameters
+    ----------
+    problems
+        e.g. ``[problem.with_initial_state(q, v) for q, v in zip(q0, v0)]``
+    threads
+        number of concurrent runs; None: one for each processor available to this process
+    progress
+        True shows a progress bar of runs
+    method, step, steps, duration, events, save_every, curves, solver, tolerance
+        as for `galvi.integrate`
 
-    Returns the runs in the order of the problems, bit-identical to single runs for any number of
-    threads. A failed run is returned like any other and does not stop the rest; Ctrl-C stops all of
-    them, and each can be resumed, or raises KeyboardInterrupt, whose attribute ``run`` is the tuple
-    of runs, when all were done. If any problem has plain Python functions, the runs are done one
-    after another: compile such functions with ``numba.njit``.
+    Returns
+    -------
+    tuple[Trajectory, ...]
+        The runs in the order of the problems, bit-identical to single runs for any number of
+        threads. A failed run is returned like any other and does not stop the rest; Ctrl-C stops
+        all of them, and each can be resumed. If any problem has plain Python functions, the
+        runs are done one after another: compile such functions with ``numba.njit``.
 
-    Raises ValueError or TypeError for bad input before any run starts; exceptions of user functions
-    pass through. Both carry a note with the index of the problem.
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input before any run starts; exceptions of user functions pass through. Both carry a
+        note with the index of the problem.
+    KeyboardInterrupt
+        For Ctrl-C when all runs were done; its attribute ``run`` is the tuple of runs.
+
+    Examples
+    --------
+    >>> orbits = [galvi.problems.kepler(e) for e in (0.1, 0.3, 0.6)]
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> [run.success for run in galvi.integrate_many(orbits, method, step=0.25, steps=40)]
+    [True, True, True]
     """
     if isinstance(problems, Problem) or not input_checks.has_items(problems):
         raise TypeError(

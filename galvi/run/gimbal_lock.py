@@ -22,7 +22,10 @@ def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step:
     """Whether three hinges of a body come nearer to gimbal lock at some of the states than the
     second one turns in a step; MOST_STATES of them are looked at.
 
-    states  () -> their configurations and momenta, (n, ...) each; asked for a tree alone
+    Parameters
+    ----------
+    states
+        () -> their configurations and momenta, (n, ...) each; asked for a tree alone
     """
     system = problem.system
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):

@@ -30,8 +30,12 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
     """The problem's system on a group; None where the kernel of canonical systems applies.
 
     The latter is a Nystrom method: forces do not depend on the velocity and all components share
-    one space. Other Canonical systems are treated on the group R^d. Raises ValueError for component
-    degrees that do not match, or that the system does not allow.
+    one space. Other Canonical systems are treated on the group R^d.
+
+    Raises
+    ------
+    ValueError
+        For component degrees that do not match, or that the system does not allow.
     """
     system: Any = problem.system
     degrees = checked_degrees(method.space, system, problem.v0.size) if method else None

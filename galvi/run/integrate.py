@@ -31,29 +31,55 @@ def integrate(
 ) -> Trajectory:
     """Integrate ``problem`` with ``method``.
 
-    step        step size h in the problem's unit of time; negative integrates backwards. With a
-                clock, in its units
-    steps       number of steps; or
-    duration    length of time, positive and a whole number of steps. With a clock of any length,
-                reached by a last step that is shortened, and ``steps`` is the most there may be
-    events      `galvi.Event` values, one, several or none, which are found in ``run.events``, may
-                end the run or change its state
-    save_every  k keeps steps 0, k, 2 k, ... and the last
-    curves      keep every step's Galerkin curve; None: only when save_every is 1
-    solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
-                force or a degree for each component, "fixed_point" only where functions are built
-                in, from SymPy, or could be traced; in a moving frame not "newton"
-    tolerance   change relative to |q| at which a step's iteration stops; None: round-off
-    progress    True shows a progress bar
+    Parameters
+    ----------
+    step
+        step size h in the problem's unit of time; negative integrates backwards. With a clock, in
+        its units
+    steps
+        number of steps; or
+    duration
+        length of time, positive and a whole number of steps. With a clock of any length, reached by
+        a last step that is shortened, and ``steps`` is the most there may be
+    events
+        `galvi.Event` values, one, several or none, which are found in ``run.events``, may end the
+        run or change its state
+    save_every
+        k keeps steps 0, k, 2 k, ... and the last
+    curves
+        keep every step's Galerkin curve; None: only when save_every is 1
+    solver
+        "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a force or a
+        degree for each component, "fixed_point" only where functions are built in, from SymPy, or
+        could be traced; in a moving frame not "newton"
+    tolerance
+        change relative to ``|q|`` at which a step's iteration stops; None: round-off
+    progress
+        True shows a progress bar
 
-    Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
-    the run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
-    its states, but is no success. A success has a status that says so where the energy, a velocity
-    under fast damping, a passage of two point masses or the motion of a body without mass is in
-    doubt, or where the energy is not known since a user's function raises. Raises
-    ValueError or TypeError for bad input before the first step; exceptions of user functions in a
-    step pass through. Ctrl-C after the last step, or one that failed, raises KeyboardInterrupt,
-    whose attribute ``run`` is the trajectory.
+    Returns
+    -------
+    Trajectory
+        Also when a step fails (see ``success`` and ``status``) or Ctrl-C stops the
+        run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
+        its states, but is no success. A success has a status that says so where the energy, a
+        velocity under fast damping, a passage of two point masses or the motion of a body without
+        mass is in doubt, or where the energy is not known since a user's function raises.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input before the first step; exceptions of user functions in a step pass through.
+    KeyboardInterrupt
+        For Ctrl-C after the last step, or one that failed; its attribute ``run`` is the trajectory.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(eccentricity=0.6)
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(problem, method, step=0.25, steps=100)
+    >>> run.status, run.q.shape, run(0.1).shape
+    ('Completed.', (101, 2), (2,))
     """
     request = RunRequest.checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,

@@ -53,14 +53,22 @@ def run_steps(
     An equal step that cannot be solved is retried once with a guess from smaller steps, whose
     energy is not assessed; if that fails too, the run ends.
 
-    stepper      `Stepper`, or in a clock `ClockStepper`. What else does steps must have what is
-                 used of both here: begin, advance, retry and finish; done, over and reached;
-                 states, counted, curves and checkpoint; request, engine, engine_reason and traced
-    watched      whether its energy can be assessed
-    interrupted  returns whether to stop; None: Ctrl-C stops the run
+    Parameters
+    ----------
+    stepper
+        `Stepper`, or in a clock `ClockStepper`. What else does steps must have what is used of both
+        here: begin, advance, retry and finish; done, over and reached; states, counted, curves and
+        checkpoint; request, engine, engine_reason and traced
+    watched
+        whether its energy can be assessed
+    interrupted
+        returns whether to stop; None: Ctrl-C stops the run
 
-    Raises `Interrupted` for Ctrl-C after the last step or one that failed; a run that was being
-    assessed is then assessed when it is asked.
+    Raises
+    ------
+    Interrupted
+        For Ctrl-C after the last step or one that failed; a run that was being assessed is then
+        assessed when it is asked.
     """
     stepper.begin(watched=watched)
     request = stepper.request
@@ -92,7 +100,10 @@ def run_steps(
 def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoint]) -> Trajectory:
     """The trajectory of a run whose last kernel call returned ``code``, to be assessed when asked.
 
-    known  states from which its curves, and the error of bodies without mass, can be found
+    Parameters
+    ----------
+    known
+        states from which its curves, and the error of bodies without mass, can be found
     """
     problem, method, step, steps, start = stepper.request[:5]
     states, curves, again = stepper.states(), stepper.curves, None

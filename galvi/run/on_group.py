@@ -79,7 +79,10 @@ class CountedByNewton:
 def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
     """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
 
-    found  the system's traces, on which it depends
+    Parameters
+    ----------
+    found
+        the system's traces, on which it depends
     """
     field = system.lagrangian_kernel()
     return field, tuple(Law(

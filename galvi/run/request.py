@@ -40,13 +40,20 @@ _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been che
 class RunRequest(NamedTuple):
     """What a run is asked to do.
 
-    problem, method, step  see `galvi.integrate`
-    steps      number of steps; in a clock the most there may be, None without a bound
-    checkpoint  the state from which it begins, with its settings; one without entries is the
-                problem's start: see `from_start`
-    until      the time at which a run in a clock ends; None: after ``steps``
-    continues  the run whose end that state is: in a clock and with events its last state is the
-               first of this one
+    Attributes
+    ----------
+    problem, method, step
+        see `galvi.integrate`
+    steps
+        number of steps; in a clock the most there may be, None without a bound
+    checkpoint
+        the state from which it begins, with its settings; one without entries is the problem's
+        start: see `from_start`
+    until
+        the time at which a run in a clock ends; None: after ``steps``
+    continues
+        the run whose end that state is: in a clock and with events its last state is the first of
+        this one
     """
 
     problem: Problem
@@ -65,8 +72,11 @@ class RunRequest(NamedTuple):
     ) -> RunRequest:  # fmt: skip
         """The request of a call of `galvi.integrate`, whose arguments these are.
 
-        Raises ValueError or TypeError for all but what an engine refuses, see `galvi.run.engines`,
-        and what does not fit in memory, see `check_memory`.
+        Raises
+        ------
+        ValueError, TypeError
+            For all but what an engine refuses, see `galvi.run.engines`, and what does not fit in
+            memory, see `check_memory`.
         """
         check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
         h = input_checks.real(

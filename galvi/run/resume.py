@@ -39,22 +39,46 @@ def resume(
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
-    until               the time at which to end, a whole number of steps from the problem's start;
-                        instead of steps or duration
-    events              as for `galvi.integrate`; None: those of ``run``, () for none
-    save_every, curves  as for `galvi.integrate`; None: as in ``run``
-    ctrl                (nu,) other controls of a MuJoCo model's actuators, held from here on, for
-                        steps or a duration: the result is a run of its own, whose ``problem`` has
-                        them and starts here, and whose energy is assessed from here on
-    others              as for `galvi.integrate`
+    Parameters
+    ----------
+    run
+        the run to continue
+    steps, duration, progress
+        as for `galvi.integrate`
+    until
+        the time at which to end, a whole number of steps from the problem's start; instead of steps
+        or duration
+    events
+        as for `galvi.integrate`; None: those of ``run``, () for none
+    save_every, curves
+        as for `galvi.integrate`; None: as in ``run``
+    ctrl : array, shape (nu,)
+        other controls of a MuJoCo model's actuators, held from here on, for steps or a duration:
+        the result is a run of its own, whose ``problem`` has them and starts here, and whose energy
+        is assessed from here on
 
+    Raises
+    ------
+    ValueError
+        For a run that stopped, for a run of a reference, and for bad input.
+
+    Notes
+    -----
     Without ``ctrl`` the result starts where ``run`` ended, also when Ctrl-C ended it, and its
     states are bit-identical to the same part of one long run, also where an event ended ``run``
     within a step: it goes on from the grid. After an action its ``problem`` is that which the
     action left. Its energy is assessed with that of all steps before it, so that a run continued
-    after it was ruined
-    is ruined from its first step on. Raises ValueError for a run that stopped, for a run of a
-    reference, and for bad input.
+    after it was ruined is ruined from its first step on.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> first = galvi.integrate(problem, method, step=0.25, steps=40)
+    >>> rest = galvi.resume(first, steps=60)
+    >>> whole = galvi.integrate(problem, method, step=0.25, steps=100)
+    >>> np.array_equal(rest.q[-1], whole.q[-1])
+    True
     """
     _check_resumed(run)
     if events is None and run.events is not None and not run.asked:

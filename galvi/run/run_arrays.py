@@ -39,20 +39,31 @@ class RunArrays(NamedTuple):
     A configuration has r entries and a velocity d, which differ only on groups; there are s stages
     and m curve coefficients.
 
-    state, stages, solver_state  see galvi.checkpoint
-    step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
-    counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
-                                 steps that fixed-point iteration left to Newton's method, or a
-                                 moving frame to the inertial one, and force evaluations in lanes
-    saved_steps                  (saved,) numbers of the saved steps
-    saved_q                      (saved, r) configurations, NaN until they are computed
-    saved_moving                 (saved, d) velocities, on groups momenta; NaN until computed
-    bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
-    watch                        every 2^watch-th step since the problem's start is watched
-    seen                         (watched + 1, r + d), as saved_q and saved_moving, of the watched
-                                 steps, and room for the last; for a Lagrangian
-                                 (watched + 1, r + d + d s), with the stages
-    passage                      see galvi.kernels.forces.passages; (0,) without point masses
+    Attributes
+    ----------
+    state, stages, solver_state
+        see galvi.checkpoint
+    step_angle : array, shape (1,)
+        rotation angle of a failed step, radians; 0 without rotations
+    counts
+        (7,) as in COUNTED, then evaluations of single pairs of bodies, steps that fixed-point
+        iteration left to Newton's method, or a moving frame to the inertial one, and force
+        evaluations in lanes
+    saved_steps : array, shape (saved,)
+        numbers of the saved steps
+    saved_q : array, shape (saved, r)
+        configurations, NaN until they are computed
+    saved_moving : array, shape (saved, d)
+        velocities, on groups momenta; NaN until computed
+    bases, coefficients
+        (steps, r), (steps, d, m) of the curves; no rows if not kept
+    watch
+        every 2^watch-th step since the problem's start is watched
+    seen : array, shape (watched + 1, r + d)
+        as saved_q and saved_moving, of the watched steps, and room for the last; for a Lagrangian
+        (watched + 1, r + d + d s), with the stages
+    passage
+        see galvi.kernels.forces.passages; (0,) without point masses
     """
 
     state: Array
@@ -77,9 +88,14 @@ class RunArrays(NamedTuple):
         """Arrays for the equal steps of a run from a state, whose ``row`` is saved first of
         saved_moving.
 
-        state       from which it begins
-        curve_size  numbers of a curve's base, and rows of its coefficients
-        watched     whether states are kept to assess the energy
+        Parameters
+        ----------
+        state
+            from which it begins
+        curve_size
+            numbers of a curve's base, and rows of its coefficients
+        watched
+            whether states are kept to assess the energy
         """
         problem, method, steps, start = (
             request.problem,

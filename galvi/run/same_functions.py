@@ -25,9 +25,14 @@ class SameFunctions:
     this was made, at the start or at the last finite state of the run: there may be no force at
     the start.
 
-    q, v, t  states of the run (k, ...); v may be momenta
-    clock    of the run's method
-    traced   whether the run is that of what tracing them found, which is kept with the system
+    Parameters
+    ----------
+    q, v, t
+        states of the run (k, ...); v may be momenta
+    clock
+        of the run's method
+    traced
+        whether the run is that of what tracing them found, which is kept with the system
     """
 
     def __init__(

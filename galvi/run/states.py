@@ -38,8 +38,20 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     Each is reached by whole steps from the last kept state before it and one shortened step, so
     that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
     theirs. Where such a step fails in a frame it is done in the inertial frame, in parts; the state
-    is that on the curve where that fails too, and in a clock. Raises ValueError outside the run and
-    for a run of a reference.
+    is that on the curve where that fails too, and in a clock.
+
+    Raises
+    ------
+    ValueError
+        Outside the run and for a run of a reference.
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
+    >>> run = galvi.integrate(galvi.problems.kepler(0.9), method, step=0.3, duration=6.0)
+    >>> q, p = galvi.states_at(run, [1.0, 2.0, 3.0])
+    >>> q.shape, p.shape, galvi.states_at(run, 6.0)[0] == run.q[-1]
+    ((3, 2), (3, 2), array([ True,  True]))
     """
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(

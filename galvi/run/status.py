@@ -28,8 +28,12 @@ def outcome_of(
 ) -> Outcome:  # fmt: skip
     """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
-    report    what its energies say
-    massless  () -> what a step does to bodies without mass; asked where all else is well
+    Parameters
+    ----------
+    report
+        what its energies say
+    massless
+        () -> what a step does to bodies without mass; asked where all else is well
     """
     request, work = stepper.request, stepper.work
     problem, step, steps = request.problem, request.step, cast(int, request.steps)
@@ -62,10 +66,16 @@ def completed(
 ) -> Outcome:  # fmt: skip
     """The outcome of a run that did all its ``steps``.
 
-    first       steps since the problem's start before this run
-    passage     the worst one of two point masses that no step resolved, as a clause; "" for none
-    remedy      where the report has none
-    exceptions  notes where all is well
+    Parameters
+    ----------
+    first
+        steps since the problem's start before this run
+    passage
+        the worst one of two point masses that no step resolved, as a clause; "" for none
+    remedy
+        where the report has none
+    exceptions
+        notes where all is well
     """
     clauses = _wrong(report)
     if report.unknown:
@@ -99,8 +109,12 @@ def notes_on_energy(
 ) -> tuple[str, ...]:
     """What a run that ended early says of its energy.
 
-    first    steps since the problem's start before this run
-    time_of  (number of a step since then) -> the time at which it ends
+    Parameters
+    ----------
+    first
+        steps since the problem's start before this run
+    time_of
+        (number of a step since then) -> the time at which it ends
     """
     notes = []
     if report.ruined is not None:

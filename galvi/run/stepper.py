@@ -40,10 +40,15 @@ MakeKernel = Callable[[RunRequest, RunArrays], Kernel]
 class Formulation(Protocol):
     """What the state of a run is. The values are `VECTOR_SPACE`, `ON_GROUP` and `IN_FRAME`.
 
-    velocity_row  row of the state that is saved with q: velocities or momenta
-    guess_kind    the kernels' code for the kind of guess that ``guess`` gives
-    in_other_way  the name in a run's counts of steps that were done in another way, and what its
-                  status says of them
+    Attributes
+    ----------
+    velocity_row
+        row of the state that is saved with q: velocities or momenta
+    guess_kind
+        the kernels' code for the kind of guess that ``guess`` gives
+    in_other_way
+        the name in a run's counts of steps that were done in another way, and what its status says
+        of them
     """
 
     velocity_row: int
@@ -96,11 +101,21 @@ class SavedStates(NamedTuple):
 class Stepper:
     """The equal steps of one run by one engine.
 
-    request        what the run is asked to do
-    formulation    what its state is
-    engine         the ``name`` of one of `galvi.run.engines.ENGINES`
-    engine_reason  why this engine does it, and why those do not that were asked before
-    work           its arrays, once begun
+    Parameters
+    ----------
+    request
+        what the run is asked to do
+    formulation
+        what its state is
+    engine
+        the ``name`` of one of `galvi.run.engines.ENGINES`
+
+    Attributes
+    ----------
+    engine_reason
+        why this engine does it, and why those do not that were asked before
+    work
+        its arrays, once begun
     """
 
     work: RunArrays
@@ -219,9 +234,13 @@ class Declined(NamedTuple):
 class Engine(NamedTuple):
     """Who can do runs: see `galvi.run.engines.ENGINES`.
 
-    name   for `galvi.Trajectory.engine`
-    offer  what does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this
-           engine does not, a `Declined`; ValueError for a request that no engine can do
+    Attributes
+    ----------
+    name
+        for `galvi.Trajectory.engine`
+    offer
+        what does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this engine
+        does not, a `Declined`; ValueError for a request that no engine can do
     """
 
     name: str
@@ -249,7 +268,10 @@ def solve_steps(
 ) -> tuple[Stepper, int]:
     """The steps of a run, up to one that fails, and its code, 0 for none.
 
-    retried  whether a step that fails is tried once more, see `Stepper.retry`
+    Parameters
+    ----------
+    retried
+        whether a step that fails is tried once more, see `Stepper.retry`
     """
     stepper, code = first_offer(engines, request), 0
     stepper.begin(watched=False)

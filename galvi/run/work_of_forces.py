@@ -66,7 +66,10 @@ def assess_work(
 ) -> EnergyReport:
     """The report on a run so far, with forces that do work.
 
-    redo  does a run of one step again
+    Parameters
+    ----------
+    redo
+        does a run of one step again
     """
     so_far = request.checkpoint.energies
     if work.done == 0 or work.watch == NEVER:
@@ -94,11 +97,17 @@ def assess_work(
 class Steps(NamedTuple):
     """Some steps, n of them, and their curves at m nodes.
 
-    numbers      (n,) since the problem's start
-    t            (n,) times at which they begin
-    begins, ends states there, with the velocities of their momenta, from which those of a stiff
-                 step's curve are far
-    q, v         (n, m, ...) and (n, m, d) along the curves
+    Attributes
+    ----------
+    numbers : array, shape (n,)
+        since the problem's start
+    t : array, shape (n,)
+        times at which they begin
+    begins, ends
+        states there, with the velocities of their momenta, from which those of a stiff step's curve
+        are far
+    q, v : array, shape (n, m, ...)
+        and (n, m, d) along the curves
     """
 
     numbers: Any
@@ -292,9 +301,14 @@ def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
 class Unresolved(NamedTuple):
     """A velocity that forces change faster than a step resolves.
 
-    rate   at which it is damped, or grows where that is negative
-    share  about its error after a step, over its largest value in the run
-    step   number of that step
+    Attributes
+    ----------
+    rate
+        at which it is damped, or grows where that is negative
+    share
+        about its error after a step, over its largest value in the run
+    step
+        number of that step
     """
 
     rate: float

@@ -61,7 +61,10 @@ def wave_slopes(skip: int, harmonics: int, frequency: float) -> tuple[Any, Array
     the derivatives of polynomials up to the degree ``skip`` and of cos k w t, sin k w t,
     k = 1 .. harmonics.
 
-    Raises ValueError when a wave is a combination of polynomials and slower waves to 25 digits.
+    Raises
+    ------
+    ValueError
+        When a wave is a combination of polynomials and slower waves to 25 digits.
     """
     with localcontext(Context(prec=SERIES_DIGITS)):
         half = Decimal(frequency) / 2
@@ -120,11 +123,22 @@ def spherical_bessel(x: Decimal, length: int) -> Any:
 
 @dataclass(frozen=True)
 class Fourier:
-    """cos k w t and sin k w t, k = 1 .. harmonics, and the constant, on [0, 1].
+    """cos k w t and sin k w t, k from 1 to harmonics, and the constant, on [0, 1].
 
-    harmonics  1 to 64
-    frequency  w, in radians a step, positive; 2 pi has the step as its period
+    Parameters
+    ----------
+    harmonics
+        1 to 64
+    frequency
+        w, in radians a step, positive; 2 pi has the step as its period
 
+    Raises
+    ------
+    ValueError
+        For numbers outside these ranges.
+
+    Notes
+    -----
     phi_0 = 1; the derivatives of the others are orthonormal. The space does not contain linear
     functions, so a step is well posed but inconsistent with every rule, and `Galerkin` refuses it
     (claim V19): with w = 2 pi a free particle would never move, with w = 0.01 it deviates from a
@@ -132,7 +146,10 @@ class Fourier:
     numerically that of polynomials of degree 2 harmonics. `PolynomialFourier` adds the linear
     functions.
 
-    Raises ValueError for numbers outside these ranges.
+    Examples
+    --------
+    >>> galvi.Fourier(harmonics=2).dimension
+    5
     """
 
     harmonics: int
@@ -164,12 +181,26 @@ class Fourier:
 
 @dataclass(frozen=True)
 class PolynomialFourier:
-    """Polynomials of at most this degree, cos k w t and sin k w t, k = 1 .. harmonics, on [0, 1].
+    """Polynomials of at most this degree, and cos k w t and sin k w t, k from 1 to harmonics.
 
-    degree     1 to 64
-    harmonics  1 to 64
-    frequency  w, in radians a step, positive; 2 pi has the step as its period
+    All of them on [0, 1].
 
+    Parameters
+    ----------
+    degree
+        1 to 64
+    harmonics
+        1 to 64
+    frequency
+        w, in radians a step, positive; 2 pi has the step as its period
+
+    Raises
+    ------
+    ValueError
+        For numbers outside these ranges, and where the waves are numerically polynomials.
+
+    Notes
+    -----
     phi_0 = 1; the derivatives of the others are P_{i-1}(2 t - 1) and then orthonormal functions
     orthogonal to them, so that the condition number of K is at most 2 degree - 1 for every w. A
     motion in the space, such as that of an oscillator with angular frequency w / h for the step h,
@@ -181,8 +212,11 @@ class PolynomialFourier:
     1, 2, 3, 4 and 8 harmonics of 2 pi and degrees up to 4 (about 9 + 0.37 harmonics w in general);
     with fewer, `Galerkin` refuses the pair as inconsistent.
 
-    Raises ValueError for numbers outside these ranges, and where the waves are numerically
-    polynomials.
+    Examples
+    --------
+    >>> space = galvi.PolynomialFourier(degree=2, harmonics=1)
+    >>> space.dimension, galvi.Galerkin(space, galvi.gauss(10)).stages
+    (5, 10)
     """
 
     degree: int

@@ -30,16 +30,31 @@ def in_piece(t: Any, pieces: int) -> Any:
 class PiecewisePolynomials:
     """Continuous functions on [0, 1], of at most this degree on each of ``pieces`` equal parts.
 
-    degree  1 to 64
-    pieces  1 to 64; one is `Polynomials`
+    Parameters
+    ----------
+    degree
+        1 to 64
+    pieces
+        1 to 64; one is `Polynomials`
 
+    Raises
+    ------
+    ValueError
+        For numbers outside these ranges.
+
+    Notes
+    -----
     phi_0 = 1; the derivatives of the others are Legendre polynomials on one piece each, 0 elsewhere
     (at a joint, the values of the later piece). Since they jump at the joints, the space needs a
     composite rule, ``composite(rule, pieces)``, of a rule without the end point 1 such as gauss or
     radau from the left: a step with ``composite(gauss(degree), pieces)`` is ``pieces`` steps of
     Gauss collocation.
 
-    Raises ValueError for numbers outside these ranges.
+    Examples
+    --------
+    >>> space = galvi.PiecewisePolynomials(degree=2, pieces=3)
+    >>> galvi.Galerkin(space, galvi.composite(galvi.gauss(2), 3)).order
+    4
     """
 
     degree: int
@@ -73,13 +88,27 @@ class PiecewisePolynomials:
 class PiecewiseHermite:
     """Cubic on each of ``pieces`` equal parts of [0, 1], with a continuous derivative.
 
-    pieces  1 to 64; one piece gives ``Polynomials(3)``
+    Parameters
+    ----------
+    pieces
+        1 to 64; one piece gives ``Polynomials(3)``
 
+    Raises
+    ------
+    ValueError
+        For a number of pieces outside 1 to 64.
+
+    Notes
+    -----
     phi_0 = 1; the derivatives of the others span the continuous piecewise quadratics: a hat of
     height 1 at each of the pieces + 1 joints and ends, then 6 u (1 - u) on each piece. The second
     derivative jumps at joints: use ``composite(rule, pieces)``.
 
-    Raises ValueError for a number of pieces outside 1 to 64.
+    Examples
+    --------
+    >>> space = galvi.PiecewiseHermite(pieces=2)
+    >>> space.degree, space.dimension
+    (3, 6)
     """
 
     pieces: int

@@ -44,7 +44,17 @@ class Polynomials:
     phi_0 = 1 and phi_i(t) = integral of P_{i-1}(2 s - 1) over s in [0, t], so that the derivatives
     are orthogonal. H calls n = degree + 1 the number of basis functions.
 
-    Raises ValueError for a degree outside 1 to 64.
+    Raises
+    ------
+    ValueError
+        For a degree outside 1 to 64.
+
+    Examples
+    --------
+    >>> space = galvi.Polynomials(3)
+    >>> space.dimension, space.basis(np.array([0.0, 1.0])).round(12)
+    (4, array([[1., 0., 0., 0.],
+           [1., 1., 0., 0.]]))
     """
 
     degree: int
@@ -92,12 +102,27 @@ class Polynomials:
 class ComponentPolynomials:
     """Component i of a configuration is a polynomial of degree degrees[i] (H after thm 2.3.5).
 
-    degrees  one for each component, at least 1
+    Parameters
+    ----------
+    degrees
+        one for each component, at least 1
 
+    Raises
+    ------
+    ValueError
+        Unless each degree is a whole number of at least 1; `Galerkin` refuses more than 64.
+
+    Notes
+    -----
     Component i uses the first degrees[i] + 1 basis functions of Polynomials: the stage equations
     have sum(degrees) unknowns. Symplectic like every method; but since a rotation mixes components,
-    angular momentum is conserved only approximately when their degrees differ. Raises ValueError
-    unless each degree is a whole number of at least 1; `Galerkin` refuses more than 64.
+    angular momentum is conserved only approximately when their degrees differ.
+
+    Examples
+    --------
+    >>> space = galvi.ComponentPolynomials((4, 2))
+    >>> galvi.Galerkin(space, galvi.gauss(4)).order
+    4
     """
 
     degrees: tuple[int, ...]

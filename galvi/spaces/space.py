@@ -51,8 +51,14 @@ CONTAINED = 1e-9  # tolerance of fitted polynomials; 4e-13 for galvi's own space
 def checked(space: Any) -> Space:
     """``space`` itself if it satisfies the protocol.
 
-    Raises TypeError for a missing attribute and for a space that is not hashable, ValueError for
-    wrong numbers, shapes and values. Exceptions of its functions pass through.
+    Exceptions of its functions pass through.
+
+    Raises
+    ------
+    TypeError
+        For a missing attribute and for a space that is not hashable.
+    ValueError
+        For wrong numbers, shapes and values.
     """
     missing = [name for name in PARTS if not hasattr(space, name)]
     if missing:

@@ -40,20 +40,47 @@ from galvi.systems.user_functions import (
 class Canonical:
     """L = v.M v / 2 - V(q), or V(q, t) when ``explicit_time`` is set.
 
-    mass           scalar, (d,) diagonal or (d, d) symmetric positive definite
-    potential      V of one configuration of shape (d,); a ``Potential`` brings its derivatives
-    gradient       dV/dq, shape (d,); differenced from V when missing
-    hessian        d2V/dq2, shape (d, d); differenced from the gradient when missing
-    force          an external force of (q, v), (d,), e.g. drag; see
-                   galvi.systems.forces.external_force
-    explicit_time  potential and derivatives take (q, t) instead of (q)
-    timed_force    the force takes (q, v, t)
-    check          compare gradient and Hessian with differences of V when a `Problem` is made
+    Parameters
+    ----------
+    mass
+        scalar, (d,) diagonal or (d, d) symmetric positive definite
+    potential
+        V of one configuration of shape (d,); a ``Potential`` brings its derivatives
+    gradient
+        dV/dq, shape (d,); differenced from V when missing
+    hessian
+        d2V/dq2, shape (d, d); differenced from the gradient when missing
+    force
+        an external force of (q, v), (d,), e.g. drag; see galvi.systems.forces.external_force
+    explicit_time
+        potential and derivatives take (q, t) instead of (q)
+    timed_force
+        the force takes (q, v, t)
+    check
+        compare gradient and Hessian with differences of V when a `Problem` is made
 
-    The gradient, or else the potential, is traced and runs in vector instructions where it does
-    not branch. Others run inside the kernel if compiled with ``numba.njit``, and else in Python,
-    slower. What functions raise reaches the caller. Raises ValueError for a mass that is not
-    positive definite, TypeError for something that cannot be called.
+    Raises
+    ------
+    ValueError
+        For a mass that is not positive definite.
+    TypeError
+        For something that cannot be called.
+
+    Notes
+    -----
+    The gradient, or else the potential, is traced and runs in vector instructions where it does not
+    branch. Others run inside the kernel if compiled with ``numba.njit``, and else in Python,
+    slower. What functions raise reaches the caller.
+
+    Examples
+    --------
+    >>> def potential(q):
+    ...     return (q @ q) / 2 + q[0] ** 2 * q[1]
+    >>> system = galvi.Canonical(mass=1.0, potential=potential)
+    >>> problem = galvi.Problem(system, q0=[0.1, 0.0], v0=[0.0, 0.2])
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> galvi.integrate(problem, method, step=0.2, steps=50).status
+    'Completed.'
     """
 
     mass: Any

@@ -19,8 +19,12 @@ from galvi.systems.system import LagrangianKernel
 class CanonicalOnRn:
     """L = v.M v / 2 - V(q, t) with an external force, or with degrees for each component.
 
-    canonical  the system
-    group      Rn(d)
+    Attributes
+    ----------
+    canonical
+        the system
+    group
+        Rn(d)
     """
 
     canonical: Canonical
@@ -65,9 +69,15 @@ class CanonicalOnRn:
 def checked_degrees(space: Any, system: Any, components: int) -> tuple[int, ...] | None:
     """The degree of each component; None for a space with a single degree.
 
-    components  number of components of a velocity of the system
+    Parameters
+    ----------
+    components
+        number of components of a velocity of the system
 
-    Raises ValueError when the numbers of degrees and components differ, and for an NBody system.
+    Raises
+    ------
+    ValueError
+        When the numbers of degrees and components differ, and for an NBody system.
     """
     degrees: tuple[int, ...] | None = getattr(space, "degrees", None)
     if degrees is None:

@@ -41,11 +41,18 @@ _CHECKED: WeakSet[Any] = WeakSet()  # systems whose derivatives have agreed with
 class Curve:
     """A function along a curve through a state, at distance 0, with its given derivative there.
 
-    function  of the distance s, without a unit
-    terms     (s) -> the terms whose sum is the given derivative by s
-    steps     (d,) the change of the coordinates per unit of s, in a group left-trivialised
-    state     name -> configuration, and velocity where the function depends on it
-    way       "along" the steps, or a rotation "about" them
+    Attributes
+    ----------
+    function
+        of the distance s, without a unit
+    terms
+        (s) -> the terms whose sum is the given derivative by s
+    steps : array, shape (d,)
+        the change of the coordinates per unit of s, in a group left-trivialised
+    state
+        name -> configuration, and velocity where the function depends on it
+    way
+        "along" the steps, or a rotation "about" them
     """
 
     function: Callable[[float], float]
@@ -69,9 +76,14 @@ class Difference:
 def check_derivatives(system: Any, curves: Mapping[str, Callable[[float], Curve]]) -> None:
     """ValueError for the first derivative that differs at the start or at a state near it.
 
-    curves  "the gradient of the potential" -> function that gives the curve through the start, for
-            0, or through a state at this distance from it, without a unit
+    Parameters
+    ----------
+    curves
+        "the gradient of the potential" -> function that gives the curve through the start, for 0,
+        or through a state at this distance from it, without a unit
 
+    Notes
+    -----
     A system is checked until its derivatives agreed once. States where a function raises or returns
     something else than it should are skipped: a run refuses such a start, or lets the exception
     through.

@@ -63,10 +63,16 @@ SHORT_SHARE = 1e-10  # coordinates below this share of the largest one have its 
 class Differencing(NamedTuple):
     """How a derivative is differenced.
 
-    weights, steps  of a quotient, and the first steps over the length of a coordinate
-    noise           round-off of the function, as a share of its size
-    good            relative error at which no further step is tried
-    usable          largest relative difference of neighbouring steps that still counts as agreement
+    Attributes
+    ----------
+    weights, steps
+        of a quotient, and the first steps over the length of a coordinate
+    noise
+        round-off of the function, as a share of its size
+    good
+        relative error at which no further step is tried
+    usable
+        largest relative difference of neighbouring steps that still counts as agreement
     """
 
     weights: tuple[float, ...] = WEIGHTS
@@ -168,10 +174,16 @@ def differences(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
 
-    lengths  (d,) over which the function changes, as far as one can tell
-    size     size of the terms that cancel in the function: its round-off is
-             noise * max(size, |function|)
+    Parameters
+    ----------
+    lengths : array, shape (d,)
+        over which the function changes, as far as one can tell
+    size
+        size of the terms that cancel in the function: its round-off is noise * max(size,
+        |function|)
 
+    Notes
+    -----
     The error of an entry is the larger of its round-off and its difference to the neighbouring
     step. While it exceeds ``way.good``, longer and then shorter steps are tried as long as it
     falls. NaN, with infinite error, where no two neighbouring steps agree. What the function

@@ -27,24 +27,50 @@ from galvi.systems.user_functions import (
 
 @dataclass(frozen=True, eq=False)
 class FreeBody(Body):
-    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x - V for the rigid motion q = [[R, x], [0, 1]].
+    """A body that turns and moves, with the rigid motion q = [[R, x], [0, 1]].
 
-    mass           positive
-    inertia        J about the centre of mass x, in the body's frame: (3,) principal moments or
-                   (3, 3)
-    g              (3,) acceleration of gravity in space
-    potential      V of one motion q (4, 4), besides gravity; None for none
-    gradient       the Euclidean dV/dq, (4, 4), whose last row is not used; differenced from V when
-                   missing
-    force          an external torque and force (6,) in the body's frame, of (q, v); see
-                   galvi.systems.forces.external_force
-    explicit_time  potential and gradient take (q, t) instead of (q)
-    timed_force    the force takes (q, v, t)
-    check          compare the gradient with differences of V when a `Problem` is made
+    ``L = w . J w / 2 + mass |v|^2 / 2 + mass g . x - V``.
 
-    Configurations are (4, 4); velocities (6,) are (w, v), both in the body's frame, and momenta
-    p = (J w, mass v). Functions are traced as those of a `galvi.Lagrangian`. Raises ValueError for
-    a mass or an inertia that no body can have, TypeError for something that cannot be called.
+    Parameters
+    ----------
+    mass
+        positive
+    inertia
+        J about the centre of mass x, in the body's frame: (3,) principal moments or (3, 3)
+    g : array, shape (3,)
+        acceleration of gravity in space
+    potential
+        V of one motion q (4, 4), besides gravity; None for none
+    gradient
+        the Euclidean dV/dq, (4, 4), whose last row is not used; differenced from V when missing
+    force
+        an external torque and force (6,) in the body's frame, of (q, v); see
+        galvi.systems.forces.external_force
+    explicit_time
+        potential and gradient take (q, t) instead of (q)
+    timed_force
+        the force takes (q, v, t)
+    check
+        compare the gradient with differences of V when a `Problem` is made
+
+    Raises
+    ------
+    ValueError
+        For a mass or an inertia that no body can have.
+    TypeError
+        For something that cannot be called.
+
+    Notes
+    -----
+    Configurations are (4, 4); velocities (6,) are (w, v), both in the body's frame, and momenta p =
+    (J w, mass v). Functions are traced as those of a `galvi.Lagrangian`.
+
+    Examples
+    --------
+    >>> body = galvi.FreeBody(mass=2.0, inertia=(1.0, 2.0, 2.5), g=(0.0, 0.0, -9.81))
+    >>> problem = galvi.Problem(body, q0=np.eye(4), v0=(0.0, 0.1, 0.0, 1.0, 0.0, 0.0))
+    >>> problem.p0
+    array([0. , 0.2, 0. , 2. , 0. , 0. ])
     """
 
     group: ClassVar[SE3] = SE3()

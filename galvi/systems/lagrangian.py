@@ -47,24 +47,46 @@ ROUGH = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)  #
 class Lagrangian:
     """L(q, v), or L(q, v, t) when ``explicit_time`` is set, of a configuration q in ``group``.
 
-    function       L of one configuration of group.shape and one velocity (d,), a number
-    group          e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are
-                   left-trivialised, q' = q hat(v)
-    slopes         both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean
-                   dL/dq by rows; when missing traced from L (see ``untraced``), else differenced,
-                   with steps that suit L, unless L is a value that brings them, such as
-                   ``galvi.PlanarChain``
-    force          an external force of (q, v), (d,), left-trivialised; see
-                   galvi.systems.forces.external_force
-    explicit_time  function and slopes take (q, v, t) instead of (q, v)
-    timed_force    the force takes (q, v, t)
-    check          compare slopes with differences of L when a `Problem` is made
+    Parameters
+    ----------
+    function
+        L of one configuration of group.shape and one velocity (d,), a number
+    group
+        e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are left-trivialised,
+        q' = q hat(v)
+    slopes
+        both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean dL/dq by rows;
+        when missing traced from L (see ``untraced``), else differenced, with steps that suit L,
+        unless L is a value that brings them, such as ``galvi.PlanarChain``
+    force
+        an external force of (q, v), (d,), left-trivialised; see galvi.systems.forces.external_force
+    explicit_time
+        function and slopes take (q, v, t) instead of (q, v)
+    timed_force
+        the force takes (q, v, t)
+    check
+        compare slopes with differences of L when a `Problem` is made
 
+    Raises
+    ------
+    TypeError
+        For a function that is not callable or a group that is not a group.
+
+    Notes
+    -----
     L must be regular: d2L/dv2 invertible. L or its slopes, and a force, are traced and run in
     vector instructions where they do not branch. Of others, slopes and a force compiled with
     ``numba.njit`` run inside the kernel; L itself is only called from Python. Where no two
-    difference steps agree, the derivative is NaN. Raises TypeError for a function that is not
-    callable or a group that is not a group.
+    difference steps agree, the derivative is NaN.
+
+    Examples
+    --------
+    >>> def bead(q, v):  # on a parabola z = x^2 / 2, in gravity 1
+    ...     return v[0] ** 2 * (1 + q[0] ** 2) / 2 - q[0] ** 2 / 2
+    >>> problem = galvi.Problem(galvi.Lagrangian(bead, galvi.Rn(1)), q0=[1.0], v0=[0.0])
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> galvi.integrate(problem, method, step=0.2, steps=20).status
+    'Completed.'
     """
 
     function: Function
@@ -91,17 +113,31 @@ class Lagrangian:
     ) -> Lagrangian:  # fmt: skip
         """A Lagrangian from a SymPy expression; its derivatives are symbolic and compiled.
 
-        L           the expression, or a `sympy.physics.mechanics.LagrangesMethod` without
-                    constraints, which brings its coordinates and loads
-        q, v        symbols of coordinates and velocities; without v, q are functions of the time,
-                    such as SymPy's dynamicsymbols, and velocities are their derivatives
-        t           the symbol of the time, when L or a force depends on it
-        parameters  symbol -> number, for all other symbols
-        force       generalised forces, an expression for each coordinate
+        Parameters
+        ----------
+        L
+            the expression, or a ``sympy.physics.mechanics.LagrangesMethod`` without constraints,
+            which brings its coordinates and loads
+        q, v
+            symbols of coordinates and velocities; without v, q are functions of the time, such as
+            SymPy's dynamicsymbols, and velocities are their derivatives
+        t
+            the symbol of the time, when L or a force depends on it
+        parameters
+            symbol -> number, for all other symbols
+        force
+            generalised forces, an expression for each coordinate
 
+        Raises
+        ------
+        ImportError
+            Without SymPy.
+        TypeError, ValueError
+            For unusable input; warns of a Lagrangian that is not twice differentiable somewhere.
+
+        Notes
+        -----
         Compiled once for each expression, independently of the parameters, and cached on disk.
-        Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
-        Lagrangian that is not twice differentiable somewhere.
         """
         from galvi.tracing.from_sympy import symbolic  # tracing stands on systems
 
@@ -220,7 +256,10 @@ class Lagrangian:
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """Look for expressions of L or its slopes, and of the force, near a state.
 
-        anew  look again if the functions changed since then
+        Parameters
+        ----------
+        anew
+            look again if the functions changed since then
         """
         trace(self, q, v, t, anew)
         found = None if anew else traces(self).found.get("L")
@@ -251,7 +290,10 @@ class Lagrangian:
     ) -> Array:
         """v with dL/dv = p, (..., d), by Newton's method; NaN where it finds none.
 
-        near  (d,) a velocity near the first one; each is sought from the one before
+        Parameters
+        ----------
+        near : array, shape (d,)
+            a velocity near the first one; each is sought from the one before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
         known = legendre_transform.velocities(self, q, p, t, start[0])
@@ -415,7 +457,10 @@ def momentum_at(system: System, q: Array, v: Array, t: Any) -> Array:
 def velocity_at(system: System, q: Array, p: Array, t: Any, near: Array | None = None) -> Array:
     """The velocities that have the momenta p (..., d) at q and t (...).
 
-    near  (d,) a velocity close to the first one
+    Parameters
+    ----------
+    near : array, shape (d,)
+        a velocity close to the first one
     """
     return system.velocity(p, q, t, near) if isinstance(system, Lagrangian) else system.velocity(p)
 

@@ -39,8 +39,13 @@ def velocity_with_momentum(
     """v with momentum(v) = p, all (d,), by Newton's method from ``near``, or from rest where the
     momentum is not finite there.
 
-    mass  v -> d2L/dv2, (d, d)
+    Parameters
+    ----------
+    mass
+        v -> d2L/dv2, (d, d)
 
+    Notes
+    -----
     A step is halved until it reduces the residual, also where it leaves the domain of L. NaN when
     the iteration does not converge.
     """

@@ -37,18 +37,37 @@ VARIED = ("gravity", "masses", *OF_JOINTS, CONTROLS)
 class Multibody(Lagrangian):
     """Trees of rigid bodies on hinges, slides, ball and free joints, as a Lagrangian.
 
-    links    `Link` values, each after its parent; any number of them on the world
-    gravity  (3,) acceleration
-    force    of the user's, besides damping: (q, v), or (q, v, t) with ``timed_force``, -> (d,)
-             torques and forces along the velocities. The field has the damping too:
-             ``given_force`` has not
+    Parameters
+    ----------
+    links
+        `Link` values, each after its parent; any number of them on the world
+    gravity : array, shape (3,)
+        acceleration
+    force
+        of the user's, besides damping: (q, v), or (q, v, t) with ``timed_force``, -> (d,) torques
+        and forces along the velocities. The field has the damping too: ``given_force`` has not
 
+    Raises
+    ------
+    ValueError
+        For trees in which nothing moves, or for links out of order.
+
+    Notes
+    -----
     Configurations q are elements of ``group``, the product of the joints' groups in their order:
     angles and lengths, rotation matrices, and of a free joint R^3 x SO(3). Velocities (d,) are
     rates of angles and lengths, angular velocities in the link's frame, and of a free joint that of
     its origin in space, then w: those of MuJoCo. The energy has that of the springs of tendons and
-    of weights held up, and not the work of other forces. Raises ValueError for trees in which
-    nothing moves, or for links out of order.
+    of weights held up, and not the work of other forces.
+
+    Examples
+    --------
+    >>> hinge = galvi.Joint("hinge", axis=(0, 1, 0))
+    >>> rod = dict(mass=1.0, centre=(0, 0, -0.5), inertia=(1 / 12, 1 / 12, 0))
+    >>> upper = galvi.Link((hinge,), **rod)
+    >>> lower = galvi.Link((hinge,), **rod, parent=0, place=(0, 0, -1))
+    >>> galvi.Multibody((upper, lower)).group.dimension
+    2
     """
 
     stored_with: ClassVar[Any] = (JointDamping, JointForces, Pull, Drive)
@@ -130,8 +149,12 @@ class Multibody(Lagrangian):
         damping, stiffness and armature (joints,), in the order of ``tree.joints``, and ctrl (nu,),
         constant controls of a MuJoCo model's actuators, within their ranges.
 
-        Inertias about the centres of mass stay as they are. Raises ValueError for another name or
-        shape, and as `Link` and `Joint` do.
+        Inertias about the centres of mass stay as they are.
+
+        Raises
+        ------
+        ValueError
+            For another name or shape, and as `Link` and `Joint` do.
         """
         given = {name: input_checks.array(name, values) for name, values in numbers.items()}
         for name, values in given.items():
@@ -217,7 +240,10 @@ class Multibody(Lagrangian):
     def from_mujoco(self, qpos: Any, qvel: Any) -> tuple[Array, Array]:
         """(q, v) of MuJoCo's states (..., nq) and (..., nv), of a model with these joints.
 
-        Raises ValueError for wrong shapes and for a quaternion of no length.
+        Raises
+        ------
+        ValueError
+            For wrong shapes and for a quaternion of no length.
         """
         return mujoco_states.from_mujoco(self.tree.joints, self.group, qpos, qvel)
 

@@ -21,19 +21,37 @@ MOST_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
 
 @dataclass(frozen=True, eq=False)
 class NBody:
-    """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|, and other forces.
+    """``L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|``, and other forces.
 
-    masses  (bodies,), finite, at least one positive and none negative. Massless bodies, in any
-            order, are attracted and attract nothing; each costs one pair for every body with a
-            mass
-    G       gravitational constant in the units of the problem, finite and positive
-    forces  what acts besides: `Relativity`, `Oblateness`, `PowerLaw`, `Radiation`, `Drag`, `Tides`
-            and `Force` values, any number of them. With one of velocity every body needs a mass
+    Parameters
+    ----------
+    masses : array, shape (bodies,)
+        finite, at least one positive and none negative. Massless bodies, in any order, are
+        attracted and attract nothing; each costs one pair for every body with a mass
+    G
+        gravitational constant in the units of the problem, finite and positive
+    forces
+        what acts besides: `Relativity`, `Oblateness`, `PowerLaw`, `Radiation`, `Drag`, `Tides` and
+        `Force` values, any number of them. With one of velocity every body needs a mass
 
-    Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v. That of a
+    Raises
+    ------
+    ValueError
+        For masses, forces or shapes that do not fit and for coincident bodies.
+    TypeError
+        For what is no force.
+
+    Notes
+    -----
+    Configurations have shape (bodies, 2) or (bodies, 3); ``p = masses[:, None] * v``. That of a
     massless body is 0 at any velocity, which is kept as `galvi.Trajectory.v`.
-    Raises ValueError for masses, forces or shapes that do not fit and for coincident bodies,
-    TypeError for what is no force.
+
+    Examples
+    --------
+    >>> pair = galvi.NBody(masses=[3.0, 1.0], G=1.0)
+    >>> problem = galvi.Problem(pair, q0=[[-0.25, 0], [0.75, 0]], v0=[[0, -0.5], [0, 1.5]])
+    >>> problem.p0.sum(axis=0)
+    array([0., 0.])
     """
 
     masses: Array
@@ -116,8 +134,10 @@ class NBody:
         return heavy * (heavy - 1) // 2 + heavy * (n - heavy)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
-        """-sum over pairs G m_i m_j / |q_i - q_j|, and what the forces of position have, for q of
-        shape (..., bodies, dimension)."""
+        """``-sum over pairs G m_i m_j / |q_i - q_j|``, and what the forces of position have.
+
+        For q of shape (..., bodies, dimension).
+        """
         places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
         found = np.empty(len(places))
         nbody.compiled_pair_potential()(places, self.masses, self.G, found)

@@ -18,8 +18,12 @@ from galvi.systems.system import LagrangianKernel
 class NBodyOnRn:
     """L = sum m |v|^2 / 2 - V(q), gravity and what else has an energy, with the other forces.
 
-    bodies     the system
-    dimension  2 or 3
+    Attributes
+    ----------
+    bodies
+        the system
+    dimension
+        2 or 3
     """
 
     bodies: NBody

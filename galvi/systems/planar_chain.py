@@ -18,16 +18,36 @@ from galvi.kernels.forces.planar_chain import compiled_planar_chain_states, plan
 class PlanarChain:
     """L(q, v) of n links, q (n,) their angles from hanging down, as on ``galvi.Rn(n)``.
 
-    masses   (n,) of the links, starting at the fixed pivot
-    lengths  (n,) of the links, in the same order
-    gravity  downward acceleration; zero for none
-    rods     False: each mass is a point at the lower end of its weightless link, as in the double
-             pendulum of the textbooks; True: each link is a uniform thin rod
+    Parameters
+    ----------
+    masses : array, shape (n,)
+        of the links, starting at the fixed pivot
+    lengths : array, shape (n,)
+        of the links, in the same order
+    gravity
+        downward acceleration; zero for none
+    rods
+        False: each mass is a point at the lower end of its weightless link, as in the double
+        pendulum of the textbooks; True: each link is a uniform thin rod
 
+    Raises
+    ------
+    ValueError
+        For a mass or length that is not positive.
+
+    Notes
+    -----
     With M_i the mass below link i, L = sum_ij A_ij cos(q_i - q_j) v_i v_j / 2 + sum_i B_i cos(q_i).
     Points: A_ij = l_i l_j (m_k + M_k), where k is the larger of i and j; B_i = g l_i (m_i + M_i).
-    Rods: A_ii = l_i^2 (m_i / 3 + M_i), else A_ij = l_i l_j (m_k / 2 + M_k);
-    B_i = g l_i (m_i / 2 + M_i). Raises ValueError for a mass or length that is not positive.
+    Rods: A_ii = l_i^2 (m_i / 3 + M_i), else A_ij = l_i l_j (m_k / 2 + M_k); B_i = g l_i (m_i / 2 +
+    M_i).
+
+    Examples
+    --------
+    >>> rods = galvi.PlanarChain(masses=(1.0, 1.0), lengths=(1.0, 0.5), rods=True)
+    >>> system = galvi.Lagrangian(rods, galvi.Rn(2))
+    >>> galvi.Problem(system, q0=[1.0, 1.5], v0=[0.0, 0.0]).p0
+    array([0., 0.])
     """
 
     masses: Any

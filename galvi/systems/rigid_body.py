@@ -89,6 +89,7 @@ class Body:
 
     @property
     def untraced(self) -> str:
+        """As `Lagrangian.untraced`."""
         return reasons(self)
 
     @cached_property
@@ -102,23 +103,49 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class RigidBody(Body):
-    """L = v . J v / 2 - V(R), or V(R, t); R' = R hat(v).
+    """A body that turns about a fixed point, or about its centre of mass.
 
-    inertia        J about the fixed point or the centre of mass, in the body's frame: three
-                   principal moments, or a (3, 3) symmetric positive definite matrix
-    potential      V of one rotation matrix (3, 3); None for a free body
-    gradient       the Euclidean dV/dR, (3, 3); differenced from V when missing
-    force          an external torque in the body's frame, (3,), of (R, v); see
-                   galvi.systems.forces.external_force
-    explicit_time  potential and gradient take (R, t) instead of (R)
-    timed_force    the force takes (R, v, t)
-    check          compare the gradient with differences of V when a `Problem` is made
+    L = v . J v / 2 - V(R), or V(R, t); R' = R hat(v).
 
+    Parameters
+    ----------
+    inertia
+        J about the fixed point or the centre of mass, in the body's frame: three principal moments,
+        or a (3, 3) symmetric positive definite matrix
+    potential
+        V of one rotation matrix (3, 3); None for a free body
+    gradient
+        the Euclidean dV/dR, (3, 3); differenced from V when missing
+    force
+        an external torque in the body's frame, (3,), of (R, v); see
+        galvi.systems.forces.external_force
+    explicit_time
+        potential and gradient take (R, t) instead of (R)
+    timed_force
+        the force takes (R, v, t)
+    check
+        compare the gradient with differences of V when a `Problem` is made
+
+    Raises
+    ------
+    ValueError
+        For an inertia that no body can have.
+    TypeError
+        For something that cannot be called.
+
+    Notes
+    -----
     Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. The
     functions are traced and run in vector instructions where they can be (see `untraced`). Where
     not, a gradient and a force compiled with ``numba.njit`` run inside the kernel; a potential
-    without a gradient is differenced in Python, also when it is compiled. Raises ValueError for an
-    inertia that no body can have, TypeError for something that cannot be called.
+    without a gradient is differenced in Python, also when it is compiled.
+
+    Examples
+    --------
+    >>> weight = galvi.UniformGravity(mass=2.0, centre=(0.0, 0.0, 0.3))
+    >>> top = galvi.RigidBody(inertia=(0.5, 0.5, 0.2), potential=weight)
+    >>> galvi.Problem(top, q0=np.eye(3), v0=(0.1, 0.0, 20.0)).p0
+    array([0.05, 0.  , 4.  ])
     """
 
     group: ClassVar[SO3] = SO3()

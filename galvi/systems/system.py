@@ -16,14 +16,23 @@ from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 class ForceKernel:
     """Functions and constants that give the acceleration a(q, t) of a system.
 
-    force         function of this kind, see galvi.kernels.forces.force_kinds
-    slope         its derivative by q, for Newton's method; None: differenced in the kernel
-    kind          force_kinds.BUILT_IN, GRADIENT or TIMED_GRADIENT
-    constants     (c,) numbers for a built-in force
-    inverse_mass  (d, 1) diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that
-                  already returns accelerations
-    width         components that a Newton block couples; d must be a multiple of it
-    compiled      whether both functions can run inside a compiled kernel
+    Attributes
+    ----------
+    force
+        function of this kind, see galvi.kernels.forces.force_kinds
+    slope
+        its derivative by q, for Newton's method; None: differenced in the kernel
+    kind
+        force_kinds.BUILT_IN, GRADIENT or TIMED_GRADIENT
+    constants : array, shape (c,)
+        numbers for a built-in force
+    inverse_mass : array, shape (d, 1)
+        diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that already returns
+        accelerations
+    width
+        components that a Newton block couples; d must be a multiple of it
+    compiled
+        whether both functions can run inside a compiled kernel
     """
 
     force: Callable[..., Any]
@@ -48,15 +57,26 @@ class LagrangianKernel:
     """Derivatives of a Lagrangian, and a force, as galvi.kernels.forces.lagrangian_derivatives
     evaluates them.
 
-    kind             LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
-    function         function of this kind
-    time_dependent   whether a user's function takes the time
-    matrix_rows      rows of the matrix that a user's slopes and force take; 0 for a vector
-    constants        (c,) constants of the Lagrangian
-    force_kind       NO_FORCE, FORCE, TIMED_FORCE or FORCE_LAW of that module
-    force            external force of that kind; None for NO_FORCE
-    force_constants  (c,) constants of the force
-    compiled         whether both functions can run inside a compiled kernel
+    Attributes
+    ----------
+    kind
+        LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
+    function
+        function of this kind
+    time_dependent
+        whether a user's function takes the time
+    matrix_rows
+        rows of the matrix that a user's slopes and force take; 0 for a vector
+    constants : array, shape (c,)
+        constants of the Lagrangian
+    force_kind
+        NO_FORCE, FORCE, TIMED_FORCE or FORCE_LAW of that module
+    force
+        external force of that kind; None for NO_FORCE
+    force_constants : array, shape (c,)
+        constants of the force
+    compiled
+        whether both functions can run inside a compiled kernel
     """
 
     kind: int

@@ -29,8 +29,12 @@ class Trace(Protocol):
 class Traces:
     """The traces of a system by what they are of: "L", "force" or "dV/dq".
 
-    found    name -> what was found
-    refused  name -> why nothing was
+    Attributes
+    ----------
+    found
+        name -> what was found
+    refused
+        name -> why nothing was
     """
 
     found: Mapping[str, Any]
@@ -59,7 +63,10 @@ def reasons(system: Any) -> str:
 def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None:
     """Trace the functions of a system near a state.
 
-    anew  do it again if what was found does not hold any more
+    Parameters
+    ----------
+    anew
+        do it again if what was found does not hold any more
     """
     known = traces(system)
     if not FAST or (known is not NO_TRACES and not (anew and not known.hold)):

@@ -30,9 +30,15 @@ def compiles(function: Callable[..., Any], signature: Any) -> bool:
 def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str) -> Array:
     """The values as a contiguous float64 array; ValueError for another shape or non-real numbers.
 
-    name      of the function, for the message
-    expected  the expected array in words, for the message: "an array of shape ..."
+    Parameters
+    ----------
+    name
+        of the function, for the message
+    expected
+        the expected array in words, for the message: "an array of shape ..."
 
+    Notes
+    -----
     Non-finite values pass.
     """
     result = np.asarray(values)
@@ -50,7 +56,10 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
     """TypeError unless the functions of these names are functions or, but the one that is needed,
     None, and ``check`` is True or False.
 
-    of  their argument, for the message
+    Parameters
+    ----------
+    of
+        their argument, for the message
     """
     flag("check", system.check)
     for name in names:
@@ -70,8 +79,12 @@ def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) ->
     """TypeError for a function that cannot be called with what it is given: the arguments, and the
     time where the flag is set.
 
-    of     the arguments without the time, such as "q, v"
-    timed  name of the flag
+    Parameters
+    ----------
+    of
+        the arguments without the time, such as "q, v"
+    timed
+        name of the flag
     """
     count, is_timed = of.count(",") + 1, bool(getattr(system, timed))
     for name in names:

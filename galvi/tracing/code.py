@@ -43,11 +43,19 @@ def written(
 ) -> list[str]:  # fmt: skip
     """Lines of Python that compute the results, with common subexpressions computed once.
 
-    arguments  symbol -> its place in the code, e.g. 'q[0]'
-    store      (index of the result, its code) -> the line that stores it
-    power      name of a function for powers; "" for the operator **
+    Parameters
+    ----------
+    arguments
+        symbol -> its place in the code, e.g. 'q[0]'
+    store
+        (index of the result, its code) -> the line that stores it
+    power
+        name of a function for powers; "" for the operator **
 
-    Raises ValueError for a function that has no compiled form, naming it.
+    Raises
+    ------
+    ValueError
+        For a function that has no compiled form, naming it.
     """
     import sympy
 
@@ -63,7 +71,10 @@ def written(
 def printed(expression: Any, power: str = "") -> str:
     """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
 
-    power  name of a function for powers; "" for the operator **
+    Parameters
+    ----------
+    power
+        name of a function for powers; "" for the operator **
     """
     import sympy
     from sympy.printing.codeprinter import PrintMethodNotImplementedError

@@ -20,8 +20,12 @@ def in_words(expression: Any, words: Mapping[Any, str]) -> str:
 def real_expression(what: str, expression: Any) -> Any:
     """The expression itself, numbers converted to SymPy.
 
-    Raises TypeError for something that is no SymPy expression, ValueError for a complex or infinite
-    one.
+    Raises
+    ------
+    TypeError
+        For something that is no SymPy expression.
+    ValueError
+        For a complex or infinite one.
     """
     import sympy
 
@@ -43,10 +47,15 @@ def complete(
 ) -> Any:
     """The expression itself; ValueError for an unevaluated operation or an unknown symbol.
 
-    known  all symbols that it may contain
-    words  symbol -> its name in the user's notation
-    names  names of the symbols given by the user; another symbol of such a name has different
-           assumptions
+    Parameters
+    ----------
+    known
+        all symbols that it may contain
+    words
+        symbol -> its name in the user's notation
+    names
+        names of the symbols given by the user; another symbol of such a name has different
+        assumptions
     """
     import sympy
     from sympy.core.function import AppliedUndef
@@ -103,11 +112,18 @@ def unlike(names: set[str]) -> str:
 class Expressions:
     """The user's expressions in real symbols q0, q1, ..., v0, ..., t and parameters c0, ...
 
-    L         the Lagrangian
-    forces    (d,) generalised forces; None for none
-    q, v, t   the symbols, (d,), (d,) and one
-    c         the symbols of the parameters, sorted by the user's names; `values` holds their values
-    readable  symbol -> its name in the user's notation
+    Attributes
+    ----------
+    L
+        the Lagrangian
+    forces
+        (d,) generalised forces; None for none
+    q, v, t
+        the symbols, (d,), (d,) and one
+    c
+        the symbols of the parameters, sorted by the user's names; `values` holds their values
+    readable
+        symbol -> its name in the user's notation
     """
 
     L: Any

@@ -22,11 +22,18 @@ from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 class SymbolicForce:
     """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
 
-    text       the expressions in the user's notation
-    source     generated code with a function force
-    constants  values of the parameters
-    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
-    names      the parameters in the user's notation, in the order of the constants
+    Attributes
+    ----------
+    text
+        the expressions in the user's notation
+    source
+        generated code with a function force
+    constants
+        values of the parameters
+    law
+        the lines that define it for lanes, see `BuiltinForce`; "" for none
+    names
+        the parameters in the user's notation, in the order of the constants
     """
 
     text: str
@@ -72,7 +79,7 @@ NAME = "LagrangesMethod"
 
 
 def is_lagranges_method(value: Any) -> bool:
-    """Whether a value is a `sympy.physics.mechanics.LagrangesMethod`, without importing that."""
+    """Whether a value is a ``sympy.physics.mechanics.LagrangesMethod``, without importing that."""
     return any(
         kind.__name__ == NAME and kind.__module__.startswith("sympy.") for kind in type(value).mro()
     )
@@ -81,8 +88,12 @@ def is_lagranges_method(value: Any) -> bool:
 def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None]:
     """L, the coordinates, and the generalised forces of its loads, or None.
 
-    A load on a point or a frame has the force F . dv/dq' with its velocity, or angular velocity, v.
-    Raises ValueError for one with constraints.
+    A load on a point or a frame has the force F dv/dq' with its velocity, or angular velocity, v.
+
+    Raises
+    ------
+    ValueError
+        For one with constraints.
     """
     if len(method.coneqs):
         raise ValueError(
@@ -110,8 +121,12 @@ def symbolic(
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
     """The Lagrangian, whether it depends on the time, and the force or None.
 
-    Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
-    Lagrangian that is not twice differentiable somewhere.
+    Raises
+    ------
+    ImportError
+        Without SymPy.
+    TypeError, ValueError
+        For unusable input; warns of a Lagrangian that is not twice differentiable somewhere.
     """
     sympy = sympy_module()
     if is_lagranges_method(L):

@@ -82,7 +82,10 @@ LITERAL = (0.0, 1.0, -1.0)
 class GraphCode:
     """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
 
-    constants  these numbers, in the order in which they were first printed
+    Attributes
+    ----------
+    constants
+        these numbers, in the order in which they were first printed
     """
 
     def __init__(self) -> None:
@@ -96,7 +99,10 @@ class GraphCode:
     def written(self, results: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
         """Lines that compute the results, and the code of each result.
 
-        power  name of a function for powers; "" for the operator **
+        Parameters
+        ----------
+        power
+            name of a function for powers; "" for the operator **
         """
         nodes = reachable(results)
         divisors = _divisors(nodes, results)

@@ -27,7 +27,10 @@ SIZES, TRIALS, BRACKET_HALVINGS = (1.0, 0.1, 10.0), 20, 60
 def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
     """The expressions in the moving symbols whose signs select branches of L, sorted.
 
-    moving  the symbols of q, v and t, not the parameters
+    Parameters
+    ----------
+    moving
+        the symbols of q, v and t, not the parameters
     """
     import sympy
 

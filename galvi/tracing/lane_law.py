@@ -38,7 +38,10 @@ def compiled_law(module: str, law: str, *given: Any) -> Callable[..., Any]:
     """The ``generated_step`` of a module of galvi.lanes with the lines that define ``law``,
     compiled at its first call.
 
-    given  its other arguments
+    Parameters
+    ----------
+    given
+        its other arguments
     """
     text = STEP.format(module=module, law=law, given=", ".join(map(repr, given)))
     return cast(
@@ -106,7 +109,10 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
 def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
     """The lines that define a law, as `function_lines`.
 
-    results  the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
+    Parameters
+    ----------
+    results
+        the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
     """
     rows, rest = [], results[2 * d :]
     for i in range(d):
@@ -119,7 +125,10 @@ def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
 def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> str:
     """The lines that define a function which returns a list; "" where lanes lack a function of it.
 
-    lines    that compute what the code of the results refers to
+    Parameters
+    ----------
+    lines
+        that compute what the code of the results refers to
     """
     text = "\n".join([*lines, *results])
     used = sorted(symbolic_code.functions_in(text))
@@ -133,6 +142,9 @@ def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> s
 def fits(d: int, coupled: bool) -> bool:
     """Whether the accelerations on R^d are written out.
 
-    coupled  whether the inverse mass is a full matrix
+    Parameters
+    ----------
+    coupled
+        whether the inverse mass is a full matrix
     """
     return d <= (WIDEST_COUPLED_FORCE if coupled else WIDEST_FORCE)

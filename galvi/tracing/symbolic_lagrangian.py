@@ -17,16 +17,26 @@ from galvi.tracing import kinks
 class SymbolicLagrangian:
     """L(q, v) or L(q, v, t) from `galvi.Lagrangian.from_sympy`; its repr is the expression.
 
-    text       the expression in the user's notation
-    source     generated code with functions law, value and switches, and where q has other entries
-               than v, slopes
-    constants  values of the parameters
-    dimension  d, the number of coordinates
-    switching  the expressions whose sign changes where L may not be C^2, in the user's notation
-    law        the lines that define its law for lanes; "" for none
-    expression L as text for sympy.sympify, exact, in the real symbols q0, ..., v0, ..., t, and c0,
-               ... for the constants
-    names      the parameters in the user's notation, in the order of the constants
+    Attributes
+    ----------
+    text
+        the expression in the user's notation
+    source
+        generated code with functions law, value and switches, and where q has other entries than v,
+        slopes
+    constants
+        values of the parameters
+    dimension
+        d, the number of coordinates
+    switching
+        the expressions whose sign changes where L may not be C^2, in the user's notation
+    law
+        the lines that define its law for lanes; "" for none
+    expression
+        L as text for sympy.sympify, exact, in the real symbols q0, ..., v0, ..., t, and c0, ... for
+        the constants
+    names
+        the parameters in the user's notation, in the order of the constants
     """
 
     text: str

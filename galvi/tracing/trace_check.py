@@ -25,8 +25,13 @@ from galvi.tracing.lane_law import function_of
 def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
     """The nodes (k, ...) and bounds of their rounding errors, from values (...) of the variables.
 
-    values  name of a variable, such as "q[0]" -> its values
+    Parameters
+    ----------
+    values
+        name of a variable, such as "q[0]" -> its values
 
+    Notes
+    -----
     Where an expression is undefined both are NaN or infinite.
     """
     x: dict[int, Any] = {}
@@ -142,7 +147,10 @@ class States:
 class Sample:
     """What a function returned at n states, (n, k); NaN stands for an exception.
 
-    takes  the arguments of the function, e.g. "qv" or "qvt"
+    Attributes
+    ----------
+    takes
+        the arguments of the function, e.g. "qv" or "qvt"
     """
 
     function: Callable[..., Any]
@@ -199,8 +207,12 @@ def check_slopes(
 ) -> None:  # fmt: skip
     """`Untraceable` unless these are the derivatives of a value, and finite at the start.
 
-    by_q  (d,), along q hat(e_a)
-    by_v  (d,), or () for a value that does not depend on v
+    Parameters
+    ----------
+    by_q
+        (d,), along q hat(e_a)
+    by_v
+        (d,), or () for a value that does not depend on v
     """
     slopes = evaluated([*by_q, *by_v], states.values)[0].T
     _refuse_undefined(slopes)
@@ -255,8 +267,12 @@ def _compare(
 ) -> None:
     """`Untraceable` unless a derivative (k, n) is that of what is known on both sides.
 
-    moved  distance -> values and rounding errors (k, n)
-    terms  sizes (k, n) of the derivative's terms
+    Parameters
+    ----------
+    moved
+        distance -> values and rounding errors (k, n)
+    terms
+        sizes (k, n) of the derivative's terms
     """
     near = np.zeros(derivative.shape, dtype=bool)
     for step in STEPS:

@@ -30,9 +30,14 @@ Function = Callable[..., Any]
 class TracedTerm:
     """A function of galvi.lanes.elementary that returns a list of d values.
 
-    lines      that define it
-    constants  its own, c[0], c[1], ...
-    sample     what the traced function returned at some states
+    Attributes
+    ----------
+    lines
+        that define it
+    constants
+        its own, c[0], c[1], ...
+    sample
+        what the traced function returned at some states
     """
 
     lines: str
@@ -56,9 +61,15 @@ def traced_force(
 ) -> TracedTerm:  # fmt: skip
     """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
 
-    q, v, t  state near which it is checked
-    scales   (d,), (d,) lengths over which it changes with q and v
+    Parameters
+    ----------
+    q, v, t
+        state near which it is checked
+    scales
+        (d,), (d,) lengths over which it changes with q and v
 
+    Notes
+    -----
     Raises `Untraceable`.
     """
     takes = "qvt" if timed else "qv"
@@ -109,10 +120,16 @@ def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
 class TracedLagrangian:
     """What was found by tracing a Lagrangian L(q, v) or L(q, v, t), or its slopes.
 
-    law         the lines that define its law for lanes, see galvi.tracing.lane_law
-    constants   of the law
-    lagrangian  L with these derivatives; None where slopes are given, which were traced instead
-    samples     what the traced functions returned at some states
+    Attributes
+    ----------
+    law
+        the lines that define its law for lanes, see galvi.tracing.lane_law
+    constants
+        of the law
+    lagrangian
+        L with these derivatives; None where slopes are given, which were traced instead
+    samples
+        what the traced functions returned at some states
     """
 
     law: str
@@ -138,10 +155,17 @@ def traced_lagrangian(
 
     With slopes the Lagrangian itself is not called: it serves for energies only.
 
-    slopes  dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
-    timed   whether the functions take (q, v, t) instead of (q, v)
-    scales  (d,), (d,) lengths over which L changes with q and v
+    Parameters
+    ----------
+    slopes
+        dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
+    timed
+        whether the functions take (q, v, t) instead of (q, v)
+    scales
+        (d,), (d,) lengths over which L changes with q and v
 
+    Notes
+    -----
     Raises `Untraceable`.
     """
     d, graph, takes = v.size, Graph(), "qvt" if timed else "qv"

@@ -168,11 +168,20 @@ def traced(
 ) -> list[Node]:
     """The numbers that a function returns, as nodes: an array of this shape, () or (n,).
 
-    arguments  nodes and arrays of nodes of one graph, which are not changed
+    Parameters
+    ----------
+    arguments
+        nodes and arrays of nodes of one graph, which are not changed
 
-    Numbers to which the function refers are those of now. Raises `Untraceable` for a function that
-    needs a symbol's value, as a branch does, that calls what has no expression here, or that
-    raises an exception of its own.
+    Raises
+    ------
+    Untraceable
+        For a function that needs a symbol's value, as a branch does, that calls what has no
+        expression here, or that raises an exception of its own.
+
+    Notes
+    -----
+    Numbers to which the function refers are those of now.
     """
     given = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
     graph: Graph = next(x for a in given for x in np.ravel(a)).graph

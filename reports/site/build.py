@@ -27,7 +27,7 @@ from benchmarks.store.atomic import write
 from benchmarks.work_precision.run import problems
 from reports.contents import CHECKS, SECTIONS
 from reports.figures.picture import slug
-from reports.site import commands, defects, peers, reference
+from reports.site import commands, defects, peers
 from reports.site.pages import DOCS, RESULTS, rendered, single_file
 from reports.site.report import Report
 
@@ -170,7 +170,7 @@ def broken(
 
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed."""
-    for name, text in chain(reference.pages(), commands.pages(), peers.pages(), defects.pages()):
+    for name, text in chain(commands.pages(), peers.pages(), defects.pages()):
         path = source / GENERATED / name
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             write(path, text)
@@ -251,6 +251,4 @@ def setup(app: Any) -> dict[str, bool]:
     app.connect("env-updated", lambda app, env: [GALLERY] if GALLERY in env.found_docs else [])
     app.connect("doctree-resolved", picture_cards)
     app.connect("html-page-context", label_toggles, priority=900)  # after the theme's own
-    app.connect("autodoc-process-docstring", reference.docstring)
-    app.connect("autodoc-process-signature", reference.signature)
     return {"parallel_read_safe": False, "parallel_write_safe": True}

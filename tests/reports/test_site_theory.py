@@ -59,9 +59,9 @@ def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a
 
 
 def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
-    html = ledger.table(ledger.chosen("H thm. 2.3.8"), "../../")
+    html = ledger.table(ledger.chosen("H thm. 2.3.8"), "../")
     assert 'class="reproduced">reproduced</strong>' in html
-    assert '<a href="../../claims.html#V13">V13</a>' in html and "C<sub>f</sub>" in html
+    assert '<a href="../results/claims.html#V13">V13</a>' in html and "C<sub>f</sub>" in html
     assert "D C<sub>r</sub>" in html and "π" in html and "Pi" not in html
     assert "false as printed, other result" in ledger.table(ledger.chosen("H (2.4)"), "")
 

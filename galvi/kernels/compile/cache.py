@@ -49,7 +49,10 @@ def file_lock(path: Path) -> Any:
 def content(path):
     """The bytes of a file, read once: code that a process has imported is that of its start.
 
-    OSError when it cannot be read.
+    Raises
+    ------
+    OSError
+        When it cannot be read.
     """
     return path.read_bytes()
 
@@ -117,9 +120,14 @@ def imported(path):
 class KernelFiles:
     """The compiled forms of one function, one file for each signature and processor type.
 
-    folder   parent of the folder of all these files
-    name     name of the function, with its module and the Python version
-    source   a stamp of the function's own file and of the kernels that it may call
+    Parameters
+    ----------
+    folder
+        parent of the folder of all these files
+    name
+        name of the function, with its module and the Python version
+    source
+        a stamp of the function's own file and of the kernels that it may call
     """
 
     def __init__(self, folder, name, source):
@@ -157,8 +165,13 @@ class KernelFiles:
 class KernelCache(FunctionCache):
     """numba's cache of one function, kept in `KernelFiles`.
 
-    Raises RuntimeError when no folder is writable: neither that of the source, nor the user's
-    cache, nor NUMBA_CACHE_DIR; OSError when the sources cannot be read, as in a zip file.
+    Raises
+    ------
+    RuntimeError
+        When no folder is writable: neither that of the source, nor the user's cache, nor
+        NUMBA_CACHE_DIR.
+    OSError
+        When the sources cannot be read, as in a zip file.
     """
 
     def __init__(self, function):

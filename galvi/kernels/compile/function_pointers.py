@@ -29,8 +29,12 @@ from galvi.kernels.compile.jit import MATRIX, REAL, TENSOR3, VECTOR
 def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
     """Addresses (n,) of the compiled code of each (function, signature); 0 for None.
 
-    The functions must exist as long as the addresses are used. Raises TypeError for a function that
-    is not jitted or does not return the type of its signature.
+    The functions must exist as long as the addresses are used.
+
+    Raises
+    ------
+    TypeError
+        For a function that is not jitted or does not return the type of its signature.
     """
     found = [0 if f is None else _address(f, signature) for f, signature in functions]
     return np.array(found, dtype=np.int64)

@@ -26,7 +26,10 @@ COLUMNS = NUMBERS + 6
 def pole_pull(gap, numbers):
     """a and phi (4,) of phi = K / (2 r^2) + K2 P2(u) / r^3 + K4 P4(u) / r^5, u = pole . gap / r.
 
-    numbers  pole (3,), a unit vector, K, K2 and K4
+    Parameters
+    ----------
+    numbers
+        pole (3,), a unit vector, K, K2 and K4
     """
     pole, inverse_cube, second, fourth = numbers[:3], numbers[3], numbers[4], numbers[5]
     inverse = 1.0 / dot(gap, gap)
@@ -62,7 +65,10 @@ def raised(x, power):
 def power_pull(gap, numbers):
     """a and phi (4,) of the acceleration A r^n away from the source.
 
-    numbers  A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
+    Parameters
+    ----------
+    numbers
+        A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
     """
     square = dot(gap, gap)
     power = raised(square, 0.5 * (numbers[1] - 1.0))
@@ -95,7 +101,10 @@ def accelerations(Q, t, constants, out):
 def lagrangian(g, v, t, constants, out):
     """L = sum m |v|^2 / 2 - V of galvi.kernels.forces.lagrangian_derivatives.
 
-    constants  m of each coordinate (d,), then those of ``accelerations``
+    Parameters
+    ----------
+    constants
+        m of each coordinate (d,), then those of ``accelerations``
     """
     d = v.size
     place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))

@@ -42,12 +42,20 @@ NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
 class Law(NamedTuple):
     """A Lagrangian and an external force.
 
-    functions       (2,) of the Lagrangian and of the force
-    kind            kind of the Lagrangian, as above
-    time_dependent  whether a user's function takes the time
-    matrix_rows     rows of the matrix that a user's functions take; 0 for a vector
-    constants       (c,) constants of the Lagrangian
-    force_kind      kind of external force; force_constants (c,) are its constants
+    Attributes
+    ----------
+    functions : array, shape (2,)
+        of the Lagrangian and of the force
+    kind
+        kind of the Lagrangian, as above
+    time_dependent
+        whether a user's function takes the time
+    matrix_rows
+        rows of the matrix that a user's functions take; 0 for a vector
+    constants : array, shape (c,)
+        constants of the Lagrangian
+    force_kind
+        kind of external force; force_constants (c,) are its constants
     """
 
     functions: Any
@@ -199,7 +207,10 @@ def add(values, out):
 def slopes(law, layout, g, v, t, out):
     """out (2, d) <- both rows at one state.
 
-    law  a ``Law``
+    Parameters
+    ----------
+    law
+        a ``Law``
     """
     if law.kind == LAW:
         call_void(law.functions[0], g, v, t, law.constants, out)

@@ -53,8 +53,12 @@ UNRESOLVED_IN_A_FRAME = 6e-7
 def passage_error(square, speed, along, mu, where, h, n):
     """The error of a passage from |q|^2, |v|^2 and q . v of the pair at a time of the step.
 
-    mu     G times the sum of the masses
-    where  that time in the step, in [0, 1]
+    Parameters
+    ----------
+    mu
+        G times the sum of the masses
+    where
+        that time in the step, in [0, 1]
     """
     distance = math.sqrt(square)
     energy = speed - 2.0 * mu / distance
@@ -123,8 +127,11 @@ def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, done):
     """Update ``passage`` by two bodies in a step from q0 to q1 by way of Q (bodies * dimension, s)
     at shares c of it. The path from one to the next is taken as straight where they are closest.
 
-    slow  weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``;
-          0: all weigh 1
+    Parameters
+    ----------
+    slow
+        weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``; 0: all
+        weigh 1
     """
     dimension, stages = int(passage[FOUND]), c.size
     row, other = i * dimension, j * dimension
@@ -162,7 +169,10 @@ def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, done):
 def note_passages(passage, Q, c, q0, q1, h, n, limit, done):
     """Update ``passage`` by the pairs of the step from q0 to q1, which is number ``done``.
 
-    limit  squared distance at the stages above which a pair is left out
+    Parameters
+    ----------
+    limit
+        squared distance at the stages above which a pair is left out
     """
     dimension, masses, stages = int(passage[FOUND]), passage[FOUND + 1 :], c.size
     for i in range(masses.size):

@@ -24,7 +24,10 @@ _position_scale = by_number("position_scale", GROUPS)
 def over_factors(name, *arguments):
     """A kernel (layout, *arguments) that calls ``name`` of each factor's group with its parts.
 
-    arguments  names; those of elements, (r,), end in "*", and the chart is that of all factors
+    Parameters
+    ----------
+    arguments
+        names; those of elements, (r,), end in "*", and the chart is that of all factors
     """
     parts = ["row[NUMBER]"]
     for one in arguments:

@@ -98,10 +98,14 @@ NEVER = 62  # 2^62 steps between those that are watched
 def reach(force, tableau, solver, tolerance, step, begin, whole, rest, states, stages, codes):
     """Do whole[k] steps of ``step`` and one of rest[k], unless that is 0, from each of n states.
 
-    begin  (n,) times of the states (n, 4, d), see galvi.kernels.nystrom.step, which are advanced
-    stages (n, d, s) accelerations from which the last step's iteration starts, and with which it
-           ends
-    codes  (n,) <- the code of the step that failed, 0 for none
+    Parameters
+    ----------
+    begin : array, shape (n,)
+        times of the states (n, 4, d), see galvi.kernels.nystrom.step, which are advanced
+    stages : array, shape (n, d, s)
+        accelerations from which the last step's iteration starts, and with which it ends
+    codes : array, shape (n,)
+        <- the code of the step that failed, 0 for none
     """
     none, counts, holds = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
     kept = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])

@@ -21,8 +21,12 @@ from galvi.kernels.nystrom import step as steps
 class Force(NamedTuple):
     """The force of a system, as galvi.kernels.forces.accelerations takes it.
 
-    has_hessian  whether functions[1] gives its derivative
-    width        size of the diagonal blocks of its derivative
+    Parameters
+    ----------
+    has_hessian
+        whether functions[1] gives its derivative
+    width
+        size of the diagonal blocks of its derivative
     """
 
     kind: int
@@ -52,9 +56,15 @@ NEWTON_STREAK = 16  # number of steps that start with Newton after it was needed
 def decide(change, tolerance, history):
     """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration; also in lanes.
 
-    change   largest relative change of the pass
-    history  (4,) last change and rate, least change, passes since; initially (inf, 1, inf, 0)
+    Parameters
+    ----------
+    change
+        largest relative change of the pass
+    history : array, shape (4,)
+        last change and rate, least change, passes since; initially (inf, 1, inf, 0)
 
+    Notes
+    -----
     Errors oscillate as they shrink: a single small rate, or one change that did not shrink, is not
     conclusive.
     """

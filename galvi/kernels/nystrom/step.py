@@ -85,9 +85,15 @@ TABLEAU = types.Tuple(
 def terms_to_extrapolate(sizes, growth):
     """Number of terms of a Legendre series to keep one step ahead, where they grow by ``growth``.
 
-    sizes   (s,)  magnitudes of the coefficients
-    growth  (l,)  l at most s
+    Parameters
+    ----------
+    sizes : array, shape (s,)
+        magnitudes of the coefficients
+    growth : array, shape (l,)
+        l at most s
 
+    Notes
+    -----
     Truncation costs the next two terms, keeping terms costs their round-off; a term that outgrows
     the whole series marks the limit of extrapolation.
     """

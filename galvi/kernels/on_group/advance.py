@@ -120,7 +120,10 @@ def keep(plan, kept, step, start, nodes, curve, g1, mu1, passage):
 def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, kept):
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
 
-    farthest  largest |xi| of a rotation that the chart allows
+    Parameters
+    ----------
+    farthest
+        largest |xi| of a rotation that the chart allows
     """
     law, method = Law(*law), Discretisation(layout, chart, Basis(*basis))
     plan, kept, basis = Plan(*plan), Kept(*kept), method.basis

@@ -80,7 +80,10 @@ def is_resolved(analysis, velocities):
     turning by 4 radians in a step "ends" at 178.7 degrees, at velocities from 0.008 to 1.2 times
     the true one.
 
-    analysis  (s, s)  row j has what the value at stage j adds to each term
+    Parameters
+    ----------
+    analysis : array, shape (s, s)
+        row j has what the value at stage j adds to each term
     """
     d, s = velocities.shape
     if s < 3:

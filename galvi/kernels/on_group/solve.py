@@ -64,11 +64,18 @@ def guess_curve(layout, chart, basis, h, velocities, x):
 class Newton(NamedTuple):
     """The state of an iteration.
 
-    matrix, pivots   factors of the derivative, and ``right``, scratch for a right-hand side
-    R, ahead, step   (d, m)  residual, the correction from here, and the last one that was taken
-    to_place, to_rate  (d, s)  of the correction from here
-    scale, sizes     (d,)    see galvi.kernels.on_group.scale; ``sizes`` is scratch
-    history          (4,)    see galvi.kernels.nystrom.solve
+    Attributes
+    ----------
+    matrix, pivots
+        factors of the derivative, and ``right``, scratch for a right-hand side
+    R, ahead, step : array, shape (d, m)
+        residual, the correction from here, and the last one that was taken
+    to_place, to_rate : array, shape (d, s)
+        of the correction from here
+    scale, sizes : array, shape (d,)
+        see galvi.kernels.on_group.scale; ``sizes`` is scratch
+    history : array, shape (4,)
+        see galvi.kernels.nystrom.solve
     """
 
     matrix: Any
@@ -121,8 +128,11 @@ def add(x, factor_, step):
 def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
     """Form the derivative here, and the correction with it; whether it is regular.
 
-    rounds  how often its scales may be taken from the correction before. That of a motion from rest
-            is known only after the first one
+    Parameters
+    ----------
+    rounds
+        how often its scales may be taken from the correction before. That of a motion from rest is
+        known only after the first one
     """
     d, s = curve.place.shape
     scale, sizes, h = newton.scale, newton.sizes, start.h

@@ -42,12 +42,20 @@ from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 class Basis(NamedTuple):
     """The space's basis and the rule of a method.
 
-    psi, slope  (s, m)    basis functions and their derivatives at the stages
-    end         (m,)      basis functions at 1
-    b, c        (s,)      weights and nodes of the rule
-    first       (d + 1,)  index of the first unknown of each component
-    projection  (m, s)    maps rates at the stages to x / h
-    analysis, extrapolation, growth   as in galvi.kernels.nystrom.step.NystromTableau
+    Attributes
+    ----------
+    psi, slope : array, shape (s, m)
+        basis functions and their derivatives at the stages
+    end : array, shape (m,)
+        basis functions at 1
+    b, c : array, shape (s,)
+        weights and nodes of the rule
+    first : array, shape (d + 1,)
+        index of the first unknown of each component
+    projection : array, shape (m, s)
+        maps rates at the stages to x / h
+    analysis, extrapolation, growth
+        as in galvi.kernels.nystrom.step.NystromTableau
     """
 
     psi: Any

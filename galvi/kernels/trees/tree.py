@@ -273,7 +273,10 @@ def composite(c, work, mass):
 class Known:
     """Constants of which some are numbers.
 
-    literals  place -> number
+    Parameters
+    ----------
+    literals
+        place -> number
     """
 
     def __init__(self, literals, constants):

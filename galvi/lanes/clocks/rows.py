@@ -72,7 +72,10 @@ def set_clock(at, parts, energy, energy_low, totals, changes):
 def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
     """New slopes of a body's velocity; pulls and turns <- 0.
 
-    light  1 / M, or 0 of a light body
+    Parameters
+    ----------
+    light
+        1 / M, or 0 of a light body
     """
     length, turned = totals[LENGTH], totals[EXCESS] * light
     new = [length * (pulls[row, x] - turned * turns[row, x]) for x in at.axes]
@@ -85,8 +88,12 @@ def kick(at, totals, pulls, turns, row, light, slopes, share, changes):
 def drift(at, matrix, state, low, mean, row, half, totals, kicks, slopes, share, changes):
     """New slopes of a body's place, from its velocity, whose energy is added to the totals.
 
-    mean  (dimension,) the velocity of the centre of mass, to which energies refer
-    half  M / 2
+    Parameters
+    ----------
+    mean : array, shape (dimension,)
+        the velocity of the centre of mass, to which energies refer
+    half
+        M / 2
     """
     kicked = enumerate(at.sums_of(matrix, kicks, row))
     v = [state.number(row, x) + (low.number(row, x) + one) for x, one in kicked]

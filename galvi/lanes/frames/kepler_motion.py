@@ -284,8 +284,14 @@ def encke(orbits, e, ratio):
 def rates_of_orbits(parts):
     """An intrinsic (axes, numbers, nodes, W, work, guess, k, pass) for RATES.
 
-    parts  (orbits, lanes) does a pass at eight stages
-    axes   has as many entries as there are dimensions
+    Parameters
+    ----------
+    parts : array, shape (orbits, lanes)
+        does a pass at eight stages
+
+    Notes
+    -----
+    ``axes`` has as many entries as there are dimensions.
     """
 
     @intrinsic

@@ -85,12 +85,18 @@ class MovedRows:
 def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
 
-    matrix   (s, P)         A^T of the collocation
-    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities; k
-                            may have another P
-    q, v     (n or more,)   the state
-    sizes    (2 n,)         1 / sizes of the rows; the change is relative to them, NaN the largest
-    measure  whether it is wanted; else 0
+    Parameters
+    ----------
+    matrix : array, shape (s, P)
+        A^T of the collocation
+    k, W : array, shape (2 n, P)
+        slopes and states at the stages: n rows of places, n of velocities; k may have another P
+    q, v : array, shape (n or more,)
+        the state
+    sizes : array, shape (2 n,)
+        1 / sizes of the rows; the change is relative to them, NaN the largest
+    measure
+        whether it is wanted; else 0
     """
     signature = types.float64(matrix, k, q, v, W, sizes, types.boolean)
 
@@ -131,8 +137,12 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
 def interpolate_rows(typingctx, matrix, source, target):
     """The target's rows <- those of the source times the matrix.
 
-    matrix          (s, P)   values of the polynomials of the source's nodes
-    source, target  (rows, P) each
+    Parameters
+    ----------
+    matrix : array, shape (s, P)
+        values of the polynomials of the source's nodes
+    source, target : array, shape (rows, P)
+        each
     """
     signature = types.void(matrix, source, target)
 
@@ -184,9 +194,13 @@ def spread_rows(typingctx, q, v, W):
 def add_rows(typingctx, b, k, high, low, first, rows):
     """high + low <- high + low + sum_j b_j k_j, compensated, for ``rows`` rows of k from ``first``.
 
-    b    (P,)            weights, 0 in the lanes after the last stage
-    k    (2 n, P)        slopes at the stages
-    high, low  (n or more,)
+    Parameters
+    ----------
+    b : array, shape (P,)
+        weights, 0 in the lanes after the last stage
+    k : array, shape (2 n, P)
+        slopes at the stages
+    high, low : array, shape (n or more,)
     """
     whole = types.intp
     signature = types.void(b, k, high, low, whole, whole)
@@ -286,11 +300,19 @@ def added_up(builder, vector):
 def place_nodes(typingctx, clock, number, h, b, nodes):
     """The offsets from the step's centre and the weights of the nodes, on a reference orbit.
 
-    clock   (3,)     revolutions a step, eccentricity e, and the mean anomaly at the start over 2 pi
-    number  of the step since the problem's start, as a float
-    b       (P,)     weights of the rule
-    nodes   (5, P)   see galvi.lanes.frames.collocation
+    Parameters
+    ----------
+    clock : array, shape (3,)
+        revolutions a step, eccentricity e, and the mean anomaly at the start over 2 pi
+    number
+        of the step since the problem's start, as a float
+    b : array, shape (P,)
+        weights of the rule
+    nodes : array, shape (5, P)
+        see galvi.lanes.frames.collocation
 
+    Notes
+    -----
     With u the eccentric anomaly, n t = u - e sin u from one end of the step to the other; these
     ends are taken at u = M + e sin M (1 + e cos M), which differs from Kepler's by e^3, since any
     smooth map will do. Times are scaled so that the step's length is h, and weights so that they

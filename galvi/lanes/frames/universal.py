@@ -34,8 +34,12 @@ LOST = tuple(float(Fraction(1, n) - Fraction(1.0 / n)) for n in (6, 24, 120))
 def universal(beta, X, terms, halvings=2, exact=False):
     """G1 to G5 at X, from series at X / 2^halvings by the formulas for twice the argument.
 
-    terms  of each series
-    exact  whether what rounding lost of the first coefficients is added, so that errors are random
+    Parameters
+    ----------
+    terms
+        of each series
+    exact
+        whether what rounding lost of the first coefficients is added, so that errors are random
     """
     X = X * 0.5**halvings
     square = X * X
@@ -93,7 +97,10 @@ def bracketed(X, step, low, high, where):
     Kepler's equation is monotone in X, so that the sign of a step says on which side X is; steps
     alone can go in cycles. An end of the interval is NaN where none is known.
 
-    where  (condition, x, y) x where the condition is true, else y
+    Parameters
+    ----------
+    where
+        a function (condition, x, y): x where the condition is true, else y
     """
     ahead = step > 0.0
     low, high, moved = where(ahead, X, low), where(ahead, high, X), X + step
@@ -109,9 +116,15 @@ def lag(mu, X, G, t):
 def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
     """D phi_-t(z) (0, a): the change of a motion's start (q0, v0) for the change a of v at its end.
 
-    G2, c      of the motion from start to end in time t; back = mu G3 - t
-    pace       |q| / mu, and inverse_0 = 1 / |q0|
+    Parameters
+    ----------
+    G2, c
+        of the motion from start to end in time t; back = mu G3 - t
+    pace
+        |q| / mu, and inverse_0 = 1 / |q0|
 
+    Notes
+    -----
     From the transition matrix of the motion back (Battin (1999), section 9.7):
 
         dq0 = G2 [(q0 - q) v.a - (v0 - v) q.a] - c v.a v0 + (mu G3 - t) a

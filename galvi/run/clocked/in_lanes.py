@@ -54,7 +54,10 @@ CENTRE_AT_REST = 2.0**-20  # velocity of the centre of mass over the largest one
 def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | Declined:
     """The motion of point masses in `galvi.DynamicalTime`; else why the kernel has none.
 
-    energy  that the clock is told; None: that of the start, in double-double
+    Parameters
+    ----------
+    energy
+        that the clock is told; None: that of the start, in double-double
     """
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:

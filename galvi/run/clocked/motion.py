@@ -19,15 +19,25 @@ NO_COUNTS = read_only(np.zeros(4))
 class Taken(NamedTuple):
     """n steps in a clock.
 
-    q, p          (n, r), (n, d) after each step
-    v             (n, d) velocities dq/dt, where momenta do not determine them; else None
-    t             (n, 2) time and its low part after each step
-    coefficients  (n, d, m) of the Galerkin curves in tau; (0, d, m) if they are not kept
-    rates         (n, s) g at the stages
-    counts        (4,) passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
-    number        (n,) of steps since the problem's start; of a shortened step its share counts
-    energy        (n,) that of the start and the work of forces since then, as the clock integrates
-                  it; None where it is that of the start
+    Attributes
+    ----------
+    q, p
+        (n, r), (n, d) after each step
+    v : array, shape (n, d)
+        velocities dq/dt, where momenta do not determine them; else None
+    t : array, shape (n, 2)
+        time and its low part after each step
+    coefficients : array, shape (n, d, m)
+        of the Galerkin curves in tau; (0, d, m) if they are not kept
+    rates : array, shape (n, s)
+        g at the stages
+    counts : array, shape (4,)
+        passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
+    number : array, shape (n,)
+        of steps since the problem's start; of a shortened step its share counts
+    energy : array, shape (n,)
+        that of the start and the work of forces since then, as the clock integrates it; None where
+        it is that of the start
     """
 
     q: Array
@@ -77,13 +87,21 @@ Advance = Callable[[Checkpoint, float, int, float | None, bool], Advanced]
 class Motion:
     """How a problem moves in a clock.
 
-    advance  does steps
-    at       (q, v, t) -> a state that moves with the energy of the problem's start
-    rate     g of a flat configuration
-    chart    of the Galerkin curves
-    reason   why it is done so, for `galvi.Trajectory.engine_reason`
-    each     (states, lengths (k,)) -> one step of its own length from each of k states: q, v
-             (k, d), times and codes (k,); None: by ``advance``, one after another
+    Attributes
+    ----------
+    advance
+        does steps
+    at
+        (q, v, t) -> a state that moves with the energy of the problem's start
+    rate
+        g of a flat configuration
+    chart
+        of the Galerkin curves
+    reason
+        why it is done so, for `galvi.Trajectory.engine_reason`
+    each
+        (states, lengths (k,)) -> one step of its own length from each of k states: q, v (k, d),
+        times and codes (k,); None: by ``advance``, one after another
     """
 
     advance: Advance

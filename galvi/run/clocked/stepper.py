@@ -35,16 +35,30 @@ FULL = "what is kept fills half of the free memory. Keep fewer with save_every, 
 class ClockStepper:
     """The steps of one run in a clock, and what they gave.
 
-    motion       how they are done
-    engine       "clock", or "general" where that is alone
-    first_state  that from which they begin; ``checkpoint`` is that after them
-    kept         all steps, where curves are kept; else the states at every save_every-th one
-    seen         states to assess by, after every ``stride``-th step
-    last         the last one
-    failure_reason  why a step failed; "" where none did
-    end          the shortened step to the time asked for, and ``share``, how much of a step it is;
-                 None without one
-    passage      of point masses, as galvi.kernels.forces.passages has it; else empty
+    Parameters
+    ----------
+    motion
+        how they are done
+    engine
+        "clock", or "general" where that is alone
+
+    Attributes
+    ----------
+    first_state
+        that from which they begin; ``checkpoint`` is that after them
+    kept
+        all steps, where curves are kept; else the states at every save_every-th one
+    seen
+        states to assess by, after every ``stride``-th step
+    last
+        the last one
+    failure_reason
+        why a step failed; "" where none did
+    end
+        the shortened step to the time asked for, and ``share``, how much of a step it is; None
+        without one
+    passage
+        of point masses, as galvi.kernels.forces.passages has it; else empty
     """
 
     traced = False

@@ -61,8 +61,15 @@ UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller
 class StageClock:
     """Times and energies at the stages of the step that is being solved.
 
-    nodes   (s,) of the rule, as shares of the step, whose length in tau is ``step``
-    values  (2, s) times, energies
+    Parameters
+    ----------
+    nodes : array, shape (s,)
+        of the rule, as shares of the step, whose length in tau is ``step``
+
+    Attributes
+    ----------
+    values : array, shape (2, s)
+        times, energies
     """
 
     def __init__(self, nodes: Array, t: float, energy: float) -> None:
@@ -82,8 +89,12 @@ class StageClock:
 class LagrangianInTau:
     """L_tau, its slopes and its force as functions of (q, u), and of tau where E and t change.
 
-    base   the Lagrangian L; ``base_slopes`` are its slopes, None where they are not known
-    start  q and u
+    Attributes
+    ----------
+    base
+        the Lagrangian L; ``base_slopes`` are its slopes, None where they are not known
+    start
+        q and u
     """
 
     def __init__(self, problem: Problem, clock: AnyClock, stages: StageClock) -> None:
@@ -142,15 +153,24 @@ def in_clock(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
 class TransformedTime:
     """The motion of a problem in a method's clock, in transformed time.
 
-    driven    whether the energy changes
-    stages    times and energies at the stages; those of the start where the energy is kept
-    inner     the problem in tau; ``plain`` is the method without its clock, ``formulation``
-              that of both
-    integral  (s, s) of a driven problem: from values at the stages to integrals, from 0 to each
-              node, of the polynomial through them
-    at_once   whether steps of a driven problem are tried by passes over all of the state at once
+    Attributes
+    ----------
+    driven
+        whether the energy changes
+    stages
+        times and energies at the stages; those of the start where the energy is kept
+    inner
+        the problem in tau; ``plain`` is the method without its clock, ``formulation`` that of both
+    integral : array, shape (s, s)
+        of a driven problem: from values at the stages to integrals, from 0 to each node, of the
+        polynomial through them
+    at_once
+        whether steps of a driven problem are tried by passes over all of the state at once
 
-    Raises ValueError for massless bodies, and for a method or solver that cannot do it.
+    Raises
+    ------
+    ValueError
+        For massless bodies, and for a method or solver that cannot do it.
     """
 
     def __init__(
@@ -328,9 +348,14 @@ class TransformedTime:
     ) -> tuple[Array, Array, int] | None:
         """y after a step, y' at its stages, and after how many passes they settled; None if not.
 
-        slopes  y (s, k) -> y' (s, k), and p . v at the last stage; y ends with t and E
-        y       (2, k) before the step, and its low part
-        guess   (s, k) of y'
+        Parameters
+        ----------
+        slopes
+            y (s, k) -> y' (s, k), and p . v at the last stage; y ends with t and E
+        y : array, shape (2, k)
+            before the step, and its low part
+        guess : array, shape (s, k)
+            of y'
         """
         (start, low), last = y, guess
         history, d = np.array([np.inf, 1.0, np.inf, 0.0]), start.size // 2 - 1
@@ -370,7 +395,10 @@ def motion_in_transformed_time(
 ) -> Motion:
     """The motion of a problem in a method's clock without lanes of its own.
 
-    energy  that the clock is told
+    Parameters
+    ----------
+    energy
+        that the clock is told
     """
     motion = TransformedTime(problem, method, energy, solver, tolerance)
     group, chart = getattr(problem.system, "group", None), IdentityChart(problem.q0.shape)

@@ -101,7 +101,10 @@ def legendre_integrals(c: Array, count: int) -> Array:
 class FrameKernel:
     """Steps in a moving frame, by galvi.lanes.frames.collocation.
 
-    checks  see `galvi.run.in_frame.passes.checks_of`
+    Parameters
+    ----------
+    checks
+        see `galvi.run.in_frame.passes.checks_of`
     """
 
     def __init__(self, request: RunRequest, work: RunArrays, checks: Array) -> None:

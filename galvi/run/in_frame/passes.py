@@ -56,10 +56,16 @@ def checks_of(
 class Probe(NamedTuple):
     """One of the first steps of a run.
 
-    start   the state before it (8, m)
-    passes  that it took
-    change  the last one that was measured
-    end     (2, 2 n) the state in the frame after it and its low part, over their sizes
+    Attributes
+    ----------
+    start
+        the state before it (8, m)
+    passes
+        that it took
+    change
+        the last one that was measured
+    end : array, shape (2, 2 n)
+        the state in the frame after it and its low part, over their sizes
     """
 
     start: Array

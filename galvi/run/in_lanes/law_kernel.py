@@ -30,14 +30,24 @@ NO_FACTORS = np.zeros((0, 5), dtype=np.int64)  # of R^d
 class LawInLanes:
     """A step of a law in lanes, and where its numbers are.
 
-    function   compiled, of the address of the words of galvi.lanes.layouts
-    fields     of the record
-    rows       (d, l) -> rows of work
-    seats      (n, 4) of galvi.lanes.loops.OneRun
-    rates      first row of work for the rates of curves
-    velocities first row of work for velocities, or accelerations, at the stages
-    last       likewise for those of the last step
-    layout     (factors, 5) of a group, as galvi.kernels.lie.product
+    Attributes
+    ----------
+    function
+        compiled, of the address of the words of galvi.lanes.layouts
+    fields
+        of the record
+    rows
+        (d, l) -> rows of work
+    seats : array, shape (n, 4)
+        of galvi.lanes.loops.OneRun
+    rates
+        first row of work for the rates of curves
+    velocities
+        first row of work for velocities, or accelerations, at the stages
+    last
+        likewise for those of the last step
+    layout : array, shape (factors, 5)
+        of a group, as galvi.kernels.lie.product
     """
 
     function: Callable[[int], None]
@@ -105,7 +115,10 @@ def words_of(
 class LawKernel:
     """Steps of a law in lanes; it owns what its addresses point to.
 
-    curves  (fit, line) of galvi.lanes.loops.Curves
+    Parameters
+    ----------
+    curves
+        (fit, line) of galvi.lanes.loops.Curves
     """
 
     def __init__(

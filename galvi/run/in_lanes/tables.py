@@ -29,8 +29,12 @@ class LawTables(NamedTuple):
 class Form(NamedTuple):
     """For which steps tables are.
 
-    step   h by which they are multiplied, 1 for members
-    lanes  of a vector of one run's stages; 0 for eight runs
+    Attributes
+    ----------
+    step
+        h by which they are multiplied, 1 for members
+    lanes
+        of a vector of one run's stages; 0 for eight runs
     """
 
     step: float
@@ -46,7 +50,10 @@ def tables_on_space(
 ) -> LawTables:
     """Those of a law on R^d.
 
-    degrees  (d,) number of coefficients of each component; None where all have the table's
+    Parameters
+    ----------
+    degrees
+        (d,) number of coefficients of each component; None where all have the table's
     """
     s, m = table.slope.shape
     A, B = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))

@@ -33,8 +33,13 @@ def encounter(
 ) -> str:
     """The bodies for which the step from ``state`` failed, and the remedy, as a sentence.
 
-    framed  whether the run is in a frame already
+    Parameters
+    ----------
+    framed
+        whether the run is in a frame already
 
+    Notes
+    -----
     Either a body that is too far away, or the pair with the shortest time scale.
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
@@ -101,8 +106,12 @@ def unresolved_passage(
 ) -> str:
     """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved.
 
-    step    of the run; None in a clock, where the passage has its time
-    framed  whether it was one in a frame
+    Parameters
+    ----------
+    step
+        of the run; None in a clock, where the passage has its time
+    framed
+        whether it was one in a frame
     """
     if passage.size == 0 or not passage[0] > (UNRESOLVED_IN_A_FRAME if framed else UNRESOLVED):
         return ""
@@ -133,9 +142,14 @@ RESOLVED_ENERGY_CHANGE = 1e-3  # a step that resolves a body's motion changes le
 class MasslessError(NamedTuple):
     """The body without mass whose energy a step changes by most, at one of some states.
 
-    body    its index
-    share   that change, relative
-    states  how many were looked at; at others the step could not be done again
+    Attributes
+    ----------
+    body
+        its index
+    share
+        that change, relative
+    states
+        how many were looked at; at others the step could not be done again
     """
 
     body: int
@@ -154,8 +168,11 @@ def looked_at(known: int, steps: int, each: int, *, start: bool = False) -> list
 def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessError | None:
     """The estimate for a run from k of its states; None where nothing can be told.
 
-    ends  n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
-          run's step; NaN where they cannot be done
+    Parameters
+    ----------
+    ends
+        n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
+        run's step; NaN where they cannot be done
     """
     whole, halves = ends(1), ends(2)
     done = np.isfinite(whole + halves).all(axis=(0, 2, 3))

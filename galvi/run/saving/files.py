@@ -48,8 +48,23 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     Of a run that actions changed the curves are not written. Of a symbolic link the file that it
     points to is written; a pipe or a device is written as it is.
 
-    Raises ValueError for a run of a reference, and for one whose space, chart or clock is not
-    galvi's own; OSError where the file cannot be written.
+    Raises
+    ------
+    ValueError
+        For a run of a reference, and for one whose space, chart or clock is not galvi's own.
+    OSError
+        Where the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.3), method, step=0.25, steps=40)
+    >>> with TemporaryDirectory() as folder:
+    ...     galvi.save(run, Path(folder) / "orbit.npz")
+    ...     print(np.array_equal(galvi.load(Path(folder) / "orbit.npz").q, run.q))
+    True
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
@@ -111,11 +126,31 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
 def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
     """The run that `save` wrote; it can be evaluated and resumed as before.
 
-    problem  the run's problem; needed only when its system holds functions
+    Parameters
+    ----------
+    problem
+        the run's problem; needed only when its system holds functions
 
-    Raises ValueError when the file is not a saved run, when a problem is needed but not given, or
-    when the given problem differs in its system or initial state; TypeError for a problem that is
-    not one, FileNotFoundError without a file.
+    Raises
+    ------
+    ValueError
+        When the file is not a saved run, when a problem is needed but not given, or when the given
+        problem differs in its system or initial state.
+    TypeError
+        For a problem that is not one.
+    FileNotFoundError
+        Without a file.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(galvi.problems.kepler(0.3), method, step=0.25, steps=40)
+    >>> with TemporaryDirectory() as folder:
+    ...     galvi.save(run, Path(folder) / "orbit.npz")
+    ...     print(galvi.resume(galvi.load(Path(folder) / "orbit.npz"), steps=10).status)
+    Completed.
     """
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")

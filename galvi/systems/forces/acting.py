@@ -19,11 +19,21 @@ from galvi.systems.forces.celestial import CelestialForce, Force
 class Acting:
     """The forces (n,) of bodies of these masses (bodies,).
 
-    terms, poles  (rows, COLUMNS) of galvi.kernels.forces.celestial, and how many are of its poles
-    blocks        (c,) of galvi.kernels.forces.celestial_velocity
-    functions     those that are functions of the user's
+    Attributes
+    ----------
+    terms, poles : array, shape (rows, COLUMNS)
+        of galvi.kernels.forces.celestial, and how many are of its poles
+    blocks : array, shape (c,)
+        of galvi.kernels.forces.celestial_velocity
+    functions
+        those that are functions of the user's
 
-    Raises TypeError for what is no force, ValueError for one that cannot act on such bodies.
+    Raises
+    ------
+    TypeError
+        For what is no force.
+    ValueError
+        For one that cannot act on such bodies.
     """
 
     def __init__(self, forces: Any, masses: Array, G: float) -> None:

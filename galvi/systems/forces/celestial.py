@@ -79,15 +79,29 @@ def _onto_others(source: int, masses: Array, numbers: Sequence[float]) -> list[l
 class Relativity(_Builtin):
     """General relativity to c^-2.
 
-    c       speed of light in the problem's units, positive
-    source  the body whose field acts, by number; not used by "EIH"
-    form    "one source": Schwarzschild's field of the source, which recoils; a force of velocity.
-            "potential": V = -3 (G M)^2 m / (c r)^2 for every body, M the source's mass, which turns
-            pericentres right and changes the mean motion by c^-2 (Nobili and Roxburgh, IAU Symp.
-            114 (1986) 105). "EIH": the equations of Einstein, Infeld and Hoffmann of all bodies; a
-            force of velocity, without further terms of c^-4
+    Parameters
+    ----------
+    c
+        speed of light in the problem's units, positive
+    source
+        the body whose field acts, by number; not used by "EIH"
+    form
+        "one source": Schwarzschild's field of the source, which recoils; a force of velocity.
+        "potential": V = -3 (G M)^2 m / (c r)^2 for every body, M the source's mass, which turns
+        pericentres right and changes the mean motion by c^-2 (Nobili and Roxburgh, IAU Symp. 114
+        (1986) 105). "EIH": the equations of Einstein, Infeld and Hoffmann of all bodies; a force of
+        velocity, without further terms of c^-4
 
-    Raises ValueError for other values, and for a source without a mass.
+    Raises
+    ------
+    ValueError
+        For other values, and for a source without a mass.
+
+    Examples
+    --------
+    >>> star = galvi.Relativity(c=10065.32, form="EIH")  # au and years / 2 pi
+    >>> galvi.NBody([1.0, 1e-3], forces=star).forces[0].form
+    'EIH'
     """
 
     c: float
@@ -127,12 +141,26 @@ class Oblateness(_Builtin):
     V = G M m [J2 (R / r)^2 P2(u) + J4 (R / r)^4 P4(u)] / r, u the sine of the latitude (Murray and
     Dermott, Solar System Dynamics (1999), 4.5).
 
-    body    its number; it needs a mass
-    radius  R, to which J2 and J4 belong, positive
-    pole    (3,) of the body, of any length, in the axes of the problem, fixed in them; in the
-            plane only (0, 0, z)
+    Parameters
+    ----------
+    body
+        its number; it needs a mass
+    radius
+        R, to which J2 and J4 belong, positive
+    pole : array, shape (3,)
+        of the body, of any length, in the axes of the problem, fixed in them; in the plane only (0,
+        0, z)
 
-    Raises ValueError for other values.
+    Raises
+    ------
+    ValueError
+        For other values.
+
+    Examples
+    --------
+    >>> system = galvi.NBody([1.0, 1e-6], forces=galvi.Oblateness(0, J2=0.01, radius=0.5))
+    >>> system.acceleration(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.0)[1]
+    array([-1.00375,  0.     ])
     """
 
     body: int
@@ -168,8 +196,18 @@ class PowerLaw(_Builtin):
     """Every other body is accelerated by strength r^power away from the source, which recoils.
 
     V = -m strength r^(power + 1) / (power + 1) for a body of mass m; a logarithm for power -1.
-    Raises ValueError for numbers that are not finite, a power that is nearly -1 and a source
-    without a mass.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are not finite, a power that is nearly -1 and a source without a mass.
+
+    Examples
+    --------
+    >>> system = galvi.NBody([1.0, 0.5], forces=galvi.PowerLaw(source=0, strength=-2.0, power=1.0))
+    >>> system.acceleration(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.0)
+    array([[ 1.5,  0. ],
+           [-3. ,  0. ]])
     """
 
     source: int
@@ -199,11 +237,24 @@ class PowerLaw(_Builtin):
 class Radiation(_Builtin):
     """Radiation pressure and Poynting-Robertson drag of one body's light; it does not recoil.
 
-    beta    (bodies,) ratio of radiation pressure to the source's attraction; 0 for no effect
-    c       speed of light in the problem's units, positive
-    source  the body that shines, by number; it needs a mass
+    Parameters
+    ----------
+    beta : array, shape (bodies,)
+        ratio of radiation pressure to the source's attraction; 0 for no effect
+    c
+        speed of light in the problem's units, positive
+    source
+        the body that shines, by number; it needs a mass
 
-    Raises ValueError for other values.
+    Raises
+    ------
+    ValueError
+        For other values.
+
+    Examples
+    --------
+    >>> galvi.Radiation(beta=[0.0, 0.01], c=10065.32).source
+    0
     """
 
     beta: Any
@@ -229,12 +280,26 @@ class Radiation(_Builtin):
 
 @dataclass(frozen=True, eq=False)
 class Drag(_Builtin):
-    """The acceleration -k |v|^(power - 1) v in a medium at rest; nothing recoils.
+    """The acceleration ``-k |v|^(power - 1) v`` in a medium at rest; nothing recoils.
 
-    coefficients  k of each body (bodies,), not negative
-    power         positive: 1 for Stokes' drag, 2 for that of a wake
+    Parameters
+    ----------
+    coefficients
+        k of each body (bodies,), not negative
+    power
+        positive: 1 for Stokes' drag, 2 for that of a wake
 
-    Raises ValueError for other values.
+    Raises
+    ------
+    ValueError
+        For other values.
+
+    Examples
+    --------
+    >>> drag = galvi.Drag([0.0, 0.1], power=2.0)
+    >>> q, v = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[0.0, 0.0], [0.0, 2.0]])
+    >>> galvi.NBody([1.0, 1e-6], forces=drag).acceleration(q, 0.0, v)[1]
+    array([-1. , -0.4])
     """
 
     coefficients: Any
@@ -259,14 +324,30 @@ class Drag(_Builtin):
 class Tides(_Builtin):
     """The tides that other bodies raise on one, with a constant time lag; force pairs.
 
-    body       on which they are raised, by number; it needs a mass
-    k2         its Love number (twice the apsidal constant), not negative
-    radius     of the body, positive
-    lag        time by which the bulge is late, not negative
-    spin       (3,) angular velocity of the body, fixed; in the plane only (0, 0, z)
-    raised_by  the body that raises them; None: all others
+    Parameters
+    ----------
+    body
+        on which they are raised, by number; it needs a mass
+    k2
+        its Love number (twice the apsidal constant), not negative
+    radius
+        of the body, positive
+    lag
+        time by which the bulge is late, not negative
+    spin : array, shape (3,)
+        angular velocity of the body, fixed; in the plane only (0, 0, z)
+    raised_by
+        the body that raises them; None: all others
 
-    Raises ValueError for other values (Hut, Astron. Astrophys. 99 (1981) 126).
+    Raises
+    ------
+    ValueError
+        For other values (Hut, Astron. Astrophys. 99 (1981) 126).
+
+    Examples
+    --------
+    >>> galvi.Tides(body=1, k2=0.4, radius=5e-4, lag=1e-6, spin=(0, 0, 2.0), raised_by=0).spin
+    (0.0, 0.0, 2.0)
     """
 
     body: int
@@ -307,12 +388,30 @@ class Tides(_Builtin):
 class Force:
     """A force that a function of the user's returns, (bodies, D), not divided by masses.
 
-    function        of q (bodies, D), then, if they are taken, v (bodies, D) and t
-    takes_velocity  whether it takes v
-    takes_time      whether it takes t
+    Parameters
+    ----------
+    function
+        of q (bodies, D), then, if they are taken, v (bodies, D) and t
+    takes_velocity
+        whether it takes v
+    takes_time
+        whether it takes t
 
-    It has no energy: that of a run with one is not judged. Raises TypeError for a function of other
-    arguments.
+    Raises
+    ------
+    TypeError
+        For a function of other arguments.
+
+    Notes
+    -----
+    It has no energy: that of a run with one is not judged.
+
+    Examples
+    --------
+    >>> wind = galvi.Force(lambda q, v: -0.1 * v, takes_velocity=True)
+    >>> wind.at(np.eye(2), np.ones((2, 2)), 0.0)
+    array([[-0.1, -0.1],
+           [-0.1, -0.1]])
     """
 
     function: Callable[..., Any]

@@ -16,8 +16,12 @@ from galvi.kernels.forces import rotor_wind
 class DragLaw:
     """phi in f = -factor phi(|w|) w.
 
-    rate     factor phi, of galvi.kernels.forces.rotor_wind
-    numbers  its numbers, which follow the factor in the constants
+    Attributes
+    ----------
+    rate
+        factor phi, of galvi.kernels.forces.rotor_wind
+    numbers
+        its numbers, which follow the factor in the constants
     """
 
     rate: ClassVar[Callable[..., Any]]
@@ -30,7 +34,13 @@ class DragLaw:
 
 @dataclass(frozen=True)
 class QuadraticDrag(DragLaw):
-    """phi = |w|: a constant drag coefficient C_d, with factor = rho_air A C_d / 2 in kg/m."""
+    """``phi = |w|``: a constant drag coefficient C_d, with factor = rho_air A C_d / 2 in kg/m.
+
+    Examples
+    --------
+    >>> galvi.RotorDrag(1e-8).drag_law == galvi.QuadraticDrag()
+    True
+    """
 
     rate = staticmethod(rotor_wind.quadratic)
     numbers = ()
@@ -38,13 +48,22 @@ class QuadraticDrag(DragLaw):
 
 @dataclass(frozen=True)
 class SchillerNaumann(DragLaw):
-    """phi = 1 + 0.15 Re^0.687, Re = scale |w|, with factor = 3 pi mu d in kg/s, Stokes' drag.
+    """phi = 1 + 0.15 Re^0.687, ``Re = scale |w|``, with factor = 3 pi mu d in kg/s, Stokes' drag.
 
     C_d = 24 / Re (1 + 0.15 Re^0.687) is within 5 % of the measured one of a sphere up to Re = 1000
     (Schiller and Naumann, Z. VDI 77 (1933) 318; Clift, Grace and Weber, Bubbles, Drops, and
     Particles (1978), table 5.1). Above, it is not changed to a constant.
 
-    scale  rho_air d / mu in s/m; ValueError unless finite and positive
+    Parameters
+    ----------
+    scale
+        rho_air d / mu in s/m; ValueError unless finite and positive
+
+    Examples
+    --------
+    >>> law = galvi.SchillerNaumann(scale=6.6)  # rho_air d / mu of 100 micrometres
+    >>> galvi.RotorDrag(factor=1.7e-8, drag_law=law).drag_law.scale
+    6.6
     """
 
     rate = staticmethod(rotor_wind.schiller_naumann)
@@ -61,11 +80,21 @@ class SchillerNaumann(DragLaw):
 
 @dataclass(frozen=True)
 class RotorDrag:
-    """f = -factor phi(|w|) w, w = v - wind(q, t), q and v of shape (3,).
+    """``f = -factor phi(|w|) w``, w = v - wind(q, t), q and v of shape (3,).
 
-    factor    for the wind of galvi.kernels.forces.rotor_wind in m/s, in the unit that the law
-              states; ValueError unless finite and positive
-    drag_law  phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`; TypeError for another
+    Parameters
+    ----------
+    factor
+        for the wind of galvi.kernels.forces.rotor_wind in m/s, in the unit that the law states;
+        ValueError unless finite and positive
+    drag_law
+        phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`; TypeError for another
+
+    Examples
+    --------
+    >>> drag = galvi.RotorDrag(factor=1e-8, drag_law=galvi.QuadraticDrag())
+    >>> drag(np.array([8.5, 0.0, 3.0]), np.array([0.0, 1.0, 0.0]), 0.0).shape
+    (3,)
     """
 
     factor: float

@@ -30,9 +30,13 @@ class BuiltinForce(Protocol):
 class Forced(Protocol):
     """A system with an optional external force.
 
-    force        f(q, v), or f(q, v, t), of one configuration and velocity (d,) -> (d,); on a group
-                 left-trivialised, as velocities are: a torque in the body's frame. None: no force
-    timed_force  whether it takes (q, v, t)
+    Attributes
+    ----------
+    force
+        f(q, v), or f(q, v, t), of one configuration and velocity (d,) -> (d,); on a group
+        left-trivialised, as velocities are: a torque in the body's frame. None: no force
+    timed_force
+        whether it takes (q, v, t)
     """
 
     @property
@@ -88,7 +92,10 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:
     """The kernel description with the system's external force added.
 
-    matrix_rows  rows of the matrix that the user's force takes as q; 0 for a vector
+    Parameters
+    ----------
+    matrix_rows
+        rows of the matrix that the user's force takes as q; 0 for a vector
     """
     if system.force is None:
         return field

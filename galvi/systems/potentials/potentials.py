@@ -16,8 +16,12 @@ from galvi.kernels.forces import potentials as kernels
 class Potential:
     """V(q) of configurations of shape (..., d), with its derivatives at one of them.
 
-    slopes, second  dV/dq and d2V/dq2, of galvi.kernels.forces.potentials
-    named           the fields that are their constants
+    Attributes
+    ----------
+    slopes, second
+        dV/dq and d2V/dq2, of galvi.kernels.forces.potentials
+    named
+        the fields that are their constants
     """
 
     slopes: ClassVar[Callable[..., Any]]
@@ -51,9 +55,17 @@ class Potential:
 
 @dataclass(frozen=True)
 class CentralForce(Potential):
-    """V(q) = -mu / |q|, q of shape (2,) or (3,), the centre at the origin.
+    """``V(q) = -mu / |q|``, q of shape (2,) or (3,), the centre at the origin.
 
-    mu  strength, length^3 / time^2 times mass; ValueError unless finite and positive
+    Parameters
+    ----------
+    mu
+        strength, length^3 / time^2 times mass; ValueError unless finite and positive
+
+    Examples
+    --------
+    >>> float(galvi.CentralForce(mu=4.0)(np.array([2.0, 0.0])))
+    -2.0
     """
 
     slopes = staticmethod(kernels.central_force)
@@ -72,7 +84,15 @@ class CentralForce(Potential):
 class CosinePotential(Potential):
     """V(q) = -weight sum cos(q_i), q of shape (d,): d pendulums, angles from hanging down.
 
-    weight  m g l, an energy; ValueError unless finite and positive
+    Parameters
+    ----------
+    weight
+        m g l, an energy; ValueError unless finite and positive
+
+    Examples
+    --------
+    >>> float(galvi.CosinePotential(weight=2.0)(np.array([0.0])))
+    -2.0
     """
 
     slopes = staticmethod(kernels.pendulum)
@@ -89,9 +109,17 @@ class CosinePotential(Potential):
 
 @dataclass(frozen=True)
 class LinearSpring(Potential):
-    """V(q) = stiffness |q|^2 / 2, q of shape (d,).
+    """``V(q) = stiffness |q|^2 / 2``, q of shape (d,).
 
-    stiffness  force per length; ValueError unless finite and positive
+    Parameters
+    ----------
+    stiffness
+        force per length; ValueError unless finite and positive
+
+    Examples
+    --------
+    >>> galvi.LinearSpring(stiffness=3.0).gradient(np.array([1.0, 2.0]))
+    array([3., 6.])
     """
 
     slopes = staticmethod(kernels.linear_spring)
@@ -110,9 +138,19 @@ class LinearSpring(Potential):
 class SpringChain(Potential):
     """V(q) = sum over springs of r^2/2 + alpha r^3/3 + beta r^4/4, q of shape (d,) displacements.
 
-    alpha, beta  quadratic and cubic stiffness; ValueError unless finite
+    Parameters
+    ----------
+    alpha, beta
+        quadratic and cubic stiffness; ValueError unless finite
 
+    Notes
+    -----
     Fermi, Pasta, Ulam and Tsingou, Los Alamos report LA-1940 (1955), eqs. 1 and 2.
+
+    Examples
+    --------
+    >>> float(galvi.SpringChain()(np.array([0.0, 1.0, 0.0])))  # two springs stretched by 1
+    1.0
     """
 
     slopes = staticmethod(kernels.spring_chain)
@@ -132,9 +170,19 @@ class SpringChain(Potential):
 
 @dataclass(frozen=True, eq=False)
 class UniformField(Potential):
-    """V(q) = -force . q, e.g. of a weight, with force = mass g.
+    """The potential of a constant force, e.g. of a weight, with force = mass g.
 
-    force  (d,) as q; ValueError unless finite
+    ``V(q) = -force . q``.
+
+    Parameters
+    ----------
+    force : array, shape (d,)
+        as q; ValueError unless finite
+
+    Examples
+    --------
+    >>> galvi.UniformField(force=(0.0, -9.81)).gradient(np.array([1.0, 2.0]))
+    array([0.  , 9.81])
     """
 
     slopes = staticmethod(kernels.uniform_field)
@@ -161,13 +209,28 @@ class UniformField(Potential):
 
 @dataclass(frozen=True, eq=False)
 class UniformGravity:
-    """V(R) = -mass g . R centre, R of shape (3, 3).
+    """The potential of a turning body's weight.
 
-    mass    of the body, positive
-    centre  (3,) of mass, from the fixed point, in the body's frame
-    g       (3,) acceleration of gravity in space; a number g stands for (0, 0, -g), downwards
+    ``V(R) = -mass g . R centre``, R of shape (3, 3).
 
-    Raises ValueError for a mass that is not positive, a wrong shape or a number that is not finite.
+    Parameters
+    ----------
+    mass
+        of the body, positive
+    centre : array, shape (3,)
+        of mass, from the fixed point, in the body's frame
+    g : array, shape (3,)
+        acceleration of gravity in space; a number g stands for (0, 0, -g), downwards
+
+    Raises
+    ------
+    ValueError
+        For a mass that is not positive, a wrong shape or a number that is not finite.
+
+    Examples
+    --------
+    >>> float(galvi.UniformGravity(mass=2.0, centre=(0.0, 0.0, -1.0), g=10.0)(np.eye(3)))
+    -20.0
     """
 
     mass: float

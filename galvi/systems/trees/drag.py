@@ -17,9 +17,15 @@ def drag_coefficients(link: Link, axes: Array, medium: Any) -> Array:
     """b of w and v, and b_1 of w (3,) and v (3,), of galvi.kernels.trees.joint_forces, (8,); zeros
     for a link without mass.
 
-    axes    (3, 3) of the box, which are those of the link's inertia I, in its frame
-    medium  (2,) density and viscosity
+    Parameters
+    ----------
+    axes : array, shape (3, 3)
+        of the box, which are those of the link's inertia I, in its frame
+    medium : array, shape (2,)
+        density and viscosity
 
+    Notes
+    -----
     The sides of the box are sqrt(6 (I_j + I_k - I_i) / m).
     """
     density, viscosity = medium

@@ -25,20 +25,41 @@ KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees
 class Joint:
     """A hinge, slide, ball or free joint, in the frame of the link that it moves.
 
-    type       "hinge": q an angle about the axis; "slide": q a length along it; "ball": q a
-               rotation matrix (3, 3) that turns the link about the anchor; "free": q the origin of
-               the link's frame, (3,), then its rotation matrix; only for a link on the world
-    axis       (3,) of a hinge or a slide, of any length but zero
-    anchor     (3,) a point of the axis, or the centre of a ball joint
-    zero       the coordinate of a hinge or a slide at which the link is at its place
-    armature   inertia that its velocities have besides, such as a motor's: kg m^2, kg for a slide
-    stiffness  of a spring: N m/rad, N/m for a slide; of a free joint both
-    rest       where the spring is at rest: a coordinate; (3, 3), or of a free joint a motion (4, 4)
-    damping    of its velocities: N m s/rad, N s/m for a slide; of a free joint both
-    name       for tables and pictures
+    Parameters
+    ----------
+    type
+        "hinge": q an angle about the axis; "slide": q a length along it; "ball": q a rotation
+        matrix (3, 3) that turns the link about the anchor; "free": q the origin of the link's
+        frame, (3,), then its rotation matrix; only for a link on the world
+    axis : array, shape (3,)
+        of a hinge or a slide, of any length but zero
+    anchor : array, shape (3,)
+        a point of the axis, or the centre of a ball joint
+    zero
+        the coordinate of a hinge or a slide at which the link is at its place
+    armature
+        inertia that its velocities have besides, such as a motor's: kg m^2, kg for a slide
+    stiffness
+        of a spring: N m/rad, N/m for a slide; of a free joint both
+    rest
+        where the spring is at rest: a coordinate; (3, 3), or of a free joint a motion (4, 4)
+    damping
+        of its velocities: N m s/rad, N s/m for a slide; of a free joint both
+    name
+        for tables and pictures
 
-    Raises ValueError for another type, an axis of no length, a negative armature or damping, or a
-    rest that is no coordinate of the joint, and TypeError for a name that is no string.
+    Raises
+    ------
+    ValueError
+        For another type, an axis of no length, a negative armature or damping, or a rest that is no
+        coordinate of the joint.
+    TypeError
+        For a name that is no string.
+
+    Examples
+    --------
+    >>> galvi.Joint("slide", axis=(1, 0, 0), stiffness=40.0, damping=0.5).dimension
+    1
     """
 
     type: str
@@ -137,8 +158,12 @@ def damping(q, v, t, constants, out):  # type: ignore[no-untyped-def]
 class JointDamping:
     """f = -coefficients v.
 
-    coefficients  (d,), not negative, else ValueError
-    varied        whether its law also has the terms of coefficients that are 0
+    Attributes
+    ----------
+    coefficients : array, shape (d,)
+        not negative, else ValueError
+    varied
+        whether its law also has the terms of coefficients that are 0
     """
 
     coefficients: Any
@@ -165,20 +190,45 @@ SLACK = 1e-12
 class Link:
     """A rigid body and the joints, in their order, between it and its parent.
 
-    joints    none: it is fixed to its parent; each joint moves with those before it
-    mass      not negative; kg
-    centre    (3,) of mass, in the link's frame
-    inertia   about the centre of mass, in the link's frame: (3,) moments, (3, 3), or 0; a thin rod
-              has none about itself. Each principal moment is at most the sum of the others
-    parent    number of another link, before this one; None for the world
-    place     (3,) of the link's frame in the parent's when all joints are at their zero
-    attitude  (3, 3) from the link's frame to the parent's then
-    name      for messages
-    check     whether an inertia that no body has is refused
+    Parameters
+    ----------
+    joints
+        none: it is fixed to its parent; each joint moves with those before it
+    mass
+        not negative; kg
+    centre : array, shape (3,)
+        of mass, in the link's frame
+    inertia
+        about the centre of mass, in the link's frame: (3,) moments, (3, 3), or 0; a thin rod has
+        none about itself. Each principal moment is at most the sum of the others
+    parent
+        number of another link, before this one; None for the world
+    place : array, shape (3,)
+        of the link's frame in the parent's when all joints are at their zero
+    attitude : array, shape (3, 3)
+        from the link's frame to the parent's then
+    name
+        for messages
+    check
+        whether an inertia that no body has is refused
 
-    place and attitude of a link with a free joint are its coordinates, and not used. Raises
-    ValueError for a negative mass, an inertia that is not symmetric and positive semidefinite, or
-    that no body has, or a free joint among others, TypeError for a check that is no bool.
+    Raises
+    ------
+    ValueError
+        For a negative mass, an inertia that is not symmetric and positive semidefinite, or that no
+        body has, or a free joint among others.
+    TypeError
+        For a check that is no bool.
+
+    Notes
+    -----
+    place and attitude of a link with a free joint are its coordinates, and not used.
+
+    Examples
+    --------
+    >>> ball = galvi.Link((galvi.Joint("ball"),), mass=1.0, centre=(0, 0, -1), inertia=0.0)
+    >>> galvi.Multibody((ball,)).group.dimension
+    3
     """
 
     joints: Any = ()

@@ -28,15 +28,23 @@ SIZES = (0.8, -0.6, 0.4)  # of controls at which a reading is compared
 class Pull:
     """F = constant - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2 l'^2) along a length l.
 
-    name      for messages
-    arms      (velocity, entry or -1, ratio) of joints: l has ratio times the entry, l' times the
-              velocity
-    points    (link or None, place (3,), share): a path, to which the way to a point from the one
-              before adds its share; 0 where a branch begins
-    offset    of l
-    spring    k, k_1, k_2, with x the length beyond ``slack``, (low, high)
-    damper    b, b_1, b_2
-    actuator  whether an actuator exerts it: it has limits, and counts in those of joints
+    Attributes
+    ----------
+    name
+        for messages
+    arms
+        (velocity, entry or -1, ratio) of joints: l has ratio times the entry, l' times the velocity
+    points
+        (link or None, place (3,), share): a path, to which the way to a point from the one before
+        adds its share; 0 where a branch begins
+    offset
+        of l
+    spring
+        k, k_1, k_2, with x the length beyond ``slack``, (low, high)
+    damper
+        b, b_1, b_2
+    actuator
+        whether an actuator exerts it: it has limits, and counts in those of joints
     """
 
     name: str
@@ -63,12 +71,20 @@ class Pull:
 class Drive:
     """What an actuator makes of its control u: F = u (g + g_1 l + g_2 l') + b + b_1 l + b_2 l'.
 
-    control  its number
-    part     number of the pull that it exerts, or of the push if ``thrust`` is given
-    gain     g, g_1, g_2
-    bias     b, b_1, b_2
-    range    least and most u
-    thrust   (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
+    Attributes
+    ----------
+    control
+        its number
+    part
+        number of the pull that it exerts, or of the push if ``thrust`` is given
+    gain
+        g, g_1, g_2
+    bias
+        b, b_1, b_2
+    range
+        least and most u
+    thrust
+        (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
     """
 
     control: int
@@ -87,10 +103,16 @@ class Drive:
 class Written(NamedTuple):
     """The constants of forces on a tree.
 
-    numbers      all of them
-    known        those that are whole numbers of the law's structure, by their place
-    of_masses    places of those that depend on masses, and of_controls on controls
-    rows         places where those of each pull begin, then of each push
+    Attributes
+    ----------
+    numbers
+        all of them
+    known
+        those that are whole numbers of the law's structure, by their place
+    of_masses
+        places of those that depend on masses, and of_controls on controls
+    rows
+        places where those of each pull begin, then of each push
     """
 
     numbers: Array
@@ -103,9 +125,14 @@ class Written(NamedTuple):
 class Row(NamedTuple):
     """The constants of one part of the forces.
 
-    of_structure  indices of those that are whole numbers of the law's structure
-    of_mass       indices of those that depend on masses, and of_control on controls
-    begins        whether a pull or a push begins here
+    Attributes
+    ----------
+    of_structure
+        indices of those that are whole numbers of the law's structure
+    of_mass
+        indices of those that depend on masses, and of_control on controls
+    begins
+        whether a pull or a push begins here
     """
 
     values: Array
@@ -128,15 +155,26 @@ class Row(NamedTuple):
 class JointForces:
     """f(q, v, t) on a tree, of all its parts and of the damping of its joints.
 
-    pulls    `Pull` values
-    bounds   (velocity, least, most, name) of what actuators exert on it together
-    weights  (link, share): share of its weight that is held up
-    pushes   (link or None, point (3,), force (3,), moment (3,)): constant, in the link's frame
-    wet      (link, axes (3, 3), medium (2,)) of bodies in a medium, as in
-             galvi.systems.trees.drag, and its ``wind`` (3,)
-    drives   `Drive` of each actuator, and ``controls`` (nu,), their present values
-    tree     `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
+    Attributes
+    ----------
+    pulls
+        `Pull` values
+    bounds
+        (velocity, least, most, name) of what actuators exert on it together
+    weights
+        (link, share): share of its weight that is held up
+    pushes
+        (link or None, point (3,), force (3,), moment (3,)): constant, in the link's frame
+    wet
+        (link, axes (3, 3), medium (2,)) of bodies in a medium, as in galvi.systems.trees.drag, and
+        its ``wind`` (3,)
+    drives
+        `Drive` of each actuator, and ``controls`` (nu,), their present values
+    tree
+        `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
 
+    Notes
+    -----
     Beyond a limit the force is NaN; ``limited=False`` leaves all limits out.
     """
 
@@ -366,9 +404,15 @@ def with_damping(
 ) -> tuple[Any, bool]:
     """A force on a tree, or None, with the damping (d,) of its joints, and whether it takes time.
 
-    varied  whether the law also has damping that is 0
+    Parameters
+    ----------
+    varied
+        whether the law also has damping that is 0
 
-    TypeError for a built-in force that has no place for damping.
+    Raises
+    ------
+    TypeError
+        For a built-in force that has no place for damping.
     """
     if isinstance(force, JointForces):
         return force.on(tree, damping, varied), True

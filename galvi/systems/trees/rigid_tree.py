@@ -26,11 +26,18 @@ GEOMETRY_ROUNDING = 2.0**-50
 class RigidTree:
     """L(q, v) of links, on the product of their joints' groups.
 
-    links    each after its parent
-    gravity  (3,) acceleration
-    varied   names of VARIED whose numbers are not written into the law, though they be 0: other
-             trees that differ in these alone have the same law
+    Attributes
+    ----------
+    links
+        each after its parent
+    gravity : array, shape (3,)
+        acceleration
+    varied
+        names of VARIED whose numbers are not written into the law, though they be 0: other trees
+        that differ in these alone have the same law
 
+    Notes
+    -----
     q and v hold the coordinates and velocities of all joints in their order; those of hinges and
     slides that follow each other are one ``Rn``. Formulas: galvi.kernels.trees.tree.
     """
