@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from benchmarks.store.atomic import write
@@ -54,9 +53,7 @@ def build(
             return {**suite.provenance(command), **cache.provenance()}
 
         try:
-            measured = _build(
-                replace(suite, provenance=provenance), options, cache, site, single
-            )
+            measured = _build(replace(suite, provenance=provenance), options, cache, site, single)
         except KeyboardInterrupt:
             if cache.store is not None:
                 print(

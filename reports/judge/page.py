@@ -111,7 +111,8 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     return environment.get_template("judge.html.j2").render(
-        css=Markup((HERE / "judge.css").read_text(encoding="utf-8")), name=name, sentences=sentences(found), notes=found.notes,
+        css=Markup((HERE / "judge.css").read_text(encoding="utf-8")), name=name,
+        sentences=sentences(found), notes=found.notes,
         picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
         html_table=html_table, numbers=NUMBERS,
         tried=tried, parts=parts, meetings=meetings, ends=ends,

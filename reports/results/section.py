@@ -85,6 +85,11 @@ class Section:
     timed: bool = False
     absent: Callable[[], str] = lambda: ""
 
+    @property
+    def anchor(self) -> str:
+        """Its place on the page."""
+        return self.name.replace("_", "-")
+
 
 def long_form_only(quick: bool, report: Report) -> pd.DataFrame:
     """``measure`` of a study that has a long form alone: no rows."""

@@ -131,11 +131,11 @@ class Page(HTMLParser):
 
 
 def anchors_of_results() -> dict[str, set[str]]:
-    """Page of results -> the places of it that other pages may link, shown or not in this report."""
+    """Page of results -> its places that other pages may link, shown or not in a report."""
     return {
         f"{RESULTS}/claims.html": {claim.id for claim in CHECKS},
         f"{RESULTS}/comparisons.html": {slug(name) for name in problems()},
-        f"{RESULTS}/studies.html": {section.name.replace("_", "-") for section in SECTIONS},
+        f"{RESULTS}/studies.html": {section.anchor for section in SECTIONS},
     }
 
 

@@ -25,7 +25,11 @@ ENGINES = {
     "heyoka": "heyoka",
 }
 NOT_INSTALLED = "not installed"
-CHOICES = ("problem", "error asked", "among")  # columns by which the table of the fastest is filtered
+CHOICES = (
+    "problem",
+    "error asked",
+    "among",
+)  # columns with a filter
 LIMITS = 1e-9, 1e-6  # errors that divide the answer on MuJoCo's default step
 
 

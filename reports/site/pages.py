@@ -9,18 +9,25 @@ from __future__ import annotations
 import base64
 import re
 from functools import cache
-from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Row
-from benchmarks.claims.statements import counted
+from benchmarks.claims.statements import EFFECTS, counted
 from benchmarks.store.provenance import ROOT
+from benchmarks.work_precision.labels import label_of
+from benchmarks.work_precision.problem import STOPS
+from references.stored.provenance import HEADINGS, truths
+from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
+from reports.figures.profiles import PROFILES
 from reports.results.origins import described
 from reports.site import comparisons
+from reports.site.motion import motions
 from reports.site.report import Report
 from reports.site.sources import command_lines, file_table, sentences, without_folder
 from reports.site.typeset import typeset
@@ -35,6 +42,7 @@ from reports.tables.cost_table import readable_cost
 from reports.tables.energies import energies
 from reports.tables.html import html_table
 from reports.tables.number_format import known, readable, with_uncertainty
+from reports.tables.study_table import without_common
 from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
 
@@ -98,12 +106,16 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        file_table, html_table, mujoco_overhead, of_mujoco, readable_cost, readable_ratios,
-        readable_targets, sentences, slug,
+        file_table, html_table, label_of, motions, mujoco_overhead, of_mujoco, readable_cost,
+        readable_ratios, readable_targets, sentences, slug, without_common,
         comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})
-    environment.globals.update(TARGETS_TEXT=TEXT, list=list, targets_summary=targets_summary)
+    environment.globals.update(
+        EFFECTS=EFFECTS, HEADLINES=HEADLINES, PROFILES=PROFILES, STOPS=STOPS, TARGETS_TEXT=TEXT,
+        VERDICTS=VERDICTS, list=list, targets_summary=targets_summary, stored_truths=truths,
+        truth_headings=HEADINGS, frame=pd.DataFrame,
+    )  # fmt: skip
     environment.tests.update(known=known)
     return environment
 
@@ -151,11 +163,13 @@ def single_file(report: Report) -> str:
         )  # fmt: skip
         bodies.append((name, Markup(parts["body"])))
     folder = DOCS / "_static"
-    return _environment().get_template("single.j2").render(
-        bodies=bodies,
-        report=report,
-        css=Markup((folder / "results.css").read_text(encoding="utf-8")),
-        script=Markup((folder / "results.js").read_text(encoding="utf-8")),
+    return (
+        _environment()
+        .get_template("single.j2")
+        .render(
+            bodies=bodies,
+            report=report,
+            css=Markup((folder / "results.css").read_text(encoding="utf-8")),
+            script=Markup((folder / "results.js").read_text(encoding="utf-8")),
+        )
     )
-
-

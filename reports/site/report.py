@@ -1,8 +1,8 @@
-"""What the pages of results show: rows, tables and pictures, at the end of a build or on its way."""
+"""What the pages of results show, at the end of a build or on its way."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,22 +10,16 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from benchmarks.checks.bounds import VERDICTS
-from benchmarks.claims.statements import EFFECTS, FALSE, PAPERS, STATUSES, Statement
+from benchmarks.claims.statements import FALSE, PAPERS, STATUSES, Statement
 from benchmarks.claims.statements import statements as printed_statements
-from benchmarks.work_precision.labels import label_of
-from benchmarks.work_precision.problem import STOPS
-from references.stored.provenance import HEADINGS, truths
 from reports.figures.drawing import Gallery
-from reports.figures.headlines import HEADLINES
-from reports.figures.picture import Picture, slug
-from reports.figures.profiles import PROFILES
+from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.machines import Machine, machines
 from reports.results.options import Options
 from reports.results.origins import read_origins
-from reports.results.section import long_form_only
+from reports.results.section import Figure, long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary
@@ -37,11 +31,9 @@ from reports.site.comparisons import (
     default_step,
     is_run_by,
 )
-from reports.site.motion import Motion, motions
 from reports.site.sources import Source, sources
 from reports.tables.comparison_tables import ComparisonTables
 from reports.tables.profiles import profile_table
-from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
 
 if TYPE_CHECKING:
@@ -49,28 +41,6 @@ if TYPE_CHECKING:
 
 TIMES = "work_precision.csv"
 NO_PICTURES = Gallery({}, {})
-
-
-@dataclass(frozen=True)
-class StudySection:
-    """The section of a study with rows.
-
-    anchor   its place on the page
-    file     its rows, in the folder of the report
-    summary  sentences on what the rows show
-    numbers  the columns of its table that hold numbers
-    notes    sentences on what is missing
-    """
-
-    anchor: str
-    file: str
-    title: str
-    text: str
-    summary: str
-    pictures: tuple[Picture, ...]
-    table: pd.DataFrame
-    numbers: tuple[str, ...]
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,10 +64,6 @@ class Report:
     history: History | None = None
     kept: bool = False
     left: Sequence[str] = ()
-
-    verdicts = VERDICTS
-    stops = STOPS
-    effects = EFFECTS
 
     @property
     def out(self) -> Path:
@@ -207,34 +173,19 @@ class Report:
         """Who is fastest on each problem."""
         return summary_sentences(self.tables.ratios) if len(self.tables.ratios) else []
 
-    @property
-    def truths(self) -> pd.DataFrame:
-        """The stored truths."""
-        return pd.DataFrame(truths(), columns=list(HEADINGS))
-
-    @property
-    def motions(self) -> list[Motion]:
-        """The moving pictures."""
-        return motions(self.checked)
-
-    @property
-    def headlines(self) -> list[Picture]:
-        """The pictures of the first page."""
-        return self.pictures([figure.name for figure in HEADLINES])
-
-    @property
-    def profile_pictures(self) -> list[Picture]:
-        """Those of all problems together."""
-        return self.pictures([figure.name for figure in PROFILES])
-
-    def pictures(self, names: Sequence[str]) -> list[Picture]:
+    def pictures(self, figures: Iterable[Figure]) -> list[Picture]:
         """Those of these figures that were drawn."""
         drawn = self.gallery.pictures
-        return [drawn[name] for name in names if name in drawn]
+        return [drawn[figure.name] for figure in figures if figure.name in drawn]
 
-    def picture_of(self, problem: str) -> list[Picture]:
-        """The picture of a comparison, where it was drawn."""
-        return self.pictures([slug(problem)])
+    def picture_named(self, name: str) -> list[Picture]:
+        """It, where it was drawn."""
+        return [picture for picture in self.gallery.pictures.values() if picture.name == name]
+
+    def undrawn(self, figures: Iterable[Figure]) -> list[str]:
+        """A sentence for each of these figures that is missing."""
+        missing = self.gallery.missing
+        return [missing[figure.name] for figure in figures if figure.name in missing]
 
     def remarks(self, rows: pd.DataFrame) -> list[str]:
         """A sentence for each run that has a status, but those of absent engines."""
@@ -245,32 +196,10 @@ class Report:
             if not any(is_run_by(engine.name, row["contender"]) for engine in self.absent)
         ]
 
-    @cached_property
-    def studies(self) -> list[StudySection]:
+    @property
+    def studies(self) -> list[SectionResult]:
         """The studies with rows."""
-        return [
-            self._study(result, result.frame)
-            for result in self.sections
-            if result.frame is not None
-        ]
-
-    def _study(self, result: SectionResult, frame: pd.DataFrame) -> StudySection:
-        section = result.section
-        names = [figure.name for figure in section.figures]
-        undrawn = (self.gallery.missing[name] for name in names if name in self.gallery.missing)
-        table, kinds = section.table(frame)
-        table, common = without_common(table)
-        return StudySection(
-            anchor=section.name.replace("_", "-"),
-            file=f"{section.name}.csv",
-            title=section.title,
-            text=section.text,
-            summary=section.summary(frame),
-            pictures=tuple(self.pictures(names)),
-            table=table,
-            numbers=tuple(kinds),
-            notes=(*filter(None, (common, result.failure, result.note)), *undrawn),
-        )
+        return [result for result in self.sections if result.frame is not None]
 
     @property
     def studies_left_out(self) -> list[tuple[str, str, str]]:
@@ -287,15 +216,3 @@ class Report:
             for result in self.sections
             if result.frame is None
         ]
-
-    def text_of(self, problem: str) -> str:
-        """What the problem is."""
-        return label_of(problem).text
-
-    def reference_of(self, rows: pd.DataFrame) -> str:
-        """What the errors of a comparison are against."""
-        return "; ".join(dict.fromkeys(rows.get("reference", [])))
-
-    def title_of(self, problem: str) -> str:
-        """The problem's heading."""
-        return label_of(problem).title

@@ -103,9 +103,7 @@ def without_folder(command: str) -> str:
     return re.sub(r""" --out(?:=| +)(?:'[^']*'|"[^"]*"|\S+)""", "", command)
 
 
-def file_table(
-    origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]
-) -> pd.DataFrame:
+def file_table(origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]) -> pd.DataFrame:
     """A line for each file; its versions and machine where they differ from the shown ones."""
     lines = [
         {

@@ -196,7 +196,7 @@ def test_comparisons_say_who_wins_and_who_did_not_get_there(pages):
 
 def test_a_further_study_is_a_table_with_its_text(pages):
     page = pages["studies"]
-    place = page[page.index('<h2>Model against sky') :]
+    place = page[page.index("<h2>Model against sky") :]
     assert "Far below 10<sup>\u22126</sup> au." in place
     assert (
         '<th scope="row">Mars</th><td class="number">1000</td><td class="number">1.23·10⁻⁷</td>'
@@ -253,7 +253,10 @@ def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
     made(at(first, "2026-01-01 01:00 UTC"), "verify", "--claims", "V1")
     made(at(second, "2026-01-02 02:00 UTC"), "compare", "--quick")
     made(at(third, "2026-01-03 03:00 UTC"), "build", "--kept")
-    pages = {path.stem: path.read_text(encoding="utf-8") for path in (tmp_path / "results").glob("*.html")}
+    pages = {
+        path.stem: path.read_text(encoding="utf-8")
+        for path in (tmp_path / "results").glob("*.html")
+    }
     for name, page in pages.items():
         footer = page[page.index('class="soft small measured"') :]
         assert f"Claims: 2026-01-01 01:00 UTC, commit {first[:12]}." in footer, name

@@ -77,9 +77,7 @@ def test_no_generated_page_names_a_place_of_this_machine() -> None:
         assert not A_MACHINE.search(text) and str(ROOT) not in text, file
 
 
-def test_a_page_is_written_when_it_changes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_is_written_when_it_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build.peers, "pages", lambda: iter([("peers/one.md", "# One\n")]))
     write_pages(tmp_path)
     page = tmp_path / "generated" / "peers" / "one.md"

@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.checks.claim import AGREEMENT
 from benchmarks.claims.statements import Statement
+from reports.results import summary as outcome
+from reports.results.summary import Summary
 from reports.site.claims import after, shared_parts
 from reports.site.comparisons import absent_engines, installed_engines
 from reports.site.typeset import typeset
-from reports.results import summary as outcome
-from reports.results.summary import Summary
 from reports.tables.comparison_tables import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
 from reports.tables.summary_sentences import summary_sentences
