@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import pandas as pd
 
@@ -11,49 +10,35 @@ from reports.tables.number_format import known, plain
 
 SIGMAS = 2.0
 WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
+COLUMNS = ["claim", "quantity", "what", "before", "now"]
 
 
-@dataclass(frozen=True)
-class Change:
-    """A row that changed; before and now are text."""
-
-    id: str
-    quantity: str
-    what: str
-    before: str
-    now: str
-
-
-def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> list[Change]:
-    """Compare rows with earlier ones of the same id, quantity and setting; list added and removed.
+def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
+    """What changed since earlier rows of the same claims and setting, with COLUMNS, as text.
 
     A number moved when it differs by more than 2 standard errors of the difference, or, where
     neither row has an uncertainty, by more than a tenth.
     """
-    if before is None or now.empty:
-        return []
-    before = before[before["id"].isin(set(now["id"]))]
-    alike = before[before["setting"].isin(set(now["setting"]))]
-    old = {(row["id"], row["quantity"]): row for _, row in alike.iterrows()}
-    found, seen = [], set()
-    for _, row in now.iterrows():
-        place = (row["id"], row["quantity"])
-        seen.add(place)
-        if place in old:
-            found += _differences(place, old[place], row)
-        elif len(alike):
-            found.append(Change(*place, "new", "", f"{row['verdict']}, {_number(row)}"))
-    gone = [place for place in old if place not in seen]
-    return found + [Change(*place, "gone", old[place]["verdict"], "") for place in gone]
+    if before is None:
+        return pd.DataFrame(columns=COLUMNS)
+    alike = before["id"].isin(now["id"]) & before["setting"].isin(now["setting"])
+    old_rows, new_rows, lines = _by_check(before[alike]), _by_check(now), []
+    for check, new in new_rows.items():
+        old = old_rows.get(check)
+        if old is None:
+            lines += [(*check, "new", "", f"{new['verdict']}, {_number(new)}")] * bool(old_rows)
+            continue
+        if old["verdict"] != new["verdict"]:
+            lines.append((*check, "verdict", old["verdict"], new["verdict"]))
+        if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
+            lines.append((*check, "measured", _number(old), _number(new)))
+    gone = [check for check in old_rows if check not in new_rows]
+    lines += [(*check, "gone", old_rows[check]["verdict"], "") for check in gone]
+    return pd.DataFrame(lines, columns=COLUMNS)
 
 
-def _differences(place: tuple[str, str], old: pd.Series, new: pd.Series) -> list[Change]:
-    found = []
-    if old["verdict"] != new["verdict"]:
-        found.append(Change(*place, "verdict", old["verdict"], new["verdict"]))
-    if moved(*(row[name] for row in (old, new) for name in ("measured", "uncertainty"))):
-        found.append(Change(*place, "measured", _number(old), _number(new)))
-    return found
+def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
+    return {(row["id"], row["quantity"]): row for _, row in rows.iterrows()}
 
 
 def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
