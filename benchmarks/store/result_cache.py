@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,18 +27,11 @@ def digest_of_sources(code: tuple[str, ...] = ()) -> str:
     """A digest of the current sources, including further folders, of versions and processor."""
     digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
     for folder in (*SOURCES, *code):
-        kinds = KINDS if folder in SOURCES else KINDS[:1]
-        for name in sorted(_files(ROOT / folder, kinds)):
-            digest.update(name.encode() + b"\0" + (ROOT / name).read_bytes())
+        for kind in KINDS if folder in SOURCES else KINDS[:1]:
+            for path in sorted((ROOT / folder).rglob(f"*{kind}")):
+                name = path.relative_to(ROOT).as_posix()
+                digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _files(folder: Path, kinds: tuple[str, ...]) -> Iterator[str]:
-    """Names, relative to ROOT, of the files of these kinds below a folder."""
-    for parent, folders, names in os.walk(folder):  # a build walks often: as fast as can be
-        folders[:] = [name for name in folders if name != "__pycache__"]
-        start = os.path.relpath(parent, ROOT)
-        yield from (f"{start}/{name}" for name in names if name.endswith(kinds))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Collection, Sequence
 from textwrap import shorten
 
+import numpy as np
 import pandas as pd
 import typer
 from tabulate import tabulate
@@ -15,6 +16,7 @@ from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.targets_met import MISSED
 from reports.figures.headlines import HEADLINES
 from reports.results.summary import Summary
+from reports.tables.claims_table import claims_frame
 from reports.tables.comparison_tables import readable_ratios
 from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, readable_targets, summary
@@ -24,20 +26,18 @@ MOST = 20  # changes printed
 FEW = 6  # problems whose times are all printed
 WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
 BOUND = 28  # characters of a bound
+ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
 NUMBERS = ("measured", "error", "target")  # aligned to the right
 
 
 def show(results: Summary) -> None:
     """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
-    lines, differing = [], [k for k, row in enumerate(results.rows) if row in results.differing]
-    for row in results.rows:
-        expected = f", expected {row.expected}" if row.verdict != row.expected else ""
-        measured = plain(row.measured) or "-"
-        verdict = f"{row.verdict}{expected}"
-        bound = shorten(row.bound, BOUND, placeholder="...")
-        lines.append((row.id, row.source, row.quantity, bound, measured, verdict))
-    headings = ("claim", "source", "quantity", "bound", "measured", "verdict")
-    _show_table(pd.DataFrame(lines, columns=list(headings)), differing)
+    table = claims_frame(results.rows)
+    differing = table["verdict"] != table["expected"]
+    table["verdict"] += np.where(differing, ", expected " + table["expected"], "")
+    table["bound"] = [shorten(text, BOUND, placeholder="...") for text in table["bound"]]
+    table["measured"] = [plain(number) or "-" for number in table["measured"]]
+    _show_table(table.rename(columns={"id": "claim"})[ROW], np.flatnonzero(differing))
     for row in results.rows:
         if row.verdict == NOT_RUN and row.reason:
             print(visible(f"{row.id} {row.quantity} was not run: {row.reason}"))

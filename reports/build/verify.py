@@ -10,17 +10,19 @@ tables/       claims and convergence
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
+import typer
+from _pytest.mark.expression import Expression
 
-from benchmarks.checks.claim import AGREEMENT, Row
+from benchmarks.checks.claim import AGREEMENT, Claim, Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
-from reports.build.changes import changes
 from reports.build.kept import CLAIMS, DURATIONS, durations
 from reports.build.terminal import show, show_changes
 from reports.build.workers import study_in_workers
@@ -37,11 +39,14 @@ from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame
 from reports.tables.convergence_table import convergence_frame
-from reports.tables.number_format import plain
+from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown, write_table
 
 IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
 TEXTS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
+CHANGES = ["claim", "quantity", "what", "before", "now"]
+SIGMAS = 2.0  # standard errors of a difference within which a number has not moved
+WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +115,53 @@ class Verified:
         return "\n\n".join(part.rstrip("\n") for part in parts) + "\n"
 
 
+def selected(suite: Suite, options: Options, expression: str, last_failed: bool) -> Options:
+    """The options with fewer claims.
+
+    expression   words of a check's name, source or claim, with `and`, `or`, `not`; "" for any
+    last_failed  only claims that have failed in this folder; all, where none of them has
+
+    Raises typer.BadParameter where no check matches.
+    """
+    claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
+    if expression:
+        claims = _matching(claims, expression)
+    rows = written(options.out / "claims.csv", "id", {}) if last_failed else None
+    if rows is not None:
+        failed = set(rows["id"][rows["verdict"] != rows["expected"]])
+        claims = [claim for claim in claims if claim.id in failed] or claims
+    return replace(options, claims=tuple(claim.id for claim in claims))
+
+
+def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
+    """The claims with a check that matches."""
+    try:
+        compiled = Expression.compile(expression)
+    except Exception as error:  # of a class that depends on the version of pytest
+        raise typer.BadParameter(f"-k {expression} is no expression of pytest: {error}.") from None
+    matching = [
+        claim
+        for claim in claims
+        if any(compiled.evaluate(lambda word, text=text: word.lower() in text)
+               for text in _texts(claim))
+    ]  # fmt: skip
+    if not matching:
+        raise typer.BadParameter(
+            f"-k {expression} leaves no check; it takes words of names, ids and sources."
+        )
+    return matching
+
+
+def _texts(claim: Claim) -> list[str]:
+    """What names each check of a claim; only its title, where just a measurement shows them."""
+    try:
+        rows = claim.judge(pd.DataFrame())
+    except Exception:  # it is judged, and told, when it has been measured
+        rows = []
+    names = [(row.quantity, row.source) for row in rows] or [(claim.title,)]
+    return [" ".join((claim.id, *texts)).lower() for texts in names]
+
+
 def verify(
     suite: Suite,
     options: Options,
@@ -146,12 +198,12 @@ def _measure_in_workers(suite: Suite, names: Sequence[str], quick: bool, cache: 
     """Keep the results of those that measure no times; those that raise are left out."""
     missing = [name for name in names if name in suite.in_workers and name not in cache.results]
     studies = {name: suite.in_workers[name] for name in missing}
-    titles = {claim.id: claim.title for claim in suite.claims}
+    labels = {claim.id: (claim.id, claim.title) for claim in suite.claims}
     progress = Studies(len(studies))
     with progress, closing(study_in_workers(studies, quick)) as results:
         for name, frame, seconds in results:
             cache.keep(name, frame, seconds)
-            progress.finished(name, titles.get(name, ""), seconds)
+            progress.finished(*labels.get(name, ("study", name)), seconds)
 
 
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
@@ -176,7 +228,6 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     write_table(
         tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
     )
-    measured = [result for result in checked if result.frame is not None]
     for result in checked:
         path = options.out / "frames" / f"{result.claim.id}.csv"
         if result.frame is None:
@@ -184,10 +235,52 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
         else:
             write(path, as_csv(result.frame))
     if not options.quick:  # whose runs are shorter, and say nothing of the others
-        seconds = {result.claim.id: result.seconds for result in measured}
+        seconds = {one.claim.id: one.seconds for one in checked if one.frame is not None}
         lines = (durations(options.out) | seconds).items()
         write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))
     return changes(before, now)
+
+
+def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
+    """What changed since earlier rows of the same claims and setting, with CHANGES, as text.
+
+    A number moved when it differs by more than 2 standard errors of the difference, or, where
+    neither row has an uncertainty, by more than a tenth.
+    """
+    if before is None:
+        return pd.DataFrame(columns=CHANGES)
+    alike = before["id"].isin(now["id"]) & before["setting"].isin(now["setting"])
+    old_rows, new_rows, lines = _by_check(before[alike]), _by_check(now), []
+    for key, new in new_rows.items():
+        old = old_rows.get(key)
+        if old is None:
+            lines += [(*key, "new", "", f"{new['verdict']}, {_number(new)}")] * bool(old_rows)
+            continue
+        if old["verdict"] != new["verdict"]:
+            lines.append((*key, "verdict", old["verdict"], new["verdict"]))
+        if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
+            lines.append((*key, "measured", _number(old), _number(new)))
+    gone = [key for key in old_rows if key not in new_rows]
+    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in gone]
+    return pd.DataFrame(lines, columns=CHANGES)
+
+
+def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
+    return {(row["id"], row["quantity"]): row for _, row in rows.iterrows()}
+
+
+def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
+    """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
+    if not (known(old) and known(new)):
+        return known(old) != known(new)
+    errors = [error for error in (old_error, new_error) if known(error)]
+    allowed = SIGMAS * math.hypot(*errors) if errors else WITHOUT * max(abs(old), abs(new))
+    return abs(new - old) > allowed
+
+
+def _number(row: pd.Series) -> str:
+    measured, error = plain(row["measured"], 4), plain(row["uncertainty"], 2)
+    return f"{measured} -+ {error}" if measured and error else measured or "no number"
 
 
 def _case(row: Row, seconds: float) -> JUnitCase:

@@ -51,8 +51,7 @@ def verify_claims(
     out: Path = FOLDER,
 ) -> int:
     """Check the claims; exit 1 when a verdict is not as expected."""
-    from reports.build.selection import selected
-    from reports.build.verify import verify
+    from reports.build.verify import selected, verify
     from reports.results.own_problems import joined
 
     given = invocation(context)
@@ -84,8 +83,7 @@ def compare_methods(
 ) -> int:
     """Time galvi and other codes at matched error."""
     from reports.build.compare import compare, compare_sections
-    from reports.results.only import narrowed
-    from reports.results.own_problems import joined, with_problems
+    from reports.results.own_problems import joined, narrowed, with_problems
 
     given = invocation(context)
     known = with_problems(given.load(), problem, bool(contender)) if problem else given.load()

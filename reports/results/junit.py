@@ -37,10 +37,6 @@ class JUnitCase:
     details: str = ""
     properties: tuple[tuple[str, str], ...] = ()
 
-    @property
-    def failed(self) -> bool:
-        return self.outcome in ("failure", "error")
-
 
 def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
     """The text of a JUnit file, well-formed whatever the texts are: signs that XML forbids
@@ -68,7 +64,7 @@ def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
         f"::error title={_escaped(f'{case.class_name}: {case.name}', ':,')}"
         f"::{_escaped(case.message)}"
         for case in cases
-        if case.failed
+        if case.outcome in ("failure", "error")
     ][:MOST]
 
 

@@ -11,8 +11,8 @@ import typer
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import claims_by_place, places, statements
 from references import EngineMissing
-from reports.build.changes import moved
 from reports.build.kept import kept_claims, read
+from reports.build.verify import moved
 from reports.cli.commands import run
 from reports.cli.errors import choose_claims
 from reports.results.comparison import merged
