@@ -126,7 +126,7 @@ def selected(suite: Suite, options: Options, expression: str, last_failed: bool)
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     if expression:
         claims = _matching(claims, expression)
-    rows = written(options.out / "claims.csv", "id", {}) if last_failed else None
+    rows = written(options.out / CLAIMS, "id", {}) if last_failed else None
     if rows is not None:
         failed = set(rows["id"][rows["verdict"] != rows["expected"]])
         claims = [claim for claim in claims if claim.id in failed] or claims
