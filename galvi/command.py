@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import importlib
 import json
-import pickle
 import runpy
 import sys
 from pathlib import Path
-from typing import Any
 
 from galvi.environment import NOT_INSTALLED
 
@@ -64,12 +62,6 @@ def missing_package(error: ModuleNotFoundError) -> str:
         f"The command needs the packages of the suite, of which {error.name} is not installed. "
         f"Install them: {INSTALL}."
     )
-
-
-def unpickled_call(work: bytes) -> Any:
-    """What a pickled call of the suite returns, in a process that may have imported galvi alone."""
-    put_suite_first()
-    return pickle.loads(work)()
 
 
 def put_suite_first() -> None:

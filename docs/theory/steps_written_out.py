@@ -1,4 +1,4 @@
-"""Steps as the theory pages write them, in NumPy, beside the formulas; a test compares them with galvi.
+"""Steps as the theory pages write them, in NumPy; a test compares them with galvi.
 
 c, b (s,) nodes and weights of a rule on [0, 1]; psi (s, m) the functions of a space beyond the
 constant, which vanish at 0, at the nodes, slope (s, m) their derivatives there, end (m,) at 1.

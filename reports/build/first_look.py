@@ -11,6 +11,7 @@ import pandas as pd
 
 from reports.build.workers import study_in_workers
 from reports.figures.headlines import HEADLINES
+from reports.results.cache import BuildCache
 from reports.results.claim_results import ClaimResult, check
 from reports.results.comparison import Comparison
 from reports.results.suite import Suite
@@ -24,16 +25,13 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
 
     Nothing is kept of them, and what fails is left to the whole build to report."""
     claims = {one.id: one for one in suite.claims if not one.timed and one.id in suite.in_workers}
-    begun, finished = time.perf_counter(), []
+    begun, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers({name: suite.in_workers[name] for name in claims}, True)) as some:
-        for one in some:
-            finished.append(one)
+        for name, frame, seconds in some:
+            cache.keep(name, frame, seconds)
             if time.perf_counter() - begun > PATIENCE:
                 break
-    checked = check(
-        [claims[name] for name, *_ in finished], suite.make_method, True,
-        elsewhere=lambda names: (one for one in finished),
-    )  # fmt: skip
+    checked = check([claims[name] for name in cache.results], suite.make_method, True, cache)
     shown = {name for one in HEADLINES for name in one.options["panels"]}
     frames = []
     for problem in shown.intersection(suite.problems(True)):

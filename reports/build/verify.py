@@ -1,161 +1,52 @@
-"""The command verify: claims against their expected verdicts, told to people and to CI."""
+"""`verify`: check the claims and agreements; write and print the verdicts, to people and to CI.
+
+claims.csv    every row; rows of claims that were not selected are kept, with their dates
+durations.csv seconds that the study of each claim took
+verify.xml    JUnit XML for CI services
+verify.md     the same in Markdown; also appended to the CI job summary
+frames/       the studies' frames
+tables/       claims and convergence
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+import math
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
 
 import pandas as pd
+import typer
+from _pytest.mark.expression import Expression
 
-from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.claim import AGREEMENT, Claim, Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
-from reports.build.changes import Change, changes
-from reports.build.check_session import CheckSession, kind_of
 from reports.build.kept import CLAIMS, DURATIONS, durations
-from reports.build.terminal import show, show_changes, show_engines
+from reports.build.terminal import show, show_changes
 from reports.build.workers import study_in_workers
 from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
-from reports.results.claim_results import NOT_RUN, ClaimResult, Elsewhere, Finished, check
+from reports.results.claim_results import NOT_RUN, ClaimResult, check
 from reports.results.comparison import marked, merged, written
-from reports.results.junit import JUnitCase, Outcome, github_annotations
+from reports.results.junit import JUnitCase, Outcome, github_annotations, junit_xml
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
+from reports.results.progress import Studies
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame
 from reports.tables.convergence_table import convergence_frame
-from reports.tables.number_format import plain
+from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown, write_table
 
-
-def cases_of(result: ClaimResult) -> list[JUnitCase]:
-    """A case for each row of a claim.
-
-    failure  a verdict other than the expected one
-    error    a row that should have been measured but was not
-    skipped  a row that was expected not to run
-    """
-    return [_case(row, result.seconds / len(result.rows)) for row in result.rows]
-
-
-def further_cases(engines: Engines, results: Sequence[ClaimResult]) -> list[JUnitCase]:
-    """Cases of the optional engines, of which an absent one fails where it is required, of printed
-    statements that the rows do not support, and of what else makes `verify` fail."""
-    seen = summary(results)
-    wrong = [("printed statement", sentence) for sentence in seen.unfounded]
-    covered = coverage(seen.rows)
-    if not covered.sound:
-        wrong.append(("stated errors of orders", str(covered)))
-    if all(row.verdict == NOT_RUN for row in seen.rows):
-        wrong.append(("measured rows", "nothing was measured"))
-    return [_engine(name, engines) for name in engines.absence] + [
-        JUnitCase("statements", name, 0.0, "failure", sentence) for name, sentence in wrong
-    ]
-
-
-def properties(row: Row) -> tuple[tuple[str, str], ...]:
-    """What a reader of a check's outcome wants to know, by name."""
-    measured = plain(row.measured, 6) or "nothing"
-    error = plain(row.uncertainty, 2)
-    return (
-        ("measured", f"{measured}{f' -+ {error}' if error else ''}"),
-        ("bound", row.bound or "none"),
-        ("verdict", row.verdict),
-        ("expected", row.expected or "a verdict"),
-        ("source", row.source),
-        ("claimed", row.claimed),
-        ("setup", row.setup),
-        ("reference", row.reference),
-        ("reason", row.reason),
-    )
-
-
-def _case(row: Row, seconds: float) -> JUnitCase:
-    outcome, message = _outcome(row)
-    group = f"{kind_of(row.source)}.{row.id}"
-    return JUnitCase(group, row.quantity, seconds, outcome, message, properties=properties(row))
-
-
-def _outcome(row: Row) -> tuple[Outcome, str]:
-    """The outcome of a row's test, and a sentence on it."""
-    if row.verdict == NOT_RUN:
-        return "skipped" if row.expected == NOT_RUN else "error", f"not run: {row.reason}"
-    if row.verdict == row.expected:
-        return "passed", ""
-    measured = plain(row.measured, 6)
-    return "failure", (
-        f"{row.verdict}, expected was {row.expected}: measured {measured}, bound {row.bound}"
-    )
-
-
-def _engine(name: str, engines: Engines) -> JUnitCase:
-    why = engines.absence[name]
-    if not why:
-        return JUnitCase("engines", name)
-    outcome: Outcome = "failure" if name in engines.required else "skipped"
-    return JUnitCase("engines", name, 0.0, outcome, f"{name} is absent: {why}")
-
-
-HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", "expected")
-
-
-def markdown(found: Verified) -> str:
-    """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
-    seen, changed, engines = found.summary, found.changed, found.engines
-    parts = [f"## verify: {'passed' if found.passed else 'failed'}", str(seen)]
-    parts += filter(None, [share_sentence(found)])
-    parts += [f"- {sentence}" for sentence in engines.sentences()]
-    if seen.differing:
-        parts += ["### Not as expected", _table(_lines(seen.differing, reason=True))]
-    if changed:
-        moved = [
-            {"claim": c.id, "quantity": c.quantity, "what": c.what, "before": c.before,
-             "now": c.now}
-            for c in changed
-        ]  # fmt: skip
-        parts += ["### Changed since the rows before", _table(moved)]
-    folded = _table(_lines(seen.rows))
-    parts += [f"<details><summary>All {len(seen.rows)} checks</summary>\n\n{folded}\n\n</details>"]
-    return "\n\n".join(parts) + "\n"
-
-
-def share_sentence(found: Verified) -> str:
-    """How many checks came out as expected, where fewer than all are enough; else ""."""
-    if found.fail_under == 100.0:
-        return ""
-    return (
-        f"{found.summary.share:.4g} % of the checks came out as expected; --fail-under asks for "
-        f"{found.fail_under:.4g} %."
-    )
-
-
-def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:
-    lines = []
-    for row in rows:
-        cells = (row.id, row.quantity, row.bound, plain(row.measured) or "-",
-                 plain(row.uncertainty, 2), row.verdict, row.expected)  # fmt: skip
-        line = dict(zip(HEADINGS, cells, strict=True))
-        lines.append({**line, "reason": row.reason} if reason else line)
-    return lines
-
-
-def _table(lines: Sequence[dict[str, str]]) -> str:
-    return as_markdown(pd.DataFrame(lines)).rstrip("\n")
-
-
-# `verify`: check the claims and agreements; write and print the verdicts.
-#
-# claims.csv    every row; rows of claims that were not selected are kept, with their dates
-# durations.csv seconds that the study of each claim took
-# verify.xml    JUnit XML for CI services
-# verify.md     the same in Markdown; also appended to the CI job summary
-# frames/       the studies' frames
-# tables/       claims and convergence
+IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
+TEXTS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
+CHANGES = ["claim", "quantity", "what", "before", "now"]
+SIGMAS = 2.0  # standard errors of a difference within which a number has not moved
+WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +59,7 @@ class Verified:
 
     checked: tuple[ClaimResult, ...]
     engines: Engines
-    changed: tuple[Change, ...]
+    changed: pd.DataFrame
     fail_under: float = 100.0
 
     @property
@@ -180,6 +71,95 @@ class Verified:
     def passed(self) -> bool:
         """Whether enough verdicts are the expected ones, and every required engine is there."""
         return self.summary.passes(self.fail_under) and not self.engines.wanting
+
+    @property
+    def share_sentence(self) -> str:
+        """How many checks came out as expected, where fewer than all are enough; else ""."""
+        if self.fail_under == 100.0:
+            return ""
+        return (
+            f"{self.summary.share:.4g} % of the checks came out as expected; --fail-under asks for "
+            f"{self.fail_under:.4g} %."
+        )
+
+    def cases(self) -> list[JUnitCase]:
+        """A case for each row, for each engine, of which an absent one fails where it is required,
+        and for what else makes `verify` fail."""
+        rows = self.summary.rows
+        cases = [
+            _case(row, result.seconds / len(result.rows))
+            for result in self.checked
+            for row in result.rows
+        ]
+        cases += [_engine(name, self.engines) for name in self.engines.absence]
+        wrong = [("printed statement", sentence) for sentence in self.summary.unfounded]
+        if not coverage(rows).sound:
+            wrong.append(("stated errors of orders", str(coverage(rows))))
+        if all(row.verdict == NOT_RUN for row in rows):
+            wrong.append(("measured rows", "nothing was measured"))
+        return cases + [JUnitCase("statements", name, 0.0, "failure", why) for name, why in wrong]
+
+    def markdown(self) -> str:
+        """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
+        rows, differing = self.summary.rows, self.summary.differing
+        parts = [f"## verify: {'passed' if self.passed else 'failed'}", str(self.summary)]
+        parts += filter(None, [self.share_sentence])
+        parts += [f"- {sentence}" for sentence in self.engines.sentences()]
+        if differing:
+            table = claims_frame(differing)[[*IN_SUMMARY, "reason"]]
+            parts += ["### Not as expected", as_markdown(table)]
+        if len(self.changed):
+            parts += ["### Changed since the rows before", as_markdown(self.changed)]
+        folded = as_markdown(claims_frame(rows)[IN_SUMMARY])
+        parts += [f"<details><summary>All {len(rows)} checks</summary>\n\n{folded}\n</details>"]
+        return "\n\n".join(part.rstrip("\n") for part in parts) + "\n"
+
+
+def selected(suite: Suite, options: Options, expression: str, last_failed: bool) -> Options:
+    """The options with fewer claims.
+
+    expression   words of a check's name, source or claim, with `and`, `or`, `not`; "" for any
+    last_failed  only claims that have failed in this folder; all, where none of them has
+
+    Raises typer.BadParameter where no check matches.
+    """
+    claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
+    if expression:
+        claims = _matching(claims, expression)
+    rows = written(options.out / CLAIMS, "id", {}) if last_failed else None
+    if rows is not None:
+        failed = set(rows["id"][rows["verdict"] != rows["expected"]])
+        claims = [claim for claim in claims if claim.id in failed] or claims
+    return replace(options, claims=tuple(claim.id for claim in claims))
+
+
+def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
+    """The claims with a check that matches."""
+    try:
+        compiled = Expression.compile(expression)
+    except Exception as error:  # of a class that depends on the version of pytest
+        raise typer.BadParameter(f"-k {expression} is no expression of pytest: {error}.") from None
+    matching = [
+        claim
+        for claim in claims
+        if any(compiled.evaluate(lambda word, text=text: word.lower() in text)
+               for text in _texts(claim))
+    ]  # fmt: skip
+    if not matching:
+        raise typer.BadParameter(
+            f"-k {expression} leaves no check; it takes words of names, ids and sources."
+        )
+    return matching
+
+
+def _texts(claim: Claim) -> list[str]:
+    """What names each check of a claim; only its title, where just a measurement shows them."""
+    try:
+        rows = claim.judge(pd.DataFrame())
+    except Exception:  # it is judged, and told, when it has been measured
+        rows = []
+    names = [(row.quantity, row.source) for row in rows] or [(claim.title,)]
+    return [" ".join((claim.id, *texts)).lower() for texts in names]
 
 
 def verify(
@@ -193,94 +173,144 @@ def verify(
     cache   the build's result cache; None stores nothing
     beside  titles of sections to measure for the build as well
 
-    Claims and sections without timings run in two processes, or where the suite says.
+    Claims and sections without timings run in two processes.
     """
     cache = cache or BuildCache()
-    chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
+    claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
-
-    def measured(claims: Sequence[Claim]) -> Sequence[ClaimResult]:
-        elsewhere = _in_workers(suite, options.quick, cache, beside)
-        return check(claims, suite.make_method, options.quick, cache, elsewhere)
-
-    session = CheckSession(chosen, measured, cases_of, partial(further_cases, engines))
-    session.run(options.out, f"{options.called} verify", options.checks)
-    checked = session.measured
-    changed = tuple(_write(checked, suite, options))
-    found = Verified(tuple(checked), engines, changed, options.fail_under)
-    text = markdown(found)
+    _measure_in_workers(suite, [*(claim.id for claim in claims), *beside], options.quick, cache)
+    checked = check(claims, suite.make_method, options.quick, cache)
+    changed = _write(checked, suite, options)
+    results = Verified(tuple(checked), engines, changed, options.fail_under)
+    text, cases, title = results.markdown(), results.cases(), f"{options.called} verify"
+    write(options.out / "verify.xml", junit_xml(title, {title: cases}))
     write(options.out / "verify.md", text)
     write_job_summary(text)
-    show(found.summary)
-    show_changes(found.changed)
-    show_engines(engines)
-    lines = [share_sentence(found), *([] if found.passed else github_annotations(session.judged))]
-    print("".join(f"{line}\n" for line in lines if line), end="")
-    return found
+    show(results.summary)
+    show_changes(changed)
+    annotations = [] if results.passed else github_annotations(cases)
+    for line in filter(None, [*engines.sentences(), results.share_sentence, *annotations]):
+        print(line)
+    return results
 
 
-def _in_workers(suite: Suite, quick: bool, cache: BuildCache, beside: Sequence[str]) -> Elsewhere:
-    def study(names: Sequence[str]) -> Generator[Finished, None, None]:
-        wanted = (*names, *(title for title in beside if title not in cache.taken))
-        known = {name: suite.in_workers[name] for name in wanted if name in suite.in_workers}
-        for name, frame, seconds in (suite.runner or study_in_workers)(known, quick):
-            if name in beside:
-                cache.ready[name] = cache.keep(name, frame, seconds)
-            else:
-                yield name, frame, seconds
+def _measure_in_workers(suite: Suite, names: Sequence[str], quick: bool, cache: BuildCache) -> None:
+    """Keep the results of those that measure no times; those that raise are left out."""
+    missing = [name for name in names if name in suite.in_workers and name not in cache.results]
+    studies = {name: suite.in_workers[name] for name in missing}
+    labels = {claim.id: (claim.id, claim.title) for claim in suite.claims}
+    progress = Studies(len(studies))
+    with progress, closing(study_in_workers(studies, quick)) as results:
+        for name, frame, seconds in results:
+            cache.keep(name, frame, seconds)
+            progress.finished(*labels.get(name, ("study", name)), seconds)
 
-    return study
 
-
-def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> list[Change]:
+def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
     """Write tables and frames; return the changes."""
-    rows = [row for one in checked for row in one.rows]
-    origin = {
-        **suite.provenance(options.command),
-        "setting": "quick" if options.quick else "default",
-    }
-    dates = {one.claim.id: one.run or origin.get("date", "") for one in checked}
-    now = marked(_dated(claims_frame(rows), "id", dates), origin)
-    before_origin = read_origins(options.out).get(CLAIMS, {})
-    before = written(options.out / CLAIMS, "id", before_origin)
-    table = _with_kept(before, now, "id", checked, suite)
-    write(options.out / CLAIMS, as_csv(table))
-    note_origin(options.out, CLAIMS, suite.provenance(options.command), options.quick)
-    _note_durations(options, checked)
-    tables = options.out / "tables"
-    write_table(tables, "claims", table, table[list(READ)], origin)
-    rates = marked(_dated(convergence_frame(checked, FIGURES), "claim", dates), origin)
-    kept = written(tables / "convergence.csv", "claim", before_origin)
-    fits = _with_kept(kept, rates, "claim", checked, suite)
-    write_table(tables, "convergence", fits, origin=origin)
-    for one in checked:
-        path = options.out / "frames" / f"{one.claim.id}.csv"
-        if one.frame is None:
+    provenance, tables = suite.provenance(options.command), options.out / "tables"
+    origin = {**provenance, "setting": "quick" if options.quick else "default"}
+    origin_before = read_origins(options.out).get(CLAIMS, {})
+    dates = {result.claim.id: result.run or origin.get("date", "") for result in checked}
+    ids = [claim.id for claim in suite.claims]
+
+    def marks(table: pd.DataFrame, key: str) -> pd.DataFrame:
+        return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
+
+    now = marks(claims_frame(row for result in checked for row in result.rows), "id")
+    before = written(options.out / CLAIMS, "id", origin_before)
+    claims = merged(before, now, "id", dates, ids)
+    write(options.out / CLAIMS, as_csv(claims))
+    note_origin(options.out, CLAIMS, provenance, options.quick)
+    write_table(tables, "claims", claims, claims[list(READ)], origin)
+    fits = marks(convergence_frame(checked, FIGURES), "claim")
+    fits_before = written(tables / "convergence.csv", "claim", origin_before)
+    write_table(
+        tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
+    )
+    for result in checked:
+        path = options.out / "frames" / f"{result.claim.id}.csv"
+        if result.frame is None:
             path.unlink(missing_ok=True)
         else:
-            write(path, as_csv(one.frame))
+            write(path, as_csv(result.frame))
+    if not options.quick:  # whose runs are shorter, and say nothing of the others
+        seconds = {one.claim.id: one.seconds for one in checked if one.frame is not None}
+        lines = (durations(options.out) | seconds).items()
+        write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))
     return changes(before, now)
 
 
-def _note_durations(options: Options, checked: Sequence[ClaimResult]) -> None:
-    """Update the seconds of these claims; quick runs are shorter, and say nothing."""
-    if options.quick:
-        return
-    path = options.out / DURATIONS
-    times = durations(options.out) | {
-        one.claim.id: one.seconds for one in checked if one.frame is not None
-    }
-    write(path, as_csv(pd.DataFrame(times.items(), columns=["claim", "seconds"])))
+def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
+    """What changed since earlier rows of the same claims and setting, with CHANGES, as text.
+
+    A number moved when it differs by more than 2 standard errors of the difference, or, where
+    neither row has an uncertainty, by more than a tenth.
+    """
+    if before is None:
+        return pd.DataFrame(columns=CHANGES)
+    alike = before["id"].isin(now["id"]) & before["setting"].isin(now["setting"])
+    old_rows, new_rows, lines = _by_check(before[alike]), _by_check(now), []
+    for key, new in new_rows.items():
+        old = old_rows.get(key)
+        if old is None:
+            lines += [(*key, "new", "", f"{new['verdict']}, {_number(new)}")] * bool(old_rows)
+            continue
+        if old["verdict"] != new["verdict"]:
+            lines.append((*key, "verdict", old["verdict"], new["verdict"]))
+        if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
+            lines.append((*key, "measured", _number(old), _number(new)))
+    gone = [key for key in old_rows if key not in new_rows]
+    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in gone]
+    return pd.DataFrame(lines, columns=CHANGES)
 
 
-def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
-    """The table with a date column: when each row's claim was measured."""
-    return table.assign(date=[dates[name] for name in table[key]])
+def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
+    return {(row["id"], row["quantity"]): row for _, row in rows.iterrows()}
 
 
-def _with_kept(
-    before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Sequence[ClaimResult],
-    suite: Suite,
-) -> pd.DataFrame:  # fmt: skip
-    known = [claim.id for claim in suite.claims]
-    return merged(before, now, key, {one.claim.id for one in checked}, known)
+def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
+    """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
+    if not (known(old) and known(new)):
+        return known(old) != known(new)
+    errors = [error for error in (old_error, new_error) if known(error)]
+    allowed = SIGMAS * math.hypot(*errors) if errors else WITHOUT * max(abs(old), abs(new))
+    return abs(new - old) > allowed
+
+
+def _number(row: pd.Series) -> str:
+    measured, error = plain(row["measured"], 4), plain(row["uncertainty"], 2)
+    return f"{measured} -+ {error}" if measured and error else measured or "no number"
+
+
+def _case(row: Row, seconds: float) -> JUnitCase:
+    """A row's case: "failure" for a verdict other than the expected one, "error" for a row that
+    should have been measured but was not, "skipped" for one that was expected not to run."""
+    measured, error = plain(row.measured, 6) or "nothing", plain(row.uncertainty, 2)
+    outcome: Outcome = "passed"
+    message = ""
+    if row.verdict == NOT_RUN:
+        outcome = "skipped" if row.expected == NOT_RUN else "error"
+        message = f"not run: {row.reason}"
+    elif row.verdict != row.expected:
+        outcome = "failure"
+        message = (
+            f"{row.verdict}, expected was {row.expected}: measured {measured}, bound {row.bound}"
+        )
+    properties = (
+        ("measured", f"{measured}{f' -+ {error}' if error else ''}"),
+        ("bound", row.bound or "none"),
+        ("verdict", row.verdict),
+        ("expected", row.expected or "a verdict"),
+        *((name, getattr(row, name)) for name in TEXTS),
+    )
+    group = f"{row.source if row.source == AGREEMENT else 'claim'}.{row.id}"
+    return JUnitCase(group, row.quantity, seconds, outcome, message, properties=properties)
+
+
+def _engine(name: str, engines: Engines) -> JUnitCase:
+    why = engines.absence[name]
+    if not why:
+        return JUnitCase("engines", name)
+    outcome: Outcome = "failure" if name in engines.required else "skipped"
+    return JUnitCase("engines", name, 0.0, outcome, f"{name} is absent: {why}")

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from itertools import product
-from multiprocessing import cpu_count, get_context
 from typing import Any
 
 import numpy as np
+from joblib import cpu_count, delayed
 
 import galvi
 from galvi.charts import CHARTS
+from reports.build.workers import parallel
 
 SOLVERS = ("auto", "newton")
 # Of one vector of stages and of several, of four lanes and of eight: a law on a group has code for
@@ -25,10 +25,10 @@ def warm(report: Callable[[str], None] = print) -> None:
     """Run two steps of each of galvi's problems with each kernel, side by side, and report the
     times."""
     names, began = known_problems(), time.perf_counter()
-    with ProcessPoolExecutor(min(cpu_count(), len(names)), get_context("spawn")) as pool:
-        done = {pool.submit(warm_problem, name): name for name in names}
-        for k, future in enumerate(as_completed(done), 1):
-            report(f"{k} of {len(done)}: {done[future]}, {future.result():.1f} s")
+    processes = parallel(min(cpu_count(), len(names)), return_as="generator_unordered")
+    results = processes(delayed(warm_problem)(name) for name in names)
+    for k, (name, seconds) in enumerate(results, 1):
+        report(f"{k} of {len(names)}: {name}, {seconds:.1f} s")
     report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
 
 
@@ -40,12 +40,12 @@ def known_problems() -> dict[str, Callable[[], galvi.Problem]]:
     return known
 
 
-def warm_problem(name: str) -> float:
-    """Run all variants of a problem; the seconds that took."""
+def warm_problem(name: str) -> tuple[str, float]:
+    """Run all variants of a problem; its name, and the seconds that took."""
     clock = time.perf_counter()
     for variant in variants(known_problems()[name]()):
         run_all(variant)
-    return time.perf_counter() - clock
+    return name, time.perf_counter() - clock
 
 
 def in_python(**force: Any) -> galvi.Problem:

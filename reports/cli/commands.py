@@ -84,7 +84,7 @@ def everything(
         require, timeout = project.default("require"), project.default("timeout")
         return measure.build_all(
             context, quick=quick, checking=Checking(claims, require, contender, timeout), anew=anew,
-            kept=False, single=False, scheduler="", out=out,
+            kept=False, single=False, out=out,
         )  # fmt: skip
     names = ("quick", "claims", "contender", "anew", "out")
     before = [f"--{name}" for name in names if typed(context, name)]

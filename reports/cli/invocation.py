@@ -57,7 +57,6 @@ class Invocation:
         anew: bool = False,
         below: str = "",
         fail_under: float = 100.0,
-        checks: Sequence[str] = (),
     ) -> Options:
         """The options of a command on the suite. Raises typer.BadParameter for unknown words."""
         from benchmarks.claims.statements import claims_by_place, why_unchecked  # they bring pandas
@@ -67,7 +66,7 @@ class Invocation:
         engines = () if require is None else choose_engines(require, suite.engines())
         return Options(
             quick, chosen, self.folder(out, below), self.command, engines, tuple(contenders), anew,
-            self.called, fail_under, tuple(checks),
+            self.called, fail_under,
         )  # fmt: skip
 
 
@@ -140,11 +139,5 @@ TIMEOUT = typer.Option(
     metavar="SECONDS",
     callback=within(0.0, math.inf, "a finite number of seconds"),
     help="Longest time of one run of an external integrator.",
-)
-SCHEDULER = typer.Option(
-    "",
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Of a Dask scheduler: studies without timings run there.",
 )
 FOLDER = typer.Option(None, "--out", metavar="DIR", help=f"Output folder. Default: `{OUT}`.")

@@ -13,7 +13,6 @@ from reports.cli.invocation import (
     CONTENDER,
     FOLDER,
     QUICK,
-    SCHEDULER,
     TIMEOUT,
     invocation,
     within,
@@ -49,29 +48,18 @@ def verify_claims(
         "--last-failed",
         help="Only claims with checks that failed last time in this folder; all, where none did.",
     ),
-    scheduler: str = SCHEDULER,
     out: Path = FOLDER,
 ) -> int:
     """Check the claims; exit 1 when a verdict is not as expected."""
-    from reports.build.check_session import NoChecks
-    from reports.build.verify import verify
-    from reports.build.workers import on_scheduler
+    from reports.build.verify import selected, verify
     from reports.results.own_problems import joined
 
     given = invocation(context)
-    with (
-        joined(given.load(), checking.contender, checking.timeout) as known,
-        on_scheduler(known, scheduler) as suite,
-    ):
-        checks = [*([f"-k={matching}"] if matching else []), *(["--last-failed"] if failed else [])]
+    with joined(given.load(), checking.contender, checking.timeout) as suite:
         options = given.options(
-            suite, quick, out, checking.claims, checking.require, fail_under=fail_under,
-            checks=checks,
-        )  # fmt: skip
-        try:
-            passed = verify(suite, options).passed
-        except NoChecks as nothing:
-            raise typer.BadParameter(str(nothing)) from None
+            suite, quick, out, checking.claims, checking.require, fail_under=fail_under
+        )
+        passed = verify(suite, selected(suite, options, matching, failed)).passed
         faults = list(suite.faults())
     _tell(faults)
     return int(not passed or (bool(faults) and fail_under == 100.0))
@@ -95,8 +83,7 @@ def compare_methods(
 ) -> int:
     """Time galvi and other codes at matched error."""
     from reports.build.compare import compare, compare_sections
-    from reports.results.only import narrowed
-    from reports.results.own_problems import joined, with_problems
+    from reports.results.own_problems import joined, narrowed, with_problems
 
     given = invocation(context)
     known = with_problems(given.load(), problem, bool(contender)) if problem else given.load()
@@ -128,12 +115,10 @@ def build_all(
         False, "--kept", help="Only draw and write the pages, from kept rows."
     ),
     single: bool = typer.Option(False, "--single-file", help="Also write all pages as one file."),
-    scheduler: str = SCHEDULER,
     out: Path = FOLDER,
 ) -> int:
     """Everything, with figures and the page; resumes an interrupted build."""
     from reports.build.build import build, build_kept
-    from reports.build.workers import on_scheduler
     from reports.results.own_problems import joined
 
     given = invocation(context)
@@ -144,10 +129,7 @@ def build_all(
         except ValueError as error:
             raise typer.BadParameter(f"--kept: {error}") from None
         return 0
-    with (
-        joined(known, checking.contender, checking.timeout) as here,
-        on_scheduler(here, scheduler) as suite,
-    ):
+    with joined(known, checking.contender, checking.timeout) as suite:
         options = given.options(
             suite, quick, out, checking.claims, checking.require, checking.contender, anew
         )

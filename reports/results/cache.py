@@ -15,7 +15,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from benchmarks.store.result_cache import ResultCache, digest_of_sources
@@ -28,31 +27,30 @@ CODE = ("reports",)  # in addition to the measured sources
 
 @dataclass(frozen=True, eq=False)
 class CachedResult:
-    """A frame, its measuring time in seconds, and the start date of the run that measured it."""
+    """A frame, its measuring time in seconds, and the start date of the earlier run that measured
+    it; empty for this run."""
 
     frame: pd.DataFrame
     seconds: float
     run: str = ""
 
-    def as_json(self) -> list[Any]:
-        """Its numbers and texts, exactly; the index is not kept."""
-        columns = [
-            (name, str(column.dtype), [_native(cell) for cell in column.astype(object)])
-            for name, column in self.frame.items()
-        ]
-        return [self.seconds, self.run, columns]
-
     @classmethod
-    def from_json(cls, kept: list[Any]) -> CachedResult:
+    def from_json(cls, stored: dict[str, Any]) -> CachedResult:
         """From what `as_json` gave."""
-        seconds, run, columns = kept
-        named = {name: pd.Series(values, dtype=kind) for name, kind, values in columns}
-        return cls(pd.DataFrame(named), seconds, run)
+        columns = {
+            name: pd.Series(stored["columns"][name], dtype=kind)
+            for name, kind in stored["types"].items()
+        }
+        return cls(pd.DataFrame(columns), stored["seconds"], stored["run"])
 
-
-def _native(cell: Any) -> Any:
-    """A cell as JSON has it."""
-    return cell.item() if isinstance(cell, np.generic) else cell
+    def as_json(self, run: str) -> dict[str, Any]:
+        """Its numbers and texts, exactly, measured in this run; the index is not kept."""
+        return {
+            "run": run,
+            "seconds": self.seconds,
+            "types": self.frame.dtypes.astype(str).to_dict(),
+            "columns": self.frame.to_dict("list"),
+        }
 
 
 @dataclass(eq=False)
@@ -62,51 +60,51 @@ class BuildCache:
     store    where results are stored; None stores nothing
     run      start date of this run
     sources  digest of the current sources
-    taken    results of interrupted runs
-    ready    results of this run that were measured before their turn
+    results  of interrupted runs and of this one
     edited   whether the sources changed since this run began; nothing is stored from then on
     """
 
     store: ResultCache | None = None
     run: str = ""
     sources: Callable[[], str] = str
-    taken: dict[str, CachedResult] = field(default_factory=dict)
-    ready: dict[str, CachedResult] = field(default_factory=dict)
+    results: dict[str, CachedResult] = field(default_factory=dict)
     edited: bool = False
 
     def __post_init__(self) -> None:
         self._begun_with = self.sources()
 
-    def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
-        """The stored result of this name, or measure and store it; exceptions propagate."""
-        for known in (self.taken, self.ready):
-            if name in known:
-                return known[name]
-        start = time.perf_counter()
-        frame = measure()
-        return self.keep(name, frame, time.perf_counter() - start)
+    @property
+    def taken(self) -> list[CachedResult]:
+        """The results of interrupted runs."""
+        return [result for result in self.results.values() if result.run]
 
-    def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> CachedResult:
+    def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
+        """The result of this name, or measure and store it; exceptions propagate."""
+        if name not in self.results:
+            start = time.perf_counter()
+            frame = measure()
+            self.keep(name, frame, time.perf_counter() - start)
+        return self.results[name]
+
+    def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> None:
         """Store a result; when that fails, print a warning and continue."""
-        result = CachedResult(frame, seconds, self.run)
+        self.results[name] = CachedResult(frame, seconds)
         if self.store is None:
-            return result
+            return
         self.look()
         why = "the sources changed since the build began" if self.edited else ""
         try:
             if not why:
-                self.store.keep(name, result.as_json())
+                self.store.keep(name, self.results[name].as_json(self.run))
         except OSError as error:
             why = " ".join(str(error).split())
         if why:
             print(f"{name} is not kept for a build that is resumed: {why}.", file=sys.stderr)
-        return result
 
     def forget(self) -> None:
         """Delete the stored results of this build."""
         if self.store is not None:
             self.store.forget()
-        self.taken = {}
 
     def look(self) -> None:
         """Update `edited`: whether the sources ever changed since this run began."""
@@ -114,19 +112,19 @@ class BuildCache:
 
     def provenance(self) -> dict[str, str]:
         """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
-        said = {}
+        notes = {}
         if self.taken:
-            said["resumed"] = f"{self._earlier()}; times compare within a result"
+            notes["resumed"] = f"{self._earlier()}; times compare within a result"
         if self.edited:
-            said["changed"] = "the sources, after this run began: results may be of either state"
-        return said
+            notes["changed"] = "the sources, after this run began: results may be of either state"
+        return notes
 
     def greeting(self) -> str:
         """A sentence on the results that are reused; empty when there are none."""
         return f"Resuming: {self._earlier()}; --anew starts over." if self.taken else ""
 
     def _earlier(self) -> str:
-        counts = Counter(result.run for result in self.taken.values())
+        counts = Counter(result.run for result in self.taken)
         return " and ".join(
             f"{count} {'result' if count == 1 else 'results'} of the build of {run}, "
             "which was stopped"
@@ -143,14 +141,14 @@ def open_cache(suite: Suite, options: Options) -> BuildCache:
     """
     provenance = suite.provenance(options.command)
     same = {name: text for name, text in provenance.items() if name not in CHANGING}
-    words = json.dumps([_sources(), same, options.quick, options.claims], sort_keys=True)
-    store = ResultCache(options.out, hashlib.sha256(words.encode()).hexdigest()[:16])
+    build = json.dumps([_sources(), same, options.quick, options.claims], sort_keys=True)
+    store = ResultCache(options.out, hashlib.sha256(build.encode()).hexdigest()[:16])
     cache = BuildCache(None if options.contenders else store, provenance.get("date", ""), _sources)
     if options.anew:
         cache.forget()
     elif cache.store is not None:
-        kept = cache.store.results()
-        cache.taken = {name: CachedResult.from_json(one) for name, one in kept.items()}
+        for name, stored in cache.store.results().items():
+            cache.results[name] = CachedResult.from_json(stored)
     return cache
 
 

@@ -7,9 +7,9 @@ A row whose engine is missing is expected not to run: it is listed with the reas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -40,59 +40,33 @@ class ClaimResult:
     run: str = ""
 
 
-Finished = tuple[str, pd.DataFrame, float]
-# names of claims -> (name, frame, seconds) of each as another process finishes it
-Elsewhere = Callable[[Sequence[str]], Generator[Finished, None, None]]
-
-
-def nowhere(names: Sequence[str]) -> Generator[Finished, None, None]:
-    """The default `elsewhere`: every claim is studied in this process."""
-    yield from ()
-
-
 def check(
-    claims: Iterable[Claim],
-    make_method: Any,
-    quick: bool,
-    cache: BuildCache | None = None,
-    elsewhere: Elsewhere = nowhere,
+    claims: Sequence[Claim], make_method: Any, quick: bool, cache: BuildCache | None = None
 ) -> list[ClaimResult]:
-    """Study and judge each claim, those with timings last; progress goes to stderr.
+    """Judge each claim, and before it study those without a result in the cache, where claims with
+    timings are the last; progress goes to stderr.
 
-    cache      the build's result cache; None stores nothing
-    elsewhere  studies claims in other processes; claims it omits are studied here
+    cache  the build's result cache; None stores nothing
     """
-    claims, cache = tuple(claims), cache or BuildCache()
-    results: dict[str, ClaimResult] = {}
-    with Studies(len(claims)) as studies:
-        missing = {claim.id: claim for claim in claims if claim.id not in cache.taken}
-        with closing(elsewhere(tuple(missing))) as finished:
-            for name, table, seconds in finished:
-                result = cache.keep(name, table, seconds)
-                results[name] = _judged(missing[name], result)
-                studies.finished(name, missing[name].title, seconds)
-        for claim in sorted(claims, key=lambda one: one.timed):
-            if claim.id not in results:
-                results[claim.id] = _check(claim, make_method, quick, studies, cache)
-    return [results[claim.id] for claim in claims]
+    cache = cache or BuildCache()
+    missing = [claim for claim in claims if claim.id not in cache.results]
+    failed: dict[str, ClaimResult] = {}
+    with Studies(len(missing)) as studies:
+        for claim in sorted(missing, key=lambda claim: claim.timed):
+            start = time.perf_counter()
+            try:
+                with studies(claim.id, claim.title) as report:
+                    cache.result(claim.id, partial(claim.study, make_method, quick, report))
+            except Exception as error:
+                seconds = time.perf_counter() - start
+                failed[claim.id] = ClaimResult(claim, None, _spoiled(claim, error), seconds)
+    return [failed.get(claim.id) or _judged(claim, cache.results[claim.id]) for claim in claims]
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
     """The first of these claims whose study returned a frame; None if there is none."""
     measured = {one.claim.id: one for one in checked if one.frame is not None}
     return next((measured[name] for name in claims if name in measured), None)
-
-
-def _check(
-    claim: Claim, make_method: Any, quick: bool, studies: Studies, cache: BuildCache
-) -> ClaimResult:
-    start = time.perf_counter()
-    try:
-        with studies(claim.id, claim.title) as report:
-            result = cache.result(claim.id, lambda: claim.study(make_method, quick, report))
-    except Exception as error:
-        return ClaimResult(claim, None, _spoiled(claim, error), time.perf_counter() - start)
-    return _judged(claim, result)
 
 
 def _judged(claim: Claim, result: CachedResult) -> ClaimResult:
@@ -109,8 +83,8 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
     """Give a row that could not be judged the statuses of its study's runs as reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
-    said = dict.fromkeys(text for text in measured.get("status", ()) if text)
-    why = " ".join(said) or "There are too few numbers to judge by."
+    statuses = dict.fromkeys(text for text in measured.get("status", ()) if text)
+    why = " ".join(statuses) or "There are too few numbers to judge by."
     return replace(row, reason=f"{why} Expected was {row.expected}: {row.reason}")
 
 
@@ -122,25 +96,11 @@ def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
         rows = claim.judge(frame([]))
     except Exception:
         rows = []
-    blank = Row(
-        id=claim.id,
-        quantity=claim.title,
-        source="",
-        setup="",
-        claimed="",
-        bound="",
-        measured=None,
-        uncertainty=None,
-        expected="",
-        reason="",
-        reference="",
-        verdict=NOT_RUN,
-    )
     absent = error.name or "" if isinstance(error, EngineMissing) else ""
     return tuple(
         replace(
             row, measured=None, uncertainty=None, verdict=NOT_RUN, reason=why, absent=absent,
             expected=NOT_RUN if absent else row.expected,
         )
-        for row in rows or [blank]
+        for row in rows or [Row(claim.id, claim.title, expected="")]
     )  # fmt: skip

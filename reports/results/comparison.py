@@ -15,7 +15,6 @@ from benchmarks.store.cells import read_csv
 from reports.results.cache import BuildCache
 from reports.results.options import Options
 from reports.results.progress import Studies
-from reports.results.section import Measure
 from reports.results.suite import Suite
 
 MARKS = ("date", "commit", "setting")  # origin of a row; setting: quick or default
@@ -83,29 +82,20 @@ def measure_comparison(
     suite: Suite, options: Options, cache: BuildCache | None = None
 ) -> Comparison:
     """Measure every problem and the cost; exceptions are recorded in `failures`."""
-    cache, failures = cache or BuildCache(), []
-    races = _races(suite, options.quick)
-
-    def measured(name: str, title: str, measure: Measure) -> pd.DataFrame | None:
-        try:
-            with studies(name, title) as report:
-                return cache.result(title, lambda: measure(options.quick, report)).frame
-        except Exception as error:
-            failures.append(f"{title}: not run ({describe_error(error)}).")
-            return None
-
-    with Studies(len(races) + 1) as studies:
-        found = [measured("time", title, measure) for title, measure in races.items()]
-        cost = measured("cost", COST, suite.cost)
-    frames = [frame for frame in found if frame is not None]
-    runs = pd.concat(frames, ignore_index=True) if frames else None
-    return Comparison(runs, cost, (*failures, *suite.faults()))
-
-
-def _races(suite: Suite, quick: bool) -> dict[str, Measure]:
-    """The measurements by title: one per problem, where the suite lists its problems."""
-    apart = {
+    cache, failures, frames = cache or BuildCache(), [], dict[str, pd.DataFrame]()
+    by_problem = {
         f"work-precision, {name}": partial(suite.work_precision, problem=name)
-        for name in suite.problems(quick)
+        for name in suite.problems(options.quick)
     }
-    return apart or {"work-precision": suite.work_precision}
+    measures = {**(by_problem or {"work-precision": suite.work_precision}), COST: suite.cost}
+    with Studies(len(measures)) as studies:
+        for title, measure in measures.items():
+            try:
+                with studies("cost" if title == COST else "time", title) as report:
+                    result = cache.result(title, partial(measure, options.quick, report))
+                frames[title] = result.frame
+            except Exception as error:
+                failures.append(f"{title}: not run ({describe_error(error)}).")
+    cost = frames.pop(COST, None)
+    runs = pd.concat(frames.values(), ignore_index=True) if frames else None
+    return Comparison(runs, cost, (*failures, *suite.faults()))

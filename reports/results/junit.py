@@ -14,7 +14,7 @@ FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]
 MOST = 10  # annotations that GitHub shows of a step
 
 Outcome = Literal["passed", "failure", "error", "skipped"]
-TOTALS = {"failures": "failure", "errors": "error", "skipped": "skipped"}
+TOTALS: Mapping[str, Outcome] = {"failures": "failure", "errors": "error", "skipped": "skipped"}
 
 
 @dataclass(frozen=True)
@@ -45,25 +45,27 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
     title   the command as the user called it, such as "galvi verify"
     suites  name -> its cases
     """
-    root = tree.Element("testsuites", name=_clean(title))
+    every_case = [case for cases in suites.values() for case in cases]
+    root = tree.Element("testsuites", _totals(every_case), name=title)
     for name, cases in suites.items():
-        suite = tree.SubElement(root, "testsuite", _totals(cases), name=_clean(name))
-        suite.extend([_element(case) for case in cases])
-    root.attrib |= _totals([case for cases in suites.values() for case in cases])
+        suite = tree.SubElement(root, "testsuite", _totals(cases), name=name)
+        for case in cases:
+            _add(suite, case)
     tree.indent(root)
-    return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    text = tree.tostring(root, encoding="unicode", xml_declaration=True)
+    return FORBIDDEN.sub("?", text) + "\n"
 
 
 def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
     """Lines by which a job on GitHub shows what failed, at most MOST; none in other places."""
     if os.environ.get("GITHUB_ACTIONS") != "true":
         return []
-    failed = [case for case in cases if case.outcome in ("failure", "error")]
     return [
         f"::error title={_escaped(f'{case.class_name}: {case.name}', ':,')}"
         f"::{_escaped(case.message)}"
-        for case in failed[:MOST]
-    ]
+        for case in cases
+        if case.outcome in ("failure", "error")
+    ][:MOST]
 
 
 def _escaped(text: str, more: str = "") -> str:
@@ -73,31 +75,20 @@ def _escaped(text: str, more: str = "") -> str:
 
 def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:
     outcomes = [case.outcome for case in cases]
-    counts = {name: str(outcomes.count(kind)) for name, kind in TOTALS.items()}  # type: ignore[arg-type]
+    counts = {name: str(outcomes.count(outcome)) for name, outcome in TOTALS.items()}
     seconds = sum(case.seconds for case in cases)
     return {"tests": str(len(cases)), **counts, "time": f"{seconds:.3f}"}
 
 
-def _element(case: JUnitCase) -> tree.Element:
-    element = tree.Element(
-        "testcase",
-        classname=_clean(case.class_name),
-        name=_clean(case.name),
-        time=f"{case.seconds:.3f}",
-    )
+def _add(suite: tree.Element, case: JUnitCase) -> None:
+    attributes = {"classname": case.class_name, "name": case.name, "time": f"{case.seconds:.3f}"}
+    element = tree.SubElement(suite, "testcase", attributes)
     if case.properties:
         properties = tree.SubElement(element, "properties")
         for name, text in case.properties:
-            tree.SubElement(properties, "property", name=_clean(name), value=_clean(text))
+            tree.SubElement(properties, "property", name=name, value=text)
     if case.outcome != "passed":
-        outcome = tree.SubElement(element, case.outcome, message=_clean(case.message))
-        if case.outcome == "failure":
-            told = "\n".join(f"{name}: {text}" for name, text in case.properties)
-            outcome.text = _clean(case.details or told)
+        explained = case.details or "\n".join(map(": ".join, case.properties))
+        tree.SubElement(element, case.outcome, message=case.message).text = explained
     if case.details:
-        tree.SubElement(element, "system-out").text = _clean(case.details)
-    return element
-
-
-def _clean(text: str) -> str:
-    return FORBIDDEN.sub("?", text)
+        tree.SubElement(element, "system-out").text = case.details

@@ -6,9 +6,7 @@ these rows in provenance.json. Benches are kept together, as each file says its 
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +15,7 @@ import pandas as pd
 
 from benchmarks.store.atomic import write
 from reports.results.comparison import written
-from reports.results.origins import NAME, read_origins, short
+from reports.results.origins import NAME, note_origin, read_origins, short
 
 MACHINES, ROWS, BENCHES = "machines", "work_precision.csv", "benchmarks"
 NEEDED = ("problem", "contender", "settings", "error", "seconds", "is_truth")
@@ -39,23 +37,32 @@ class Machine:
         return self.origin.get("compiled for", "").partition(", ")[2]
 
     @property
+    def name(self) -> str:
+        """The name of its folder."""
+        text = f"{self.origin.get('cpu', '')} {self.origin.get('compiled for', '')}".casefold()
+        return re.sub(r"[^a-z0-9]+", "-", text).strip("-")
+
+    @property
+    def date(self) -> str:
+        return self.origin.get("date", "")
+
+    @property
     def title(self) -> str:
         """Processor, what galvi and heyoka compiled for, date and commit."""
-        date, commit = self.origin.get("date", "").partition(" ")[0], self.origin.get("commit", "")
         return (
             f"{self.origin.get('cpu', 'unknown processor')} "
-            f"({self.origin.get('compiled for', 'unknown')}), {date}, commit {short(commit)}"
+            f"({self.origin.get('compiled for', 'unknown')}), {self.date.partition(' ')[0]}, "
+            f"commit {short(self.origin.get('commit', ''))}"
         )
 
 
 def machines(out: Path) -> list[Machine]:
     """The report's own machine first, then the merged ones of other processors, the newest first;
     rows without an origin are left out."""
-    own = [one for one in (_read(out),) if one]
-    others = [one for folder in sorted((out / MACHINES).glob("*")) if (one := _read(folder))]
-    others.sort(key=lambda one: one.origin.get("date", ""), reverse=True)
-    known = {_name(one.origin) for one in own}
-    return [*own, *(one for one in others if _name(one.origin) not in known)]
+    here, *merged = (_read(folder) for folder in (out, *sorted((out / MACHINES).glob("*"))))
+    by_age = sorted(filter(None, merged), key=lambda machine: machine.date, reverse=True)
+    others = [machine for machine in by_age if not here or machine.name != here.name]
+    return [here, *others] if here else others
 
 
 def merge(out: Path, folders: Sequence[Path]) -> list[str]:
@@ -66,42 +73,38 @@ def merge(out: Path, folders: Sequence[Path]) -> list[str]:
     """
     for folder in folders:
         _check(folder)
-    return [said for folder in folders for said in _merged(out, folder)]
+    return [sentence for folder in folders for sentence in _merged(out, folder)]
 
 
 def _merged(out: Path, folder: Path) -> Iterator[str]:
-    for place in (folder, *sorted((folder / MACHINES).glob("*"))):
-        one = _read(place)
-        if one is None:
+    for source in (folder, *sorted((folder / MACHINES).glob("*"))):
+        machine = _read(source)
+        if machine is None:
             continue
-        target = out / MACHINES / _name(one.origin)
+        target = out / MACHINES / machine.name
         before = _read(target)
-        if before is not None and before.origin.get("date", "") >= one.origin.get("date", ""):
-            yield f"{place}: rows of {before.title} are as new, and stay."
+        if before is not None and before.date >= machine.date:
+            yield f"{source}: rows of {before.title} are as new, and stay."
             continue
-        target.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(place / ROWS, target / ROWS)
-        write(target / NAME, json.dumps({ROWS: dict(one.origin)}, indent=2) + "\n")
-        yield f"{place}: {len(one.runs)} rows of {one.title}."
-    found = [path for path in (folder / BENCHES).rglob("*") if path.is_file()]
-    new = [path for path in found if not (out / path.relative_to(folder)).exists()]
+        write(target / ROWS, (source / ROWS).read_bytes())
+        note_origin(target, ROWS, machine.origin, machine.origin.get("setting") == "quick")
+        yield f"{source}: {len(machine.runs)} rows of {machine.title}."
+    benches = [path.relative_to(folder) for path in (folder / BENCHES).rglob("*") if path.is_file()]
+    new = [path for path in benches if not (out / path).exists()]
     for path in new:
-        target = out / path.relative_to(folder)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, target)
-    if found:
-        yield f"{folder}: {len(new)} files of benches, {len(found) - len(new)} were here."
+        write(out / path, (folder / path).read_bytes())
+    if benches:
+        yield f"{folder}: {len(new)} files of benches, {len(benches) - len(new)} were here."
 
 
 def _check(folder: Path) -> None:
-    rows = (folder / ROWS).is_file()
-    if not rows and not any((folder / BENCHES).rglob("*")):
+    if not (folder / ROWS).is_file():
+        if any((folder / BENCHES).rglob("*")):
+            return
         raise ValueError(
             f"expected folders of reports, with {ROWS} and {NAME}, or {BENCHES}/; received "
             f"{folder}, which has neither. Name the folder that `galvi compare --out` wrote."
         )
-    if not rows:
-        return
     table = written(folder / ROWS, NEEDED[0], {})
     lacking = [name for name in NEEDED if table is None or name not in table]
     if lacking:
@@ -120,9 +123,3 @@ def _read(folder: Path) -> Machine | None:
     origin = read_origins(folder).get(ROWS, {})
     runs = written(folder / ROWS, "is_truth", origin) if origin.get("cpu") else None
     return None if runs is None else Machine(runs, origin)
-
-
-def _name(origin: Mapping[str, str]) -> str:
-    """The name of its folder."""
-    words = f"{origin.get('cpu', '')} {origin.get('compiled for', '')}".casefold()
-    return re.sub(r"[^a-z0-9]+", "-", words).strip("-")

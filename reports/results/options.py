@@ -25,7 +25,6 @@ class Options:
     require     engines that must be available
     contenders  external integrators, as package.module:Class
     anew        do not resume an interrupted build
-    checks      options of pytest that choose among the rows, such as ("-k=pendulum",)
     """
 
     quick: bool = False
@@ -37,4 +36,3 @@ class Options:
     anew: bool = False
     called: str = "python -m reports"
     fail_under: float = 100.0
-    checks: tuple[str, ...] = ()

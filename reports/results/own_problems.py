@@ -18,6 +18,7 @@ from benchmarks.applications.external.own_problems import load_problem, require_
 from benchmarks.work_precision.cost import COLUMNS
 from benchmarks.work_precision.own_problem import own_problem
 from galvi import Problem
+from references.setting import nearest
 from reports.results.suite import Suite
 
 
@@ -76,7 +77,12 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             in_workers={k: v for k, v in suite.in_workers.items() if k not in open_to_them},
             claims=(*suite.claims, *contender_checks(externals)),
             work_precision=partial(suite.work_precision, externals=externals),
-            sections=tuple(_with_externals(section, externals) for section in suite.sections),
+            sections=tuple(
+                replace(section, measure=partial(section.measure, externals=externals))
+                if section.open
+                else section
+                for section in suite.sections
+            ),
             faults=lambda: [fault for external in externals for fault in external.faults],
         )
 
@@ -85,11 +91,6 @@ def _say_printed(external: ExternalIntegrator) -> None:
     """Say on standard error that the processes of an integrator, which have ended, printed."""
     if printed := external.printed.sentence():
         typer.echo(f"{external.name} {printed}", err=True)
-
-
-def _with_externals(one: Any, externals: Sequence[ExternalIntegrator]) -> Any:
-    """The section with these participants, if it is open to external integrators."""
-    return replace(one, measure=partial(one.measure, externals=externals)) if one.open else one
 
 
 Own = Mapping[str, tuple[Problem, float]]
@@ -107,13 +108,10 @@ def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Sui
     for path in dict.fromkeys(paths):
         try:
             problem, duration = load_problem(path)
-        except ContenderError as error:
-            raise typer.BadParameter(f"--problem {path}: {error}.") from None
-        try:
             if sent:
                 require_sendable(problem)
         except ContenderError as error:
-            raise typer.BadParameter(f"--problem {path}: with --contender {error}.") from None
+            raise typer.BadParameter(f"--problem {path}: {error}.") from None
         if problem.name in own:
             raise typer.BadParameter(f"--problem: two are called {problem.name!r}.")
         own[problem.name] = (problem, duration)
@@ -133,3 +131,30 @@ def _compared(
     """The measurements on one of them."""
     case = own_problem(*own[problem], quick, report)
     return measure(quick, report, problem=problem, cases=(case,), **more)
+
+
+def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
+    """The suite with the comparisons, costs and targets of some problems, and no studies.
+
+    text  parts of their names, in any case, separated by commas
+
+    Raises ValueError without a part, or where one is in no name.
+    """
+    known = suite.problems(quick)
+    asked = [word.strip() for word in text.split(",") if word.strip()]
+    if not asked:
+        raise ValueError(f"give a part of a problem's name; received {text!r}.")
+    for word in asked:
+        if not any(word.casefold() in name.casefold() for name in known):
+            raise ValueError(
+                f"there is no problem {word!r} to compare on; did you mean "
+                f"{nearest(word, known)!r} (known: {', '.join(known)})?"
+            )
+    chosen = [name for name in known if any(word.casefold() in name.casefold() for word in asked)]
+    return replace(
+        suite,
+        problems=lambda quick: chosen,
+        cost=partial(suite.cost, only=chosen),
+        targets=tuple(target for target in suite.targets if target.problem in chosen),
+        sections=(),
+    )

@@ -84,12 +84,8 @@ def _rows(
     section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
 ) -> pd.DataFrame:
     """The rows of a study's default form, measured here or taken from the cache."""
-    result = cache.ready.get(section.title)
-    if result is None:
-        with studies("study", section.title) as report:
-            result = cache.result(section.title, lambda: section.measure(options.quick, report))
-    else:
-        studies.finished("study", section.title, result.seconds)
+    with studies("study", section.title) as report:
+        result = cache.result(section.title, lambda: section.measure(options.quick, report))
     return _dated(result.frame, suite, options, result.run)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,8 +28,6 @@ class Suite:
     provenance      command -> versions, commit, machine, date
     in_workers      claims and sections without timings, by id and title: (quick) -> frame,
                     importable in another process
-    runner          (studies of in_workers, quick) -> (name, frame, seconds) as each finishes;
-                    None: two processes of this machine
     """
 
     claims: tuple[Claim, ...]
@@ -43,4 +41,3 @@ class Suite:
     faults: Callable[[], Collection[str]] = tuple
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()
     in_workers: Mapping[str, Callable[[bool], pd.DataFrame]] = field(default_factory=dict)
-    runner: Callable[..., Generator[tuple[str, pd.DataFrame, float], None, None]] | None = None

@@ -16,10 +16,12 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SOURCES = ("galvi", "references", "benchmarks", "reports", "setup.py")
 PICKLERS = {"pickle", "_pickle", "cPickle", "cloudpickle", "dill", "joblib", "marshal", "shelve"}
-HARMLESS = {"dump", "dumps", "PicklingError"}  # of these modules
+HARMLESS = {  # of these modules
+    *("dump", "dumps", "PicklingError"),
+    *("Parallel", "cpu_count", "delayed"),  # pipes of processes that this one starts
+}
 LOADERS = {"read_pickle", "recv"}  # methods of any object: of pandas, and of a connection
 ALLOWED = {
-    "galvi/command.py": "a call that the command sends to workers of the user's scheduler",
     "galvi/interop/rebound.py": "a pipe from the process that reads a file of REBOUND's",
     "galvi/interop/rebound_contents.py": "a pipe from the process that started this one",
     "galvi/kernels/compile/cache.py": "compiled code, in a folder that is the user's own",

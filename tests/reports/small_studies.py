@@ -21,6 +21,10 @@ def broken(quick: bool) -> pd.DataFrame:
     raise RuntimeError("no engine here")
 
 
+def dying(quick: bool) -> pd.DataFrame:
+    os._exit(3)
+
+
 def nothing(quick: bool) -> pd.DataFrame:
     """The frame of a claim's study that measured nothing."""
     return frame([])

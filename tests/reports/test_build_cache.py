@@ -29,7 +29,7 @@ from reports.results.options import Options
 from reports.results.own_problems import joined
 from reports.results.section_result import measure_sections
 from tests.reports.small_reports import SKY
-from tests.reports.small_studies import broken, nothing, quiet
+from tests.reports.small_studies import broken, dying, nothing, quiet
 
 FRAMES = (
     pd.DataFrame({"x": [0.1 + 0.2, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1e308]}),
@@ -67,15 +67,23 @@ def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
 
 def test_a_damaged_result_is_measured_again(tmp_path):
     store = ResultCache(tmp_path, "state")
-    for name in ("V1", "V2", "V3", "V4"):
+    for name in ("V1", "V2", "V3"):
         store.keep(name, ["a", 0.1])
-    one, two, three, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    one, two, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
     one.write_bytes(one.read_bytes()[:-3])
-    two.write_text(two.read_text().replace("0.1", "0.2"))
-    os.utime(three, (0, 0))  # expired
-    assert len(store.results()) == 1
+    two.write_text("0.2")
+    assert list(store.results().values()) == [["a", 0.1]]
     store.forget()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
+    old, new = ResultCache(tmp_path, "old"), ResultCache(tmp_path, "new")
+    for store in (old, new):
+        store.keep("V1", 1)
+    os.utime(next((tmp_path / FOLDER / "old").iterdir()), (0, 0))
+    ResultCache(tmp_path, "mine").forget()
+    assert old.results() == {} and new.results() == {"V1": 1}
 
 
 class Evil:
@@ -118,8 +126,8 @@ def test_a_build_measures_sections_beside_its_claims_and_only_once(
     studies = {**dict.fromkeys(names, nothing), section.title: partial(quiet, 0.0)}
     suite = make_suite(*map(make_claim, names), sections=(section,), in_workers=studies)
     cache = BuildCache()
-    found = verify(suite, Options(True, out=tmp_path), cache, [section.title])
-    assert [one.claim.id for one in found.checked] == names
+    results = verify(suite, Options(True, out=tmp_path), cache, [section.title])
+    assert [result.claim.id for result in results.checked] == names
     (result,) = measure_sections(suite, Options(True, out=tmp_path), suite.sections, cache)
     assert not result.failure and list(result.frame) == list(quiet(0.0, True))
     assert measure_sections(suite, Options(out=tmp_path), suite.sections)[0].failure
@@ -136,21 +144,19 @@ def test_sections_open_to_external_integrators_are_then_measured_with_them(monke
     assert here == {section.title for section in SECTIONS if section.open or section.timed}
 
 
-def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_here(
-    make_claim, tmp_path, capsys
-):
+def test_claims_with_results_are_judged_and_the_others_are_studied(make_claim, tmp_path, capsys):
     store = ResultCache(tmp_path, "state")
-    seen = []
-
-    def elsewhere(names):
-        seen.extend(names)
-        yield "V2", pd.DataFrame({"there": [1.0]}), 7.0
-
+    cache = BuildCache(store, "now")
+    cache.keep("V2", pd.DataFrame({"there": [1.0]}), 7.0)
     claims = [make_claim("V1"), make_claim("V2", raises=RuntimeError("not here")), make_claim("V3")]
-    found = check(claims, None, True, cache=BuildCache(store, "now"), elsewhere=elsewhere)
-    assert seen == [one.claim.id for one in found] == ["V1", "V2", "V3"]
-    assert found[1].seconds == 7.0 and list(found[1].frame) == ["there"]
-    assert "V2 title of V2: 7.0 s" in capsys.readouterr().err
+    results = check(claims, None, True, cache)
+    assert [result.claim.id for result in results] == ["V1", "V2", "V3"]
+    assert results[1].seconds == 7.0 and list(results[1].frame) == ["there"]
+    studied = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in studied] == [
+        "[1/2] V1 title of V1",
+        "[2/2] V3 title of V3",
+    ]
     assert set(store.results()) == {"V1", "V2", "V3"}
 
 
@@ -163,6 +169,15 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
     assert len(processes) == 2 and os.getpid() not in processes
     assert all(seconds >= 0.3 and frame["quick"].all() for frame, seconds in found.values())
     assert list(study_in_workers({"a": partial(quiet, 0.0)}, True)) == []  # too few
+
+
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
+def test_the_death_of_a_worker_is_no_more_than_missing_results():
+    studies = {**dict.fromkeys("abc", partial(quiet, 0.0)), "d": dying, "e": partial(quiet, 0.0)}
+    assert {name for name, *_ in study_in_workers(studies, True)} <= set("abce")
+    del studies["d"]
+    assert {name for name, *_ in study_in_workers(studies, True)} == set("abce")
 
 
 KILLED = """

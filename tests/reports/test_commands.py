@@ -4,7 +4,6 @@ import json
 import platform
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +12,7 @@ import numba
 import numpy as np
 import pandas as pd
 import pytest
+from joblib import Parallel
 
 import galvi
 from galvi.charts import CHARTS
@@ -268,7 +268,7 @@ def test_warm_compiles_for_every_problem_and_says_how_far_it_is(make_suite, monk
     done = []
     monkeypatch.setattr("reports.build.warm.run_all", done.append)
     monkeypatch.setattr(
-        "reports.build.warm.ProcessPoolExecutor", lambda workers, context: ThreadPoolExecutor(1)
+        "reports.build.warm.parallel", lambda processes, **options: Parallel(1, **options)
     )
     assert run(make_suite, ["warm"]) == 0
     said = capsys.readouterr().out.splitlines()
