@@ -41,10 +41,8 @@ def ended(command: Callable[[], int]) -> int:
         return status
     except BaseException as error:
         status, message = _ending(error)
-        if os.environ.get(TRACEBACK) and status == CANNOT:
-            traceback.print_exception(error)
     with suppress(OSError):
-        print(message, end="\n" if message else "", file=sys.stderr)
+        sys.stderr.write(message and f"{message}\n")
     _discard_output()
     return status
 
@@ -57,22 +55,16 @@ def _ending(error: BaseException) -> tuple[int, str]:
         return INTERRUPTED, "Interrupted; the files that were written are whole."
     if _lost_its_reader(error):
         return NO_READER, ""
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(error)
     if isinstance(error, ModuleNotFoundError):
         return NOT_INSTALLED, missing_package(error)
+    described = visible("".join(traceback.format_exception_only(error)))
+    described = textwrap.shorten(described, LONGEST, placeholder="...").rstrip(".")
     remedy = f"{TRACEBACK}=1 in the environment shows where it was raised."
     if isinstance(error, OSError) and error.errno in FULL:
         remedy = "Free some space, or write elsewhere."
-    if isinstance(error, MemoryError):
-        remedy = "It needs a machine with more memory, or a smaller problem."
-    return CANNOT, f"The command could not be carried out: {_described(error)}. {remedy}"
-
-
-def _described(error: BaseException) -> str:
-    """Its type and message on one line, control characters as escapes."""
-    message = ""
-    with suppress(Exception):  # of a user's own class
-        message = textwrap.shorten(visible(str(error)), LONGEST, placeholder="...").rstrip(".")
-    return f"{type(error).__name__}{': ' if message else ''}{message}"
+    return CANNOT, f"The command could not be carried out: {described}. {remedy}"
 
 
 def usage(error: Any) -> str:

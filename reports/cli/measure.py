@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -20,9 +20,6 @@ from reports.cli.options import (
     typed,
 )
 from reports.results.options import OUT
-
-if TYPE_CHECKING:
-    from reports.results.section_result import SectionResult
 
 
 def verify_claims(
@@ -71,9 +68,8 @@ def verify_claims(
         )  # fmt: skip
         with refused(NoChecks):
             passed = verify(suite, options).passed
-        faults = list(suite.faults())
-    _tell(faults)
-    return int(not passed or (bool(faults) and fail_under == 100.0))
+        at_fault = _tell(suite.faults())
+    return int(not passed or (at_fault and fail_under == 100.0))
 
 
 def compare_methods(
@@ -113,12 +109,11 @@ def compare_methods(
         options = options_of(context, suite, out, quick=quick)
         failures = [
             *compare(suite, options).measured.failures,
-            *_failures(compare_sections(suite, options)),
+            *(section.failure for section in compare_sections(suite, options)),
             *suite.faults(),
         ]
-    _tell(failures)
     print(f"Tables are in {options.out / 'tables'}.")
-    return int(bool(failures))
+    return int(_tell(failures))
 
 
 def build_all(
@@ -157,9 +152,9 @@ def build_all(
             anew=anew,
         )  # fmt: skip
         verified, compared, sections = build(suite, options, single)
-        failures = [*compared.measured.failures, *_failures(sections), *suite.faults()]
-    _tell(failures)
-    return int(not verified.passed or bool(failures))
+        of_sections = [section.failure for section in sections]
+        failures = [*compared.measured.failures, *of_sections, *suite.faults()]
+    return int(_tell(failures) or not verified.passed)
 
 
 def long_studies(
@@ -175,8 +170,7 @@ def long_studies(
     suite = context.obj.load()
     with refused(ValueError, before="--only: "):
         failures = run_long_forms(suite, options_of(context, suite, out), only)
-    _tell(failures)
-    return int(bool(failures))
+    return int(_tell(failures))
 
 
 def warm_kernels() -> int:
@@ -187,11 +181,9 @@ def warm_kernels() -> int:
     return 0
 
 
-def _failures(sections: Iterable[SectionResult]) -> list[str]:
-    return [section.failure for section in sections if section.failure]
-
-
-def _tell(failures: Iterable[str]) -> None:
-    """Each sentence once, on stderr."""
-    for failure in dict.fromkeys(failures):
-        print(failure, file=sys.stderr)
+def _tell(failures: Iterable[str]) -> bool:
+    """Print each sentence once, on stderr; returns whether there was any, besides ""."""
+    sentences = dict.fromkeys(filter(None, failures))
+    for sentence in sentences:
+        print(sentence, file=sys.stderr)
+    return bool(sentences)

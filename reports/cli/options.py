@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -138,47 +138,25 @@ def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, .
     Raises typer.BadParameter for an unknown id or place, a place that no claim checks, and claims
     of external integrators where there are none.
     """
+    from benchmarks.claims.statements import claims_by_place, why_unchecked  # they bring pandas
+
     ids = [claim.id for claim in claims]
-    if not asked:
-        return tuple(ids)
-    places = _claims_by_place(claims) if any(map(_is_place, asked)) else {}
+    of_contenders = {id for id in ids if id.startswith(OF_CONTENDERS)}
+    names = {id: {id} for id in ids} | {CONTENDERS_CLAIMS: of_contenders}
+    if not set(asked) <= set(names):
+        names |= claims_by_place(claims)
     together = ", ".join(asked)
     chosen = set[str]()
-    for word in [together] if together in places else asked:
-        chosen |= set(_claims_of(word, ids, places))
-    return tuple(id for id in ids if id in chosen)
-
-
-def _is_place(word: str) -> bool:
-    return word[:2].upper() in ("H ", "M ")
-
-
-def _claims_by_place(claims: Sequence[Claim]) -> Mapping[str, Collection[str]]:
-    from benchmarks.claims.statements import claims_by_place  # brings pandas
-
-    return claims_by_place(claims)
-
-
-def _claims_of(
-    word: str, ids: Sequence[str], places: Mapping[str, Collection[str]]
-) -> Collection[str]:
-    """The ids of one word of --claims."""
-    of_contenders = [id for id in ids if id.startswith(OF_CONTENDERS)]
-    if not of_contenders and (word == CONTENDERS_CLAIMS or word.startswith(OF_CONTENDERS)):
-        raise typer.BadParameter(
-            f"There is no claim {word!r}; such claims belong to an external integrator: add it "
-            f"with --contender package.module:Class, or as contenders of {TABLE}."
-        )
-    if word == CONTENDERS_CLAIMS:
-        return of_contenders
-    if not _is_place(word):
-        check_known("claim", word, ids)
-        return [word]
-    check_known("place", word, places)
-    if not places[word]:
-        from benchmarks.claims.statements import why_unchecked
-
-        raise typer.BadParameter(
-            f"No claim checks what is printed at {word!r} ({why_unchecked(word)})."
-        )
-    return places[word]
+    for word in [together] if together in names else asked:
+        if word.startswith((OF_CONTENDERS, CONTENDERS_CLAIMS)) and not of_contenders:
+            raise typer.BadParameter(
+                f"There is no claim {word!r}; such claims belong to an external integrator: add it "
+                f"with --contender package.module:Class, or as contenders of {TABLE}."
+            )
+        check_known("claim or place", word, names)
+        if not names[word]:
+            raise typer.BadParameter(
+                f"No claim checks what is printed at {word!r} ({why_unchecked(word)})."
+            )
+        chosen |= names[word]
+    return tuple(id for id in ids if id in chosen or not asked)

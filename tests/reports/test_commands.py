@@ -142,8 +142,8 @@ def test_no_command_means_build(make_suite, tmp_path):
         (["verify", "--qick"], "No such option: --qick (Possible options: --quick)."),
         (["--qick"], "No such option: --qick (Possible options: --quick)."),
         (["verify", "--xyz"], "No such option: --xyz."),
-        (["verify", "--claims", "V33"], "There is no claim 'V33' among V1, V3; did you mean 'V3'?"),
-        (["build", "--claims", "W1,V3"], "There is no claim 'W1' among V1, V3; did you mean 'V1'?"),
+        (["verify", "--claims", "V33"], "There is no claim or place 'V33'; did you mean 'V3'?"),
+        (["build", "--claims", "W1,V3"], "There is no claim or place 'W1'; did you mean '"),
         (["--quick", "verify"], "Options follow the command, as in: python -m reports verify --q"),
         (["verify", "--claims", ","], "Invalid value for '--claims': Expected words, separated by"),
         (["verify", "--timeout", "x"], "Invalid value for '--timeout': Input should be a valid nu"),
@@ -229,7 +229,7 @@ def test_the_version_is_shown_before_anything_large_is_imported():
 def test_a_claim_that_is_not_there_names_the_nearest_and_not_all(make_suite, make_claim, capsys):
     suite = make_suite(*(make_claim(f"V{n}") for n in range(1, 100)))
     assert run(lambda: suite, ["verify", "--claims", "V333"]) == 2
-    assert capsys.readouterr().err == "There is no claim 'V333'; did you mean 'V33'?\n"
+    assert capsys.readouterr().err == "There is no claim or place 'V333'; did you mean 'V33'?\n"
     assert run(lambda: suite, ["verify", "--claims", "contenders"]) == 2
     assert "add it with --contender package.module:Class, or as conten" in capsys.readouterr().err
 
@@ -247,7 +247,7 @@ def test_a_place_stands_for_the_claims_of_what_is_printed_there(
 @pytest.mark.parametrize(
     ("place", "told"),
     [
-        ("H fig 3.5", "There is no place 'H fig 3.5'; did you mean 'H fig. 3.5'?"),
+        ("H fig 3.5", "There is no claim or place 'H fig 3.5'; did you mean 'H fig. 3.5'?"),
         ("H (2.4)", "No claim checks what is printed at 'H (2.4)' (false as printed: The left "),
     ],
 )

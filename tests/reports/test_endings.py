@@ -49,7 +49,8 @@ def raising(error: BaseException):
 def test_what_nobody_caught_is_no_verdict(error, tmp_path, capsys):
     assert run(raising(error), ["verify", "--out", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"The command could not be carried out: {type(error).__name__}")
+    assert line.startswith("The command could not be carried out: ")
+    assert type(error).__name__ in line
 
 
 def test_control_characters_of_an_exception_are_escaped(tmp_path, capsys):

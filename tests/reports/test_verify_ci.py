@@ -311,7 +311,7 @@ def test_a_place_is_checked_by_the_claims_that_its_statements_name():
 @pytest.mark.parametrize(
     ("place", "said"),
     [
-        ("H fig. 99", "There is no place 'H fig. 99'; did you mean 'H fig. "),
+        ("H fig. 99", "There is no claim or place 'H fig. 99'; did you mean 'H fig. "),
         ("h fig. 3.5", "did you mean 'H fig. 3.5'?"),
         ("H (2.8)", "No claim checks what is printed at 'H (2.8)'"),
     ],
