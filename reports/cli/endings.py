@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import select
@@ -25,7 +24,6 @@ UsageError: Any = typer.BadParameter.__bases__[0]
 INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
 TRACEBACK = "GALVI_TRACEBACK"  # environment variable: where the exception was raised is shown
 LONGEST = 500  # characters of an exception's message that are shown
-FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def ended(command: Callable[[], int]) -> int:
@@ -41,7 +39,7 @@ def ended(command: Callable[[], int]) -> int:
         return status
     except BaseException as error:
         status, message = _ending(error)
-    with suppress(OSError):
+    with suppress(OSError, AttributeError):  # nobody reads it, or there is none
         sys.stderr.write(message and f"{message}\n")
     _discard_output()
     return status
@@ -61,10 +59,10 @@ def _ending(error: BaseException) -> tuple[int, str]:
         return NOT_INSTALLED, missing_package(error)
     described = visible("".join(traceback.format_exception_only(error)))
     described = textwrap.shorten(described, LONGEST, placeholder="...").rstrip(".")
-    remedy = f"{TRACEBACK}=1 in the environment shows where it was raised."
-    if isinstance(error, OSError) and error.errno in FULL:
-        remedy = "Free some space, or write elsewhere."
-    return CANNOT, f"The command could not be carried out: {described}. {remedy}"
+    return CANNOT, (
+        f"The command could not be carried out: {described}. {TRACEBACK}=1 in the environment "
+        "shows where it was raised."
+    )
 
 
 def usage(error: Any) -> str:

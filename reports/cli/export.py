@@ -117,7 +117,7 @@ def export_table(
     sort     columns, most significant first; "-seconds" sorts in descending order
 
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
-    Raises typer.BadParameter for an unknown table, column or value.
+    Raises typer.BadParameter for a table that cannot be read, an unknown column or value.
     """
     path = to or out / "tables" / f"{name}{SUFFIXES[form]}"
     if name == NUMBERS and form == "latex":
@@ -125,19 +125,14 @@ def export_table(
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
         content: str | bytes = numbers(out)
     else:
-        table = selected(_read(out, name), where, columns, sort)
+        with refused(OSError, ValueError, before=f"{name}.csv cannot be read: "):
+            table = read_csv(tables(out)[name])  # pandas' own errors are ValueErrors
+        table = selected(table, where, columns, sort)
         origins = read_origins(out)
         origin = origins.get(f"{name}.csv") or origins.get("work_precision.csv") or {}
         content = _formatted(table, form, name, caption_of(name, origin))
     write(path, content)
     print_path(path)
-
-
-def _read(out: Path, name: str) -> pd.DataFrame:
-    known = tables(out)
-    check_known("table", name, known)
-    with refused(OSError, ValueError, before=f"{known[name]} cannot be read: "):
-        return read_csv(known[name])  # pandas' own errors are ValueErrors
 
 
 def selected(

@@ -23,8 +23,10 @@ EXPECTED = {
 PARAMETERS = {"contenders": "contender", "problems": "problem"}  # of commands, else as the key
 WORDS = ("claims", "require")  # on the command line words with commas
 COMMANDS = ("verify", "compare", "build", "track")  # that take all of their defaults from the table
-BELOW = {"judge": "judge", "convergence": "convergence"}  # folders in the output folder
-OUTPUTS = (*COMMANDS, "studies", "export", "merge", "readme")
+FOLDERS = {  # command -> its folder in the output folder
+    **dict.fromkeys((*COMMANDS, "studies", "export", "merge", "readme"), ""),
+    "judge": "judge", "convergence": "convergence",
+}  # fmt: skip
 
 
 def defaults(here: Path) -> dict[str, dict[str, Any]]:
@@ -52,8 +54,8 @@ def _by_command(table: Mapping[str, Any], folder: Path) -> dict[str, dict[str, A
     if "contenders" in table:  # the papers' claims are not this project's
         result["verify"].setdefault("claims", CONTENDERS_CLAIMS)
     if out is not None:
-        for command in (*OUTPUTS, *BELOW):
-            result.setdefault(command, {})["out"] = folder / out / BELOW.get(command, "")
+        for command, below in FOLDERS.items():
+            result.setdefault(command, {})["out"] = folder / out / below
     return result
 
 

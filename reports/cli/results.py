@@ -73,7 +73,8 @@ def export(
     tables = work.tables(out)
     if not (listed or is_picture or tables):
         raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
-    if not (listed or is_picture) and (every or name in (*tables, work.NUMBERS)):
+    known = [*tables, work.NUMBERS] if form == "latex" else [*tables]
+    if not (listed or is_picture) and (every or name in known):
         for table in [name] if name else tables:
             work.export_table(out, table, form, to, where or (), columns or (), sort or ())
         return 0
@@ -85,7 +86,7 @@ def export(
     elif name in figures:
         raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
     else:
-        check_known("table", name, tables)
+        check_known("table", name, known)
     return 0
 
 

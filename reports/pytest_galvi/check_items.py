@@ -52,7 +52,8 @@ class OtherProcess:
             by = f"by the signal {signal.strsignal(-status)!r}" if status < 0 else ""
             check = f"at {title(request)}" if "check" in request else "when it listed the checks"
             raise pytest.UsageError(
-                f"--galvi: the process that measures ended {by or f'with status {status}'}, {check}. {last}".strip()
+                f"--galvi: the process that measures ended {by or f'with status {status}'}, "
+                f"{check}. {last}".strip()
             )
         answer = json.loads(line)
         if "usage" in answer:
