@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from reports.cli.endings import refused
-from reports.cli.options import Contenders, Out, Quick, Timeout, made, typed, words
+from reports.cli.endings import as_usage_error
+from reports.cli.options import Contenders, Out, Quick, Timeout, output_folder, typed, words
 from reports.results.options import OUT
 
 
@@ -92,9 +92,10 @@ def track_performance(
 
     if against is None and not typed(context, "contender"):
         contender = []  # those of the project's table take part in comparisons
+    folder = output_folder(out)
     provenance = context.obj.load().provenance(context.obj.command)
     return track_command(
-        made(out), provenance, against, only or [], quick, isolate, contender or [], timeout,
+        folder, provenance, against, only or [], quick, isolate, contender or [], timeout,
         Thresholds(slower / 100.0, less_accurate / 100.0),
     )  # fmt: skip
 
@@ -179,8 +180,8 @@ def judge_model(
     if request is not None:
         asked = JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     command, called = context.obj.command, context.obj.called
-    folder = made(out)
-    with refused(*REFUSALS):
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
         judgement = judgement_of(file, asked)
     return report_judgement(judgement, file.name, asked.error, folder, command, called)
 
@@ -228,9 +229,9 @@ def tabulate_convergence(
     from reports.cli.handed_over import handed_over
 
     if not problem and request is None:
-        raise typer.BadParameter("convergence expects --problem package.module:function.")
-    folder = made(out)
-    with refused(*REFUSALS):
+        raise typer.BadParameter("Expected --problem package.module:function.")
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
         asked = (
             request_of(problem, method or (), contender or (), steps, duration, truth, quick)
             if request is None

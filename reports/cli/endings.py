@@ -82,7 +82,7 @@ def usage(error: Any) -> str:
 
 
 @contextmanager
-def refused(*errors: type[Exception], before: str = "") -> Iterator[None]:
+def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]:
     """Such an exception is raised as a usage error instead, with its message, after `before`."""
     try:
         yield

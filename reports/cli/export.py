@@ -12,7 +12,7 @@ from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv, read_csv
 from galvi.whole_files import open_descriptor
 from reports.build.kept import kept_claims, kept_comparison, kept_sections
-from reports.cli.endings import refused
+from reports.cli.endings import as_usage_error
 from reports.cli.options import check_known
 from reports.figures.drawing import drawable
 from reports.figures.picture import WIDTHS, sized
@@ -125,7 +125,7 @@ def export_table(
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
         content: str | bytes = numbers(out)
     else:
-        with refused(OSError, ValueError, before=f"{name}.csv cannot be read: "):
+        with as_usage_error(OSError, ValueError, before=f"{name}.csv cannot be read: "):
             table = read_csv(tables(out)[name])  # pandas' own errors are ValueErrors
         table = selected(table, where, columns, sort)
         origins = read_origins(out)
@@ -160,7 +160,7 @@ def _formatted(table: pd.DataFrame, form: str, name: str, caption: str) -> str |
     if form == "csv":
         return as_csv(table)
     if form == "parquet":
-        with refused(ImportError, before="Parquet needs pyarrow (pip install pyarrow): "):
+        with as_usage_error(ImportError, before="Parquet needs pyarrow (pip install pyarrow): "):
             return table.to_parquet(engine="pyarrow", index=False)
     shown = table.apply(_numbers_and_texts)
     return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from reports.cli.endings import refused
+from reports.cli.endings import as_usage_error
 from reports.cli.options import (
     Claims,
     Contenders,
@@ -66,9 +66,9 @@ def verify_claims(
             context, suite, out, claims, require, quick=quick, fail_under=fail_under,
             checks=tuple(checks),
         )  # fmt: skip
-        with refused(NoChecks):
+        with as_usage_error(NoChecks):
             passed = verify(suite, options).passed
-        at_fault = _tell(suite.faults())
+        at_fault = _print_failures(suite.faults())
     return int(not passed or (at_fault and fail_under == 100.0))
 
 
@@ -101,7 +101,7 @@ def compare_methods(
     if problem:
         known = with_problems(known, problem, bool(contender))
     if only:
-        with refused(ValueError, before="--only: "):
+        with as_usage_error(ValueError, before="--only: "):
             known = narrowed(known, only, quick)
     if not typed(context, "out"):
         out /= "only" if only else "own" if problem else ""  # full results stay
@@ -113,7 +113,7 @@ def compare_methods(
             *suite.faults(),
         ]
     print(f"Tables are in {options.out / 'tables'}.")
-    return int(_tell(failures))
+    return int(_print_failures(failures))
 
 
 def build_all(
@@ -143,7 +143,7 @@ def build_all(
 
     known = context.obj.load()
     if kept:
-        with refused(ValueError, before="--kept: "):
+        with as_usage_error(ValueError, before="--kept: "):
             build_kept(known, options_of(context, known, out, quick=quick), single)
         return 0
     with joined(known, contender or (), timeout) as suite:
@@ -154,7 +154,7 @@ def build_all(
         verified, compared, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
         failures = [*compared.measured.failures, *of_sections, *suite.faults()]
-    return int(_tell(failures) or not verified.passed)
+    return int(_print_failures(failures) or not verified.passed)
 
 
 def long_studies(
@@ -168,9 +168,9 @@ def long_studies(
     from reports.build.sections import run_long_forms
 
     suite = context.obj.load()
-    with refused(ValueError, before="--only: "):
+    with as_usage_error(ValueError, before="--only: "):
         failures = run_long_forms(suite, options_of(context, suite, out), only)
-    return int(_tell(failures))
+    return int(_print_failures(failures))
 
 
 def warm_kernels() -> int:
@@ -181,7 +181,7 @@ def warm_kernels() -> int:
     return 0
 
 
-def _tell(failures: Iterable[str]) -> bool:
+def _print_failures(failures: Iterable[str]) -> bool:
     """Print each sentence once, on stderr; returns whether there was any, besides ""."""
     sentences = dict.fromkeys(filter(None, failures))
     for sentence in sentences:

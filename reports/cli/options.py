@@ -102,12 +102,12 @@ def options_of(
     for engine in engines:
         check_known("engine", engine, suite.engines())
     return Options(
-        claims=chosen, require=engines, out=made(out), command=context.obj.command,
+        claims=chosen, require=engines, out=output_folder(out), command=context.obj.command,
         called=context.obj.called, **more,
     )  # fmt: skip
 
 
-def made(out: Path) -> Path:
+def output_folder(out: Path) -> Path:
     """The output folder, made. Raises typer.BadParameter where nothing can be written in it."""
     try:
         out.mkdir(parents=True, exist_ok=True)

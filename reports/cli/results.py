@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from reports.cli.endings import refused
-from reports.cli.options import Out, check_known, made, words
+from reports.cli.endings import as_usage_error
+from reports.cli.options import Out, check_known, output_folder, words
 from reports.results.options import OUT
 
 STDOUT = Path("/dev/stdout")
@@ -63,7 +63,7 @@ def export(
     from reports.cli import export as work
 
     if bool(name) + listed + every != 1:
-        raise typer.BadParameter("export expects a NAME, --list or --all, and one of these.")
+        raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
     if every and to:
         raise typer.BadParameter("--all does not take --to.")
     is_picture = form in work.PICTURES
@@ -100,8 +100,8 @@ def merge_reports(
     """Add rows and benches of other machines."""
     from reports.results.machines import merge
 
-    with refused(ValueError, before="merge: "):
-        print("\n".join(merge(made(out), folders)))
+    with as_usage_error(ValueError, before="merge: "):
+        print("\n".join(merge(output_folder(out), folders)))
     return 0
 
 
@@ -109,7 +109,7 @@ def renew_readme(out: Out = OUT) -> int:
     """Update results in README.md and docs/."""
     from reports.tables.readme import renew
 
-    with refused(ValueError):
+    with as_usage_error(ValueError, OSError):
         written = renew(Path(), out)
     if not written:
         raise typer.BadParameter(f"{out} holds no rows of them yet; run build first.")

@@ -21,7 +21,7 @@ from galvi.interop.release import galvi_version
 from galvi.lanes import vectors
 from reports.build.warm import run_all
 from reports.cli.commands import run
-from reports.cli.options import made
+from reports.cli.options import output_folder
 
 ROOT = Path(__file__).parents[2]
 
@@ -309,7 +309,7 @@ def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
 
 def test_what_is_written_in_another_project_is_ignored_by_its_git(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    made(Path("galvi-out/judge"))
+    output_folder(Path("galvi-out/judge"))
     assert (tmp_path / "galvi-out" / ".gitignore").read_text() == "*\n"
-    made(tmp_path / "elsewhere")
+    output_folder(tmp_path / "elsewhere")
     assert not list((tmp_path / "elsewhere").iterdir())
