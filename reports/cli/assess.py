@@ -2,142 +2,242 @@
 
 from __future__ import annotations
 
-import math
+from contextlib import suppress
 from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
-from reports.cli.invocation import (
-    FOLDER,
-    QUICK,
-    TIMEOUT,
-    TRACKED,
-    invocation,
-    typed,
-    within,
-)
-from reports.cli.option_groups import Convergence, ModelStart
+from reports.cli.endings import as_usage_error
+from reports.cli.options import Contenders, Out, Quick, Timeout, output_folder, typed, words
 from reports.results.options import OUT
 
-JUDGE, CONVERGENCE = "judge", "convergence"  # folders in the output folder
+
+def number_or_text(text: str) -> Any:
+    """The whole number, the number or the text that it is."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return text
+
+
+def numbers(text: str) -> list[Any]:
+    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for other words."""
+    result = [number_or_text(word) for word in words(text)]
+    if any(isinstance(each, str) for each in result):
+        raise typer.BadParameter(f"Expected numbers, separated by commas; received {text!r}.")
+    return result
+
+
+def setting(text: str) -> dict[str, Any]:
+    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers, true and false
+    where they are. Raises typer.BadParameter for a part that is not name=value."""
+    result: dict[str, Any] = {}
+    for part in words(text):
+        name, _, value = (word.strip() for word in part.partition("="))
+        if not (name and value):
+            raise typer.BadParameter(f"Expected name=value, not {part!r}, separated by commas.")
+        flag = {"true": True, "false": False}.get(value.lower())
+        result[name] = number_or_text(value) if flag is None else flag
+    return result
+
+
+Request = Annotated[  # of galvi.judge and galvi.convergence
+    Path | None, typer.Option("--request", hidden=True)
+]
 
 
 def track_performance(
     context: typer.Context,
-    against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
-    only: list[str] = typer.Option(
-        [], "--only", metavar="TEXT", help="Benchmarks with this in their names."
-    ),
-    isolate: bool = typer.Option(
-        False, "--isolate", help="Give each side its own environment (minutes)."
-    ),
-    contender: list[str] = TRACKED,
-    timeout: float = TIMEOUT,
-    slower: float = typer.Option(
-        None,
-        "--slower",
-        metavar="PERCENT",
-        callback=within(0.0, math.inf, "a finite percentage"),
-        help="Growth of a contender's median time that is worse. Default: `10`.",
-    ),
-    less_accurate: float = typer.Option(
-        None,
-        "--less-accurate",
-        metavar="PERCENT",
-        callback=within(0.0, math.inf, "a finite percentage"),
-        help="Growth of a contender's error that is worse. Default: `1`.",
-    ),
-    quick: bool = QUICK,
-    out: Path = FOLDER,
+    against: Annotated[
+        str | None, typer.Option(metavar="REV", help="Commit or branch to compare with.")
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TEXT", help="Only benchmarks with this in their names; may be repeated."
+        ),
+    ] = None,
+    isolate: Annotated[
+        bool, typer.Option("--isolate", help="Give each side an environment of its own (minutes).")
+    ] = False,
+    contender: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="package.module:Class",
+            help="An integrator of the repository around this folder, to track; may be repeated.",
+        ),
+    ] = None,
+    timeout: Timeout = None,
+    slower: Annotated[
+        float,
+        typer.Option(
+            metavar="PERCENT",
+            min=0,
+            help="Increase of a contender's median time that counts as worse.",
+        ),
+    ] = 10.0,
+    less_accurate: Annotated[
+        float,
+        typer.Option(
+            metavar="PERCENT", min=0, help="Increase of a contender's error that counts as worse."
+        ),
+    ] = 1.0,
+    quick: Quick = False,
+    out: Out = OUT,
 ) -> int:
-    """Show the benchmark history; with --against, compare with a revision."""
+    """Show the benchmark history. With --against, compare with a revision."""
     from benchmarks.timings.case import Thresholds
-    from reports.cli.track import THRESHOLDS, track_command
+    from reports.cli.track import track_command
 
-    given = invocation(context)
     if against is None and not typed(context, "contender"):
         contender = []  # those of the project's table take part in comparisons
-    thresholds = Thresholds(
-        THRESHOLDS.slower if slower is None else slower / 100.0,
-        THRESHOLDS.less_accurate if less_accurate is None else less_accurate / 100.0,
-    )
+    folder = output_folder(out)
+    provenance = context.obj.load().provenance(context.obj.command)
     return track_command(
-        given.folder(out), given.load().provenance(given.command), against, only, quick, isolate,
-        contender, timeout, thresholds,
+        folder, provenance, against, only or [], quick, isolate, contender or [], timeout,
+        Thresholds(slower / 100.0, less_accurate / 100.0),
     )  # fmt: skip
 
 
 def judge_model(
     context: typer.Context,
-    *,
-    file: Path = typer.Argument(
-        ...,
-        metavar="FILE",
-        help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb, .urdf).",
-    ),
-    duration: float = typer.Option(
-        None,
-        "--duration",
-        metavar="T",
-        help="In the model's time; without it 100 revolutions of the fastest body, or 10 s.",
-    ),
-    error: float = typer.Option(
-        None,
-        "--error",
-        metavar="E",
-        help="Largest error allowed; exit 1 when your run is worse.",
-    ),
-    own: str = typer.Option(
-        "",
-        "--own",
-        metavar="integrator=whfast,dt=0.1",
-        help="Integrator, step and options of the run to judge, where not as in the file.",
-    ),
-    start: ModelStart,
-    quick: bool = typer.Option(
-        False, "--quick", help="Shorter looks at other sources and integrators."
-    ),
-    extras: str = typer.Option(
-        "",
-        "--extras",
-        metavar="FILE",
-        help="Forces of REBOUNDx in a simulation, as rebx.save(FILE) writes.",
-    ),
-    request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.judge
-    out: Path = typer.Option(
-        None, "--out", metavar="DIR", help=f"Output folder. Default: `{OUT / JUDGE}`."
-    ),
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A REBOUND file, or a MuJoCo model (.xml, .mjb, .urdf)."
+        ),
+    ],
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="In the model's time; by default 100 revolutions of the fastest body, or 10 s.",
+        ),
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option(metavar="E", help="Largest acceptable error; exit 1 if your run exceeds it."),
+    ] = None,
+    own: Annotated[
+        Any,
+        typer.Option(
+            metavar="integrator=whfast,dt=0.1",
+            parser=setting,
+            help="Integrator, step and options of your run, where they differ from the file.",
+        ),
+    ] = None,
+    snapshot: Annotated[
+        int, typer.Option(metavar="N", help="Snapshot of an archive; -1 is the last.")
+    ] = -1,
+    key: Annotated[
+        Any,
+        typer.Option(
+            metavar="NAME|N", parser=number_or_text, help="Keyframe of a model to start from."
+        ),
+    ] = None,
+    ignore: Annotated[
+        Any,
+        typer.Option(
+            metavar="contacts,limits", parser=words, help="Parts of a model to leave out."
+        ),
+    ] = None,
+    qpos: Annotated[
+        Any,
+        typer.Option(metavar="1,0.5", parser=numbers, help="Initial positions of a model."),
+    ] = None,
+    qvel: Annotated[
+        Any,
+        typer.Option(metavar="0,0.1", parser=numbers, help="Initial velocities of a model."),
+    ] = None,
+    ctrl: Annotated[
+        Any,
+        typer.Option(
+            metavar="0,0.1", parser=numbers, help="Constant controls of a model's actuators."
+        ),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Spend less time on other sources and integrators."),
+    ] = False,
+    extras: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE", help="REBOUNDx forces of a simulation, as written by rebx.save(FILE)."
+        ),
+    ] = "",
+    request: Request = None,
+    out: Out = OUT / "judge",
 ) -> int:
-    """How wrong a model's own run is, and what reaches an error cheapest."""
+    """Judge a model's own run. Says how wrong it is, and what reaches an error cheapest."""
     from galvi.interop.judge import JudgeRequest
-    from reports.cli.judge import judge_command, request_of
+    from reports.cli.judge import REFUSALS, judgement_of, report_judgement
 
-    given = invocation(context)
-    folder = given.folder(out, JUDGE)
-    asked = (
-        request_of(start, duration, error, own, quick, extras)
-        if request is None
-        else JudgeRequest.from_json(request.read_text(encoding="utf-8"))
-    )
-    return judge_command(file, asked, folder, given.command, given.called)
+    asked = JudgeRequest(
+        duration, error, own or {}, snapshot, ignore or (), key, qpos, qvel, ctrl, quick,
+        extras=extras,
+    )  # fmt: skip
+    if request is not None:
+        asked = JudgeRequest.from_json(request.read_text(encoding="utf-8"))
+    command, called = context.obj.command, context.obj.called
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
+        judgement = judgement_of(file, asked)
+    return report_judgement(judgement, file.name, asked.error, folder, command, called)
 
 
 def tabulate_convergence(
     context: typer.Context,
-    *,
-    asked: Convergence,
-    timeout: float = TIMEOUT,
-    quick: bool = typer.Option(False, "--quick", help="Shorter timings."),
-    request: Path = typer.Option(None, "--request", hidden=True),  # of galvi.convergence
-    out: Path = typer.Option(
-        None, "--out", metavar="DIR", help=f"Output folder. Default: `{OUT / CONVERGENCE}`."
-    ),
+    problem: Annotated[
+        str,
+        typer.Option(
+            metavar="package.module:function",
+            help="A function that returns a galvi.Problem and its duration.",
+        ),
+    ] = "",
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="rebound.whfast",
+            help="Another code by name, gauss:DEGREE for galvi's, or package.module:name for a "
+            "galvi.Galerkin; may be repeated. By default all that take the problem.",
+        ),
+    ] = None,
+    contender: Contenders = None,
+    steps: Annotated[
+        Any,
+        typer.Option(
+            metavar="50,100,200",
+            parser=numbers,
+            help="Numbers of equal steps, or step sizes; by default found by trial.",
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar="T", help="Duration, in place of the problem's.")
+    ] = None,
+    truth: Annotated[
+        str | None,
+        typer.Option(metavar="scipy.dop853", help="The code whose run is taken as the truth."),
+    ] = None,
+    timeout: Timeout = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Shorter timings.")] = False,
+    request: Request = None,
+    out: Out = OUT / "convergence",
 ) -> int:
-    """Errors and orders of methods on a problem: tables and a figure."""
-    from reports.cli.convergence import convergence_command
+    """Tabulate and draw orders of methods."""
+    from reports.cli.convergence import REFUSALS, order_table, request_of, write_json, write_results
+    from reports.cli.handed_over import handed_over
 
-    given = invocation(context)
-    if not asked.problem and request is None:
-        raise typer.BadParameter("convergence expects --problem package.module:function.")
-    folder = given.folder(out, CONVERGENCE)
-    return convergence_command(request or asked, quick, timeout, folder, given.command)
+    if not problem and request is None:
+        raise typer.BadParameter("Expected --problem package.module:function.")
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
+        asked = (
+            request_of(problem, method or (), contender or (), steps, duration, truth, quick)
+            if request is None
+            else handed_over(request, "galvi.convergence")
+        )
+        table = order_table(asked, timeout, context.obj.command)
+    if request is not None:
+        return write_json(table, folder)
+    return write_results(table, folder)

@@ -15,46 +15,33 @@ from __future__ import annotations
 
 import platform
 import shlex
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
-from galvi.command import CANNOT
 from galvi.interop.release import galvi_version
-from reports.cli import assess, kept_results, measure
-from reports.cli.endings import ended
-from reports.cli.errors import UsageError, sentence
-from reports.cli.invocation import (
-    CLAIMS,
-    CONTENDER,
-    FOLDER,
-    QUICK,
-    Invocation,
-    Load,
-    invocation,
-    typed,
-)
-from reports.cli.option_groups import Checking, spread
-from reports.cli.project import Project, read_project
+from reports.cli import assess, measure, results
+from reports.cli.endings import UsageError, ended
+from reports.cli.options import Invocation
+from reports.cli.project import defaults
 
 PROGRAM = ("python", "-m", "reports")
-WITHOUT_PROJECT = ("--help", "--version")  # answered whatever a project's table says
+NO_COMMAND = ("--help", "--version")  # what is answered without one
 COMMANDS: Mapping[str, Callable[..., int]] = {
     "verify": measure.verify_claims,
     "compare": measure.compare_methods,
     "build": measure.build_all,
     "studies": measure.long_studies,
-    "export": kept_results.export_table,
+    "export": results.export,
     "track": assess.track_performance,
     "judge": assess.judge_model,
     "convergence": assess.tabulate_convergence,
     "warm": measure.warm_kernels,
-    "merge": kept_results.merge_reports,
-    "readme": kept_results.renew_readme,
+    "merge": results.merge_reports,
+    "readme": results.renew_readme,
 }
 
 
@@ -68,76 +55,53 @@ def show_version(asked: bool) -> None:
 
 
 def everything(
-    context: typer.Context,
-    quick: bool = QUICK,
-    claims: str = CLAIMS,
-    contender: list[str] = CONTENDER,
-    anew: bool = measure.ANEW,
-    out: Path = FOLDER,
-    version: bool = typer.Option(
-        False, "--version", is_eager=True, callback=show_version, help="Show versions, and exit."
-    ),
-) -> int:
-    """Check the papers' claims, compare methods, and write tables, figures and a page."""
-    if context.invoked_subcommand is None:
-        project = invocation(context).project
-        require, timeout = project.default("require"), project.default("timeout")
-        return measure.build_all(
-            context, quick=quick, checking=Checking(claims, require, contender, timeout), anew=anew,
-            kept=False, single=False, out=out,
-        )  # fmt: skip
-    names = ("quick", "claims", "contender", "anew", "out")
-    before = [f"--{name}" for name in names if typed(context, name)]
-    if before:
-        raise typer.BadParameter(
-            f"{' and '.join(before)} must follow the command, "
-            f"as in: {context.invoked_subcommand} {before[0]}."
-        )
-    return 0
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=show_version, help="Show versions and exit."
+        ),
+    ] = False,
+) -> None:
+    """Check the papers' claims, compare methods, and write tables, figures and a page.
+
+    Without a command this is `build`, and takes its options.
+    """
 
 
 def application() -> typer.Typer:
     """The typer application; its commands return the exit status, and expect an Invocation as
     their context's `obj`."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.callback(invoke_without_command=True)(everything)
+    app.callback()(everything)
     for name, command in COMMANDS.items():
-        app.command(name)(spread(command))
+        app.command(name)(command)
     return app
 
 
-def run(load: Load, arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:
+def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:
     """Run the command; returns the exit status. Whatever goes wrong becomes a sentence on stderr.
 
     load    the suite, imported when called
     called  the words before the arguments, as usage and provenance name the command
     """
-    return ended(lambda: _run(load, arguments, called))
+    return ended(lambda: _run(load, list(arguments), called))
 
 
-def _run(load: Load, arguments: Sequence[str], called: Sequence[str]) -> int:
-    group: Any = typer.main.get_command(application())
+def _run(load: Callable[[], Any], arguments: list[str], called: Sequence[str]) -> int:
     command = shlex.join([*called, *arguments]).encode(errors="replace").decode()
+    given = Invocation(load, command, " ".join(called))
+    builds = not arguments or (arguments[0][:1] == "-" and arguments[0] not in NO_COMMAND)
+    words = ["build", *arguments] if builds else arguments
+    table = {} if {*NO_COMMAND} & {*words} else defaults(Path.cwd())
+    group = typer.main.get_command(application())
     try:
-        any_project = not set(WITHOUT_PROJECT) & set(arguments)
-        project = read_project(Path.cwd()) if any_project else Project()
-        given = Invocation(load, command, " ".join(called), project)
-        with group.make_context(
-            given.called, list(arguments), obj=given, default_map=_defaults(group, project)
-        ) as context:
-            status = group.invoke(context)
+        with group.make_context(given.called, words, obj=given, default_map=table) as context:
+            return group.invoke(context)
+    except typer.Exit as end:
+        return end.exit_code
     except UsageError as error:
-        print(sentence(error, COMMANDS), file=sys.stderr)
-        return CANNOT
-    except typer.Exit as ended_early:
-        status = ended_early.exit_code
-    return int(status or 0)
-
-
-def _defaults(group: Any, project: Project) -> dict[str, Any]:
-    """The project's defaults, by command; on top those of `build`, which no command means."""
-    parameters = {
-        name: {one.name for one in command.params} for name, command in group.commands.items()
-    }
-    defaults = project.defaults(parameters)
-    return {**defaults["build"], **defaults}
+        names = [word for word in arguments if word in COMMANDS]
+        if builds and names and "unexpected extra argument" in error.message:
+            example = f"{given.called} {names[0]} {arguments[0]}"
+            raise typer.BadParameter(f"Options follow the command, as in: {example}.") from None
+        raise

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import select
 import sys
+import textwrap
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
-from typing import TextIO
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, TextIO
 
 import typer
 
 from benchmarks.store.foreign_texts import visible
 from galvi.command import CANNOT, missing_package
 from galvi.environment import NOT_INSTALLED
+from reports.cli.project import TABLE
 
+# Public under this name alone; typer has carried its own copy of click since 0.2x.
+UsageError: Any = typer.BadParameter.__bases__[0]
 INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
 TRACEBACK = "GALVI_TRACEBACK"  # environment variable: where the exception was raised is shown
-LONGEST = 500  # characters of an exception's words that are shown
-FULL = (errno.ENOSPC, errno.EDQUOT)
+LONGEST = 500  # characters of an exception's message that are shown
 
 
 def ended(command: Callable[[], int]) -> int:
-    """The exit status of a command, which is CANNOT for whatever it raises, and NOT_INSTALLED for a
-    package that is missing.
+    """The exit status of a command, whatever it raises; then a sentence says why on stderr.
 
     Characters that standard output cannot encode are replaced by "?".
     """
@@ -34,89 +35,82 @@ def ended(command: Callable[[], int]) -> int:
         sys.stdout.reconfigure(errors="replace")
     try:
         status = command()
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except (KeyboardInterrupt, typer.Abort):
-        _say("Interrupted; the files that were written are whole.")
-        return INTERRUPTED
+        print(end="", flush=True)
+        return status
     except BaseException as error:
-        if _lost_its_reader(error):
-            _discard_output()
-            return NO_READER
-        if os.environ.get(TRACEBACK):
-            with suppress(OSError):
-                traceback.print_exception(error)
-        _say(explained(error))
-        _discard_output()
-        return NOT_INSTALLED if isinstance(error, ModuleNotFoundError) else CANNOT
+        status, message = _ending(error)
+    with suppress(OSError, AttributeError):  # nobody reads it, or there is none
+        sys.stderr.write(message and f"{message}\n")
+    _discard_output()
     return status
 
 
-def explained(error: BaseException) -> str:
-    """One sentence on an exception that nobody caught, and one on what to do."""
+def _ending(error: BaseException) -> tuple[int, str]:
+    """The exit status and the sentence for what a command raised."""
+    if isinstance(error, UsageError):
+        return CANNOT, usage(error)
+    if isinstance(error, KeyboardInterrupt | typer.Abort):
+        return INTERRUPTED, "Interrupted; the files that were written are whole."
+    if _lost_its_reader(error):
+        return NO_READER, ""
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(error)
     if isinstance(error, ModuleNotFoundError):
-        return missing_package(error)
-    words = _words(error)
-    words = words if len(words) <= LONGEST else f"{words[:LONGEST]}..."
-    named = f"{type(error).__name__}{': ' if words else ''}{words}".rstrip(".")
-    return f"The command could not be carried out: {named}. {_remedy(error)}"
+        return NOT_INSTALLED, missing_package(error)
+    described = visible("".join(traceback.format_exception_only(error)))
+    described = textwrap.shorten(described, LONGEST, placeholder="...").rstrip(".")
+    return CANNOT, (
+        f"The command could not be carried out: {described}. {TRACEBACK}=1 in the environment "
+        "shows where it was raised."
+    )
 
 
-def _words(error: BaseException) -> str:
-    """Its message on one line, control characters as escapes; "" where it has none."""
+def usage(error: Any) -> str:
+    """The sentence of a usage error, which says where a wrong value is from the project's table."""
+    parameter = getattr(error, "param", None)
+    ours = isinstance(error, typer.BadParameter) and parameter is None
+    message = str(error.message if ours else error.format_message()).rstrip().rstrip(".")
+    message = message.replace("Value error, ", "")  # of pydantic's
+    if "\n  " not in message:  # else it has one line an item
+        message = " ".join(message.split())
+    source = error.ctx and parameter and error.ctx.get_parameter_source(parameter.name)
+    if source and source.name == "DEFAULT_MAP":
+        message = f"{TABLE}: {message[0].lower()}{message[1:]}"
+    if message.split()[0].isalpha():  # an option or a path stays as it is
+        message = message[0].upper() + message[1:]
+    return message + ("" if message.endswith("?") else ".")
+
+
+@contextmanager
+def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]:
+    """Such an exception is raised as a usage error instead, with its message, after `before`."""
     try:
-        return visible(" ".join(str(error).split()))
-    except Exception:  # of a user's own class
-        return ""
-
-
-def _remedy(error: BaseException) -> str:
-    if isinstance(error, OSError) and error.errno in FULL:
-        return "Free some space, or write elsewhere."
-    if isinstance(error, MemoryError):
-        return "It needs a machine with more memory, or a smaller problem."
-    return f"{TRACEBACK}=1 in the environment shows where it was raised."
-
-
-def _say(sentence: str) -> None:
-    with suppress(OSError):
-        print(sentence, file=sys.stderr)
+        yield
+    except errors as error:
+        raise typer.BadParameter(visible(f"{before}{error}")) from None
 
 
 def _lost_its_reader(error: BaseException) -> bool:
     """Whether this was raised as nobody reads standard output, or stderr, any more."""
     if isinstance(error, SystemExit):  # of rich
         return isinstance(error.__context__, BrokenPipeError)
-    return isinstance(error, BrokenPipeError) and not all(
-        _written(stream) and _has_reader(stream) for stream in (sys.stdout, sys.stderr)
-    )
+    streams = (sys.stdout, sys.stderr)
+    return isinstance(error, BrokenPipeError) and any(map(_is_unread, filter(None, streams)))
 
 
-def _has_reader(stream: TextIO | None) -> bool:
-    """False for a pipe that nobody reads; what was not buffered is not written again."""
+def _is_unread(stream: TextIO) -> bool:
+    """Whether it is a pipe whose other end is closed."""
     with suppress(OSError, ValueError, AttributeError):  # no file, or a system without `poll`
         poll = select.poll()
-        poll.register(stream.fileno(), 0)  # type: ignore[union-attr]
-        return not any(flags & (select.POLLERR | select.POLLHUP) for _, flags in poll.poll(0))
-    return True
-
-
-def _written(stream: TextIO | None) -> bool:
-    try:
-        if stream is not None:
-            stream.flush()
-    except OSError:
-        return False
-    return True
+        poll.register(stream.fileno(), 0)
+        return bool(poll.poll(0))
+    return False
 
 
 def _discard_output() -> None:
     """What cannot be written of standard output goes nowhere, else Python says so at its exit."""
-    if _written(sys.stdout) and _written(sys.stderr):
-        return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (sys.stdout, sys.stderr):
-        if not _written(stream):
-            with suppress(OSError, ValueError):
-                os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -4,172 +4,181 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
 import typer
 
-from reports.cli.invocation import (
-    CONTENDER,
-    FOLDER,
-    QUICK,
-    TIMEOUT,
-    invocation,
-    within,
+from reports.cli.endings import as_usage_error
+from reports.cli.options import (
+    Claims,
+    Contenders,
+    Out,
+    Quick,
+    Require,
+    Timeout,
+    options_of,
+    typed,
 )
-from reports.cli.option_groups import Checking
-
-if TYPE_CHECKING:
-    from reports.results.section_result import SectionResult
-
-ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
+from reports.results.options import OUT
 
 
 def verify_claims(
     context: typer.Context,
-    *,
-    quick: bool = QUICK,
-    checking: Checking,
-    fail_under: float = typer.Option(
-        100.0,
-        "--fail-under",
-        metavar="PERCENT",
-        callback=within(0.0, 100.0, "a percentage"),
-        help="Exit 1 when fewer of the checks come out as expected.",
-    ),
-    matching: str = typer.Option(
-        "",
-        "-k",
-        metavar="EXPRESSION",
-        help='Only claims with checks whose names match, as "pendulum and not V7".',
-    ),
-    failed: bool = typer.Option(
-        False,
-        "--last-failed",
-        help="Only claims with checks that failed last time in this folder; all, where none did.",
-    ),
-    out: Path = FOLDER,
+    quick: Quick = False,
+    claims: Claims = None,
+    require: Require = None,
+    contender: Contenders = None,
+    timeout: Timeout = None,
+    fail_under: Annotated[
+        float,
+        typer.Option(
+            metavar="PERCENT",
+            min=0,
+            max=100,
+            help="Exit 1 when a smaller share of the checks comes out as expected.",
+        ),
+    ] = 100.0,
+    matching: Annotated[
+        str,
+        typer.Option(
+            "-k",
+            metavar="EXPRESSION",
+            help='Check only claims with a check whose name matches, as "pendulum and not V7".',
+        ),
+    ] = "",
+    failed: Annotated[
+        bool,
+        typer.Option(
+            "--last-failed",
+            help="Check only claims that failed last time in this folder, or all if none did.",
+        ),
+    ] = False,
+    out: Out = OUT,
 ) -> int:
-    """Check the claims; exit 1 when a verdict is not as expected."""
+    """Check the claims. Exit 1 when a verdict is not as expected."""
     from reports.build.verify import selected, verify
     from reports.results.own_problems import joined
 
-    given = invocation(context)
-    with joined(given.load(), checking.contender, checking.timeout) as suite:
-        options = given.options(
-            suite, quick, out, checking.claims, checking.require, fail_under=fail_under
+    with joined(context.obj.load(), contender or (), timeout) as suite:
+        options = options_of(
+            context, suite, out, claims, require, quick=quick, fail_under=fail_under
         )
         passed = verify(suite, selected(suite, options, matching, failed)).passed
-        faults = list(suite.faults())
-    _tell(faults)
-    return int(not passed or (bool(faults) and fail_under == 100.0))
+        at_fault = _print_failures(suite.faults())
+    return int(not passed or (at_fault and fail_under == 100.0))
 
 
 def compare_methods(
     context: typer.Context,
-    quick: bool = QUICK,
-    only: str = typer.Option(
-        "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
-    ),
-    contender: list[str] = CONTENDER,
-    problem: list[str] = typer.Option(
-        [],
-        "--problem",
-        metavar="package.module:function",
-        help="A problem of your own to compare on, in place of the suite's; may be repeated.",
-    ),
-    timeout: float = TIMEOUT,
-    out: Path = FOLDER,
+    quick: Quick = False,
+    only: Annotated[
+        str,
+        typer.Option(
+            metavar="top,kepler", help="Only problems with one of these texts in their names."
+        ),
+    ] = "",
+    contender: Contenders = None,
+    problem: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="package.module:function",
+            help="A problem of your own to compare on, in place of the suite's; may be repeated.",
+        ),
+    ] = None,
+    timeout: Timeout = None,
+    out: Out = OUT,
 ) -> int:
     """Time galvi and other codes at matched error."""
     from reports.build.compare import compare, compare_sections
     from reports.results.own_problems import joined, narrowed, with_problems
 
-    given = invocation(context)
-    known = with_problems(given.load(), problem, bool(contender)) if problem else given.load()
+    known = context.obj.load()
+    if problem:
+        known = with_problems(known, problem, bool(contender))
     if only:
-        try:
+        with as_usage_error(ValueError, before="--only: "):
             known = narrowed(known, only, quick)
-        except ValueError as error:
-            raise typer.BadParameter(f"--only: {error}") from None
-    below = "only" if only else "own" if problem else ""  # full results stay
-    with joined(known, contender, timeout) as suite:
-        options = given.options(suite, quick, out, below=below)
+    if not typed(context, "out"):
+        out /= "only" if only else "own" if problem else ""  # full results stay
+    with joined(known, contender or (), timeout) as suite:
+        options = options_of(context, suite, out, quick=quick)
         failures = [
             *compare(suite, options).measured.failures,
-            *_failures(compare_sections(suite, options)),
+            *(section.failure for section in compare_sections(suite, options)),
             *suite.faults(),
         ]
-    _tell(failures)
     print(f"Tables are in {options.out / 'tables'}.")
-    return int(bool(failures))
+    return int(_print_failures(failures))
 
 
 def build_all(
     context: typer.Context,
-    *,
-    quick: bool = QUICK,
-    checking: Checking,
-    anew: bool = ANEW,
-    kept: bool = typer.Option(
-        False, "--kept", help="Only draw and write the pages, from kept rows."
-    ),
-    single: bool = typer.Option(False, "--single-file", help="Also write all pages as one file."),
-    out: Path = FOLDER,
+    quick: Quick = False,
+    claims: Claims = None,
+    require: Require = None,
+    contender: Contenders = None,
+    timeout: Timeout = None,
+    anew: Annotated[
+        bool, typer.Option("--anew", help="Start over instead of resuming an interrupted build.")
+    ] = False,
+    kept: Annotated[
+        bool,
+        typer.Option(
+            "--kept", help="Measure nothing: draw and write pages from rows of earlier runs."
+        ),
+    ] = False,
+    single: Annotated[
+        bool, typer.Option("--single-file", help="Also write all pages into one file.")
+    ] = False,
+    out: Out = OUT,
 ) -> int:
-    """Everything, with figures and the page; resumes an interrupted build."""
+    """Measure everything and write the pages. Resumes an interrupted build."""
     from reports.build.build import build, build_kept
     from reports.results.own_problems import joined
 
-    given = invocation(context)
-    known = given.load()
+    known = context.obj.load()
     if kept:
-        try:
-            build_kept(known, given.options(known, quick, out), single)
-        except ValueError as error:
-            raise typer.BadParameter(f"--kept: {error}") from None
+        with as_usage_error(ValueError, before="--kept: "):
+            build_kept(known, options_of(context, known, out, quick=quick), single)
         return 0
-    with joined(known, checking.contender, checking.timeout) as suite:
-        options = given.options(
-            suite, quick, out, checking.claims, checking.require, checking.contender, anew
-        )
+    with joined(known, contender or (), timeout) as suite:
+        options = options_of(
+            context, suite, out, claims, require, quick=quick, contenders=tuple(contender or ()),
+            anew=anew,
+        )  # fmt: skip
         verified, compared, sections = build(suite, options, single)
-        failures = [*compared.measured.failures, *_failures(sections), *suite.faults()]
-    _tell(failures)
-    return int(not verified.passed or bool(failures))
+        of_sections = [section.failure for section in sections]
+        failures = [*compared.measured.failures, *of_sections, *suite.faults()]
+    return int(_print_failures(failures) or not verified.passed)
 
 
 def long_studies(
     context: typer.Context,
-    only: str = typer.Option("", "--only", metavar="mutants,free-spin", help="Only these studies."),
-    out: Path = FOLDER,
+    only: Annotated[
+        str, typer.Option(metavar="mutants,free-spin", help="Only these studies.")
+    ] = "",
+    out: Out = OUT,
 ) -> int:
-    """Run the long studies (hours); resumes after an interruption."""
+    """Run the long studies (hours). Resumes after an interruption."""
     from reports.build.sections import run_long_forms
 
-    given = invocation(context)
-    suite = given.load()
-    try:
-        failures = run_long_forms(suite, given.options(suite, False, out), only)
-    except ValueError as error:
-        raise typer.BadParameter(f"--only: {error}") from None
-    _tell(failures)
-    return int(bool(failures))
+    suite = context.obj.load()
+    with as_usage_error(ValueError, before="--only: "):
+        failures = run_long_forms(suite, options_of(context, suite, out), only)
+    return int(_print_failures(failures))
 
 
 def warm_kernels() -> int:
-    """Compile the kernels of galvi.problems: about two minutes, once."""
+    """Compile the kernels of galvi.problems. Takes about two minutes, once."""
     from reports.build.warm import warm
 
     warm()
     return 0
 
 
-def _failures(sections: Iterable[SectionResult]) -> list[str]:
-    return [section.failure for section in sections if section.failure]
-
-
-def _tell(failures: Iterable[str]) -> None:
-    """Each sentence once, on stderr."""
-    for failure in dict.fromkeys(failures):
-        print(failure, file=sys.stderr)
+def _print_failures(failures: Iterable[str]) -> bool:
+    """Print each sentence once, on stderr; returns whether there was any, besides ""."""
+    sentences = dict.fromkeys(filter(None, failures))
+    for sentence in sentences:
+        print(sentence, file=sys.stderr)
+    return bool(sentences)

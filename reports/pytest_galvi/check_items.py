@@ -23,10 +23,6 @@ PROGRAM = "from galvi.command import serve_checks; serve_checks()"
 END = 10.0  # seconds for the other process to end by itself
 
 
-class Failed(Exception):
-    """A check that failed; the message is what a reader is to see."""
-
-
 class OtherProcess:
     """The process that measures, started with the first request."""
 
@@ -52,9 +48,12 @@ class OtherProcess:
             self.printed.seek(0)
             last = self.printed.read().strip().rpartition("\n")[2]
             self.close()
+            status = process.returncode
+            by = f"by the signal {signal.strsignal(-status)!r}" if status < 0 else ""
+            check = f"at {title(request)}" if "check" in request else "when it listed the checks"
             raise pytest.UsageError(
-                f"--galvi: the process that measures ended {_way_of_its_end(process.returncode)}, "
-                f"{_place_of(request)}. {last}".strip()
+                f"--galvi: the process that measures ended {by or f'with status {status}'}, "
+                f"{check}. {last}".strip()
             )
         answer = json.loads(line)
         if "usage" in answer:
@@ -76,14 +75,12 @@ class OtherProcess:
         process, self.process = self.process, None
         if process is None:
             return
-        for close in (process.stdin.close, process.stdout.close, self.printed.close):
-            with suppress(BrokenPipeError):  # it has ended
-                close()
         try:
-            process.wait(END)
+            process.communicate(timeout=END)
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait()
+            process.communicate()
+        self.printed.close()
 
 
 def _python_path(config: pytest.Config) -> list[str]:
@@ -94,17 +91,9 @@ def _python_path(config: pytest.Config) -> list[str]:
         return []
 
 
-def _way_of_its_end(status: int) -> str:
-    with suppress(ValueError):  # a signal without a name
-        if status < 0:
-            return f"by signal {signal.Signals(-status).name}"
-    return f"with status {status}"
-
-
-def _place_of(request: Mapping[str, Any]) -> str:
-    if "check" not in request:
-        return "when it listed the checks"
-    return f"at {', '.join(filter(None, (request['name'], request['check'], request['problem'])))}"
+def title(check: Mapping[str, Any]) -> str:
+    """The integrator, the check and its problem, if it has one."""
+    return ", ".join(filter(None, (check["name"], check["check"], check["problem"])))
 
 
 class CheckItem(pytest.Item):
@@ -117,18 +106,15 @@ class CheckItem(pytest.Item):
         self.add_marker("galvi")
 
     def runtest(self) -> None:
-        """Measure it; raises Failed, and pytest's exception for what is skipped."""
-        answer = self.process.answer(self.asked)
+        """Measure it; a failure shows its sentences alone."""
+        try:
+            answer = self.process.answer(self.asked)
+        except pytest.UsageError as error:
+            pytest.fail(str(error), pytrace=False)
         if answer["outcome"] == "skipped":
             pytest.skip(answer["text"])
         if answer["outcome"] == "failed":
-            raise Failed(answer["text"])
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """The sentences alone."""
-        if isinstance(excinfo.value, Failed | pytest.UsageError):
-            return str(excinfo.value)
-        return super().repr_failure(excinfo, style)
+            pytest.fail(answer["text"], pytrace=False)
 
     def reportinfo(self) -> tuple[Any, int | None, str]:
         """Its place in a listing, which is no file, and the heading of its failure."""

@@ -109,7 +109,10 @@ def test_a_failed_run_is_exit_1_and_its_row_says_why(folder, capsys):
         ([], "--problem package.module:function"),
         (["--problem", "more:alone"], "duration"),
         (["--problem", "more:number"], "must be a function"),
-        (["--problem", "more:alone", "--duration", "1", "--steps", "2,x"], "--steps expects"),
+        (
+            ["--problem", "more:alone", "--duration", "1", "--steps", "2,x"],
+            "'--steps': Expected numbers",
+        ),
         (["--problem", "more:alone", "--duration", "1", "--method", "gauss:x"], "gauss:DEGREE"),
         (["--problem", "more:alone", "--duration", "1", "--method", "more:number"], "Galerkin"),
         (["--problem", "more:alone", "--duration", "1", "--method", "mujoco.rk4"], "mujoco.rk4"),

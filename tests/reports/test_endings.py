@@ -49,7 +49,8 @@ def raising(error: BaseException):
 def test_what_nobody_caught_is_no_verdict(error, tmp_path, capsys):
     assert run(raising(error), ["verify", "--out", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"The command could not be carried out: {type(error).__name__}")
+    assert line.startswith("The command could not be carried out: ")
+    assert type(error).__name__ in line
 
 
 def test_control_characters_of_an_exception_are_escaped(tmp_path, capsys):
@@ -57,11 +58,11 @@ def test_control_characters_of_an_exception_are_escaped(tmp_path, capsys):
     assert "ValueError: red \\x1b[31m." in capsys.readouterr().err
 
 
-def test_a_full_disk_is_named_with_what_to_do(make_suite, tmp_path, monkeypatch, capsys):
+def test_a_full_disk_is_named(make_suite, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("reports.build.verify.write", lambda *given: raising(FULL_DISK)())
     assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 2
     *_, line = capsys.readouterr().err.splitlines()
-    assert "No space left on device: 'claims.csv'. Free some space, or write elsewhere." in line
+    assert "No space left on device: 'claims.csv'. " in line
 
 
 def test_a_package_that_is_missing_is_named_with_what_installs_it(tmp_path, capsys):
@@ -110,7 +111,7 @@ def test_standard_output_that_is_full_is_a_full_disk():
         done = ended("print('a verdict')", stdout=full)
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
-    assert "OSError: [Errno 28] No space left on device. Free some space" in line
+    assert "OSError: [Errno 28] No space left on device. " in line
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ import pytest
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from reports.cli.commands import run
-from reports.cli.export import FORMATS, WITHOUT_PARQUET
 from reports.results.origins import note_origin, read_origins
 from reports.tables.claims_table import COLUMNS, claims_frame
 from reports.tables.writing import write_table
@@ -143,28 +142,37 @@ def test_without_pyarrow_parquet_says_what_to_install(make_suite, out, capsys, m
     monkeypatch.setattr(pd.DataFrame, "to_parquet", absent)
     words = ["export", "work_precision", "--format", "parquet", "--out", str(out)]
     assert run(make_suite, words) == 2
-    assert " ".join(capsys.readouterr().err.split()) == f"{WITHOUT_PARQUET}."
+    assert capsys.readouterr().err.startswith("Parquet needs pyarrow (pip install pyarrow): ")
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["work_precison"], "did you mean 'work_precision'"),
-        (["ratios", "--format", "tex"], "did you mean 'latex'"),
+        (
+            ["ratios", "--format", "tex"],
+            "'--format': 'tex' is not one of 'csv', 'parquet', 'latex'",
+        ),
         (["ratios", "--sort", "eror"], "did you mean 'error'"),
-        (["ratios", "--to", "."], "--to expects a file"),
-        (["ratios", "--where", "problem=keppler"], "did you mean problem="),
+        (["ratios", "--to", "."], "'--to': file '.' is a directory."),
+        (
+            ["ratios", "--where", "problem=keppler"],
+            "There is no problem 'keppler' among kepler e=0.6; did you mean",
+        ),
         (["ratios", "--where", "problme=a"], "did you mean 'problem'"),
-        (["ratios", "--where", "problem"], "expects COLUMN=VALUE"),
+        (["ratios", "--where", "problem"], "There is no problem '' among"),
         (["ratios", "--columns", "problem,eror"], "did you mean 'error'"),
-        ([], "expects a NAME, --list or --all"),
-        (["ratios", "--all"], "a NAME, --list or --all, and one of these"),
-        (["--list", "ratios"], "and one of these"),
+        ([], "Expected exactly one of NAME, --list and --all."),
+        (["ratios", "--all"], "Expected exactly one of NAME"),
+        (["--list", "ratios"], "Expected exactly one of NAME"),
         (["--all", "--to", "x"], "--all does not take --to"),
         (["--all", "--where", "a=b"], "are for one table"),
         (["fig-3-02", "--format", "pdf", "--columns", "a"], "are for one table"),
-        (["--all", "--format", "pfd"], "did you mean 'pdf'"),
-        (["--all", "--format", "pdf", "--width", "colum"], "--width expects column or page"),
+        (["--all", "--format", "pfd"], "'pfd' is not one of "),
+        (
+            ["--all", "--format", "pdf", "--width", "colum"],
+            "'colum' is not one of 'column', 'page'",
+        ),
     ],
 )
 def test_what_was_mistyped_is_answered_in_a_sentence(make_suite, out, capsys, words, said):
@@ -192,7 +200,7 @@ def test_an_empty_table_and_one_with_gaps_have_rows_to_choose_from(make_suite, t
     for name in ("gaps", "none"):
         words = ["export", name, "--where", "who=b", "--out", str(tmp_path)]
         assert run(make_suite, words) == 2
-        assert "with a value of the table" in " ".join(capsys.readouterr().err.split())
+        assert "There is no who 'b'" in capsys.readouterr().err
     assert run(make_suite, ["export", "--all", "--format", "svg", "--out", str(tmp_path)]) == 2
 
 
@@ -202,8 +210,7 @@ def test_what_there_is_is_listed_and_all_of_it_is_written(make_suite, out, capsy
     assert "work_precision  table" in listed and any("  figure: " in line for line in listed)
     figure = next(line.split()[0] for line in listed if "  figure: " in line)
     assert run(make_suite, ["export", figure, "--out", str(out)]) == 2
-    said = f"{figure!r} is a figure, in the formats pdf, svg, png; received --format csv."
-    assert said in " ".join(capsys.readouterr().err.split())
+    assert capsys.readouterr().err == f"{figure!r} is a figure: add --format pdf, svg or png.\n"
     assert run(make_suite, ["export", "--all", "--format", "markdown", "--out", str(out)]) == 0
     written = capsys.readouterr().out.splitlines()
     assert len(written) == sum(line.endswith("  table") for line in listed)
@@ -223,10 +230,6 @@ def test_an_empty_folder_and_a_damaged_table_are_told(make_suite, tmp_path, caps
     (tmp_path / "ratios.csv").write_text("")
     assert run(make_suite, ["export", "ratios", "--out", str(tmp_path)]) == 2
     assert "ratios.csv cannot be read: No columns" in capsys.readouterr().err
-
-
-def test_every_form_has_a_suffix_of_its_own():
-    assert len(set(FORMATS.values())) == len(FORMATS) == 4
 
 
 # Targets of --to that are no files of their own: standard output, pipes, devices, links.
@@ -284,14 +287,14 @@ def test_a_figure_in_standard_output_or_a_pipe_has_no_captions_beside_it(
 
 @pytest.mark.parametrize("form", ["png", *(["parquet"] if ARROW else [])])
 def test_bytes_in_standard_output_are_those_of_the_file(
-    make_suite, out, tmp_path, capsysbinary, form
+    make_suite, out, tmp_path, capfdbinary, form
 ):
-    name = "work_precision" if form == "parquet" else a_figure(make_suite, out, capsysbinary)
+    name = "work_precision" if form == "parquet" else a_figure(make_suite, out, capfdbinary)
     words = ["export", name, "--format", form, "--out", str(out), "--to"]
     assert run(make_suite, [*words, str(tmp_path / "file")]) == 0
-    capsysbinary.readouterr()
+    capfdbinary.readouterr()
     assert run(make_suite, [*words, "-"]) == 0
-    assert capsysbinary.readouterr().out == (tmp_path / "file").read_bytes()
+    assert capfdbinary.readouterr().out == (tmp_path / "file").read_bytes()
 
 
 def test_a_pipe_a_link_and_a_device_stay_what_they_are(make_suite, small, capsys):
@@ -314,12 +317,6 @@ def test_a_pipe_a_link_and_a_device_stay_what_they_are(make_suite, small, capsys
     assert target.stat().st_mode & 0o777 == 0o600
 
 
-def test_closed_standard_output_is_told_in_a_sentence(make_suite, small, capsys, monkeypatch):
-    monkeypatch.setattr("sys.stdout", None)  # as Python has it after `>&-`
-    assert run(make_suite, ["export", "t", "--out", str(small[0]), "--to", "-"]) == 2
-    assert capsys.readouterr().err == "--to -: standard output is closed.\n"
-
-
 def test_a_target_that_cannot_be_written_is_told_in_a_sentence(make_suite, small, capsys):
     folder, _ = small
     (folder / "a").symlink_to("b")
@@ -328,5 +325,5 @@ def test_a_target_that_cannot_be_written_is_told_in_a_sentence(make_suite, small
         words = ["export", "t", "--out", str(folder), "--to", str(to)]
         assert run(make_suite, words) == 2
         told = capsys.readouterr().err
-        assert told.startswith("--to expects a file that can be written; ")
+        assert told.startswith("The command could not be carried out: ") and str(folder) in told
         assert len(told.splitlines()) == 1

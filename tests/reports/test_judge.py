@@ -17,8 +17,8 @@ import pytest
 import galvi
 from galvi.interop.judge import JudgeRequest
 from galvi.interop.suite_process import HANDED_OVER
+from reports.cli.assess import setting
 from reports.cli.commands import run
-from reports.cli.judge import read_own
 from reports.judge.cases import junit_suites
 
 OWN = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.05) "
@@ -123,23 +123,21 @@ def test_what_the_command_refuses_is_a_value_error(model, suite_in_this_process)
         galvi.judge(model, own={"integrator": "none"})
 
 
-@pytest.mark.slow_cases("arguments6-Did you mean")
+@pytest.mark.slow_cases("arguments7-Did you mean")
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
         (["absent.bin"], "There is no file absent.bin"),
         ([__file__], "must be a file of REBOUND's"),
         ([], "FILE"),
-        (["FILE", "--own", "whfast"], "expects name=value"),
+        (["FILE", "--own", "whfast"], "'--own': Expected name=value, not 'whfast'"),
         (["FILE", "--own", "integrator=saba,dt=0"], "Own dt must not be 0"),
-        (
-            ["FILE", "--qpos", "1"],
-            "--key, --ignore, --qpos, --qvel and --ctrl are of models of MuJoCo's",
-        ),
+        (["FILE", "--qpos", "1"], "--key, --ignore, --qpos, --qvel and --ctrl are for MuJoCo"),
+        (["FILE", "--qpos", "1,x"], "'--qpos': Expected numbers, separated by commas; received"),
         (["FILE", "--own", "integrator=saba,dt=0.1,kind=3"], "Did you mean"),
         (["FILE", "--own", "dt=1e9"], "Own dt must be at most the duration"),
-        (["FILE", "--key", "0"], "are of models of MuJoCo's"),
-        (["FILE", "--out", __file__], "--out expects a folder; received the file"),
+        (["FILE", "--key", "0"], "are for MuJoCo models"),
+        (["FILE", "--out", __file__], "--out expects a folder to write in; received "),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_a_sentence(
@@ -231,12 +229,9 @@ def test_sources_of_every_kind_are_judged(tmp_path, suite_in_this_process):
 
 
 def test_the_own_setting_is_read():
-    assert read_own("integrator=whfast, dt=0.1,corrector=17") == {
+    assert setting("integrator=whfast, dt=0.1,corrector=17") == {
         "integrator": "whfast", "dt": 0.1, "corrector": 17,
     }  # fmt: skip
-    assert read_own("") == {}
-    with pytest.raises(ValueError, match="--own expects name=value"):
-        read_own("whfast")
 
 
 def test_the_command_without_the_suite_says_what_to_install(tmp_path):
@@ -262,7 +257,7 @@ def test_a_request_keeps_its_types_on_the_way_to_the_command() -> None:
 
 
 def test_true_and_false_are_flags_of_the_own_integrator() -> None:
-    assert read_own("safe_mode=false,keep=True") == {"safe_mode": False, "keep": True}
+    assert setting("safe_mode=false,keep=True") == {"safe_mode": False, "keep": True}
 
 
 def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence() -> None:

@@ -257,7 +257,7 @@ def test_a_process_that_dies_fails_the_item_with_its_last_words_and_others_go_on
 @pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX")
 def test_a_process_that_is_killed_is_named_by_the_signal(faked):
     done = run(faked, "--galvi", "mine:Killed", "-k", "order", fake=True)
-    assert "ended by signal SIGKILL, at Killed, order." in done.stdout
+    assert "ended by the signal 'Killed', at Killed, order." in done.stdout
 
 
 def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):

@@ -14,7 +14,7 @@ from references import EngineMissing
 from reports.build.kept import kept_claims, read
 from reports.build.verify import moved
 from reports.cli.commands import run
-from reports.cli.errors import choose_claims
+from reports.cli.options import choose_claims
 from reports.results.comparison import merged
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
@@ -169,16 +169,16 @@ def test_a_claim_whose_judge_gives_no_row_is_not_green(make_suite, make_claim, t
 @pytest.mark.parametrize(
     ("word", "said"),
     [
-        ("", "--require expects engines"),
-        ("rebuond", "did you mean 'rebound'"),
-        (",", "--require expects engines"),
+        ("", "'--require': Expected words"),
+        ("rebuond", "There is no engine 'rebuond' among rebound, mujoco; did you mean 'rebound'?"),
+        (",", "'--require': Expected words"),
     ],
 )
 def test_a_mistyped_engine_is_refused_in_a_sentence(without_rebound, tmp_path, capsys, word, said):
     words = ["verify", "--require", word, "--out", str(tmp_path)]
     assert run(lambda: without_rebound, words) == 2
     told = capsys.readouterr().err
-    assert said in told and "rebound, mujoco" in told and len(told.splitlines()) == 1
+    assert said in told and len(told.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 
@@ -310,14 +310,14 @@ def test_a_place_is_checked_by_the_claims_that_its_statements_name():
 @pytest.mark.parametrize(
     ("place", "said"),
     [
-        ("H fig. 99", "there is no place 'H fig. 99'; did you mean 'H fig. "),
+        ("H fig. 99", "There is no claim or place 'H fig. 99'; did you mean 'H fig. "),
         ("h fig. 3.5", "did you mean 'H fig. 3.5'?"),
-        ("H (2.8)", "no claim checks what is printed at 'H (2.8)'"),
+        ("H (2.8)", "No claim checks what is printed at 'H (2.8)'"),
     ],
 )
 def test_a_place_that_nothing_checks_is_refused(place, said):
     with pytest.raises(typer.BadParameter) as refused:
-        choose_claims(f"V1,{place}", ["V1"], lambda: claims_by_place(CLAIMS))
+        choose_claims(["V1", place], CLAIMS)
     assert said in str(refused.value)
 
 

@@ -1,0 +1,162 @@
+"""The options that several commands share, each declared once, and how their texts are read."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from benchmarks.store.atomic import write
+from references.setting import nearest
+from reports.cli.project import CONTENDERS_CLAIMS, TABLE
+from reports.results.options import OF_CONTENDERS, OWN_FOLDER, Options
+
+if TYPE_CHECKING:
+    from benchmarks.checks.claim import Claim
+    from reports.results.suite import Suite
+
+LONGEST_TIMEOUT = 86_400  # seconds: a day
+LISTED = 20  # words that are listed where another one is typed
+
+
+@dataclass(frozen=True)
+class Invocation:
+    """What a command is given besides its options, as `obj` of its context.
+
+    load     the suite, imported when called
+    command  as typed
+    called   the words before the command, such as "galvi"
+    """
+
+    load: Callable[[], Suite]
+    command: str
+    called: str
+
+
+def words(text: str) -> tuple[str, ...]:
+    """The words of a list with commas, as the parser of an option. Raises typer.BadParameter where
+    there are none."""
+    result = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
+    if not result:
+        raise typer.BadParameter(f"Expected words, separated by commas; received {text!r}.")
+    return result
+
+
+Quick = Annotated[bool, typer.Option("--quick", help="Fewer and shorter runs.")]
+Claims = Annotated[
+    Any,
+    typer.Option(
+        "--claims", metavar="V3,V5", parser=words,
+        help='Check only these claims, or those about a place in a paper, as "H fig. 3.5"; '
+        '"contenders" stands for the claims of the external integrators.',
+    ),
+]  # fmt: skip
+Require = Annotated[
+    Any,
+    typer.Option(
+        "--require", metavar="rebound,mujoco", parser=words,
+        help="Engines whose absence is a failure.",
+    ),
+]  # fmt: skip
+Contenders = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--contender", metavar="package.module:Class",
+        help="An external integrator to include; may be repeated.",
+    ),
+]  # fmt: skip
+Timeout = Annotated[
+    float | None,
+    typer.Option(
+        "--timeout", metavar="SECONDS", min=0.1, max=LONGEST_TIMEOUT,
+        help="Time limit for one run of an external integrator.",
+    ),
+]  # fmt: skip
+Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder.")]
+
+
+def typed(context: typer.Context, parameter: str) -> bool:
+    """Whether it stands on the command line, and is neither a default nor the project's table's."""
+    source = context.get_parameter_source(parameter)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def options_of(
+    context: typer.Context,
+    suite: Suite,
+    out: Path,
+    claims: Sequence[str] | None = None,
+    require: Sequence[str] | None = None,
+    **more: Any,
+) -> Options:
+    """The options of a command on the suite, whose output folder is made; `more` as in Options.
+
+    Raises typer.BadParameter for claims and engines that are not there.
+    """
+    chosen = choose_claims(claims or (), suite.claims)
+    engines = tuple(dict.fromkeys(require or ()))
+    for engine in engines:
+        check_known("engine", engine, suite.engines())
+    return Options(
+        claims=chosen, require=engines, out=output_folder(out), command=context.obj.command,
+        called=context.obj.called, **more,
+    )  # fmt: skip
+
+
+def output_folder(out: Path) -> Path:
+    """The output folder, made. Raises typer.BadParameter where nothing can be written in it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=out).close()
+        if out.parts[:1] == (OWN_FOLDER,) and not (Path(OWN_FOLDER) / ".gitignore").exists():
+            write(Path(OWN_FOLDER) / ".gitignore", "*\n")
+    except OSError as error:
+        raise typer.BadParameter(
+            f"--out expects a folder to write in; received {out}: {error.strerror}."
+        ) from None
+    return out
+
+
+def check_known(kind: str, word: str, known: Collection[str]) -> None:
+    """Raises typer.BadParameter for another word than the known ones, with the nearest of them."""
+    if word not in known:
+        among = f" among {', '.join(known)}" if 0 < len(known) <= LISTED else ""
+        near = f"did you mean {nearest(word, known)!r}?" if known else "there are none here."
+        raise typer.BadParameter(f"There is no {kind} {word!r}{among}; {near}")
+
+
+def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
+    """The ids that the words of --claims name, in the order of the claims; without words, all.
+
+    asked  ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong
+           to external integrators; words that make up a place that has a comma are this place
+
+    Raises typer.BadParameter for an unknown id or place, a place that no claim checks, and claims
+    of external integrators where there are none.
+    """
+    from benchmarks.claims.statements import claims_by_place, why_unchecked  # they bring pandas
+
+    ids = [claim.id for claim in claims]
+    of_contenders = {id for id in ids if id.startswith(OF_CONTENDERS)}
+    names = {id: {id} for id in ids} | {CONTENDERS_CLAIMS: of_contenders}
+    if not set(asked) <= set(names):
+        names |= claims_by_place(claims)
+    together = ", ".join(asked)
+    chosen = set[str]()
+    for word in [together] if together in names else asked:
+        if word.startswith((OF_CONTENDERS, CONTENDERS_CLAIMS)) and not of_contenders:
+            raise typer.BadParameter(
+                f"There is no claim {word!r}; such claims belong to an external integrator: add it "
+                f"with --contender package.module:Class, or as contenders of {TABLE}."
+            )
+        check_known("claim or place", word, names)
+        if not names[word]:
+            raise typer.BadParameter(
+                f"No claim checks what is printed at {word!r} ({why_unchecked(word)})."
+            )
+        chosen |= names[word]
+    return tuple(id for id in ids if id in chosen or not asked)

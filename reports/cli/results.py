@@ -1,0 +1,117 @@
+"""The commands on results that earlier ones wrote: export, merge and readme."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from reports.cli.endings import as_usage_error
+from reports.cli.options import Out, check_known, output_folder, words
+from reports.results.options import OUT
+
+STDOUT = Path("/dev/stdout")
+
+
+def export(
+    context: typer.Context,
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="Such as work_precision, ratios, numbers or fig-3-02."),
+    ] = "",
+    listed: Annotated[bool, typer.Option("--list", help="List the tables and figures.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Export all tables, or all figures.")
+    ] = False,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="problem=kepler", help="Rows to keep; several conditions narrow them down."
+        ),
+    ] = None,
+    columns: Annotated[
+        Any,
+        typer.Option(metavar="error,seconds", parser=words, help="Columns to keep, in this order."),
+    ] = None,
+    form: Annotated[
+        Literal["csv", "parquet", "latex", "markdown", "pdf", "svg", "png"],
+        typer.Option("--format", help="The last three are for figures, the others for tables."),
+    ] = "csv",
+    sort: Annotated[
+        Any,
+        typer.Option(
+            metavar="error,-seconds",
+            parser=words,
+            help="Columns to sort by; - for descending order.",
+        ),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            dir_okay=False,
+            help="Output file, or - for standard output; by default in tables/ or figures/.",
+        ),
+    ] = None,
+    width: Annotated[
+        Literal["column", "page"], typer.Option(help="Width of a figure in a paper.")
+    ] = "page",
+    out: Out = OUT,
+) -> int:
+    """Write a table or a figure for a paper."""
+    from reports.cli import export as work
+
+    if bool(name) + listed + every != 1:
+        raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
+    if every and to:
+        raise typer.BadParameter("--all does not take --to.")
+    is_picture = form in work.PICTURES
+    if (where or columns or sort) and (is_picture or not name):
+        raise typer.BadParameter("--sort, --where and --columns are for one table.")
+    to = STDOUT if to == Path("-") else to
+    tables = work.tables(out)
+    if not (listed or is_picture or tables):
+        raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
+    known = [*tables, work.NUMBERS] if form == "latex" else [*tables]
+    if not (listed or is_picture) and (every or name in known):
+        for table in [name] if name else tables:
+            work.export_table(out, table, form, to, where or (), columns or (), sort or ())
+        return 0
+    figures = work.figures(context.obj.load(), out)
+    if listed:
+        work.list_all(tables, figures)
+    elif is_picture:
+        work.export_figures(figures, out, name, form, width, to)
+    elif name in figures:
+        raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
+    else:
+        check_known("table", name, known)
+    return 0
+
+
+def merge_reports(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="FOLDER", help="What `compare` or `make bench` wrote."),
+    ],
+    out: Out = OUT,
+) -> int:
+    """Add rows and benches of other machines."""
+    from reports.results.machines import merge
+
+    with as_usage_error(ValueError, before="merge: "):
+        print("\n".join(merge(output_folder(out), folders)))
+    return 0
+
+
+def renew_readme(out: Out = OUT) -> int:
+    """Update results in README.md and docs/."""
+    from reports.tables.readme import renew
+
+    with as_usage_error(ValueError, OSError):
+        written = renew(Path(), out)
+    if not written:
+        raise typer.BadParameter(f"{out} holds no rows of them yet; run build first.")
+    print(f"Renewed: {', '.join(written)}.")
+    return 0
