@@ -19,9 +19,9 @@ NOT_REACHED = "not reached"
 OURS = "galvi, best"
 COLUMNS = (
     *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
-    *("noise_low", "noise_high", "outcome", "tighter"),
+    *("noise_low", "noise_high", "outcome", "closer"),
 )
-TIGHTER = 10.0  # times as accurate as asked: what is more is said
+CLOSER = 10.0  # times as accurate as asked: what is more is said
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
@@ -68,8 +68,8 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     low, high  the ratio's interval; NaN where the two shared too few rounds
     noise_low, noise_high  that of galvi's run against itself in these rounds
     outcome    of both intervals, see `benchmarks.statistics.paired`
-    tighter    how many times as accurate as asked the loosest of its runs is that reach the error,
-               where these are more than TIGHTER: a looser one might take less time
+    closer     how many times as accurate as asked the loosest of its runs is that reach the error,
+               where these are more than CLOSER: a looser one might take less time
 
     Rows of contender 'galvi, best' hold galvi's time and, as ratio, 1. A contender whose run is the
     truth has that run's time at errors that no other run of it reaches.
@@ -89,7 +89,7 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
             ours = min(mine, key=lambda row: row["seconds"], default=None)
             rows += [
                 {"problem": problem, "contender": name, "error": target, **_cell(row, ours),
-                 "tighter": _tighter(parts.get(name, ours_all), target)}
+                 "closer": _closer(parts.get(name, ours_all), target)}
                 for name, row in {OURS: ours, **best}.items()
             ]  # fmt: skip
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -159,6 +159,6 @@ def _in_shared_rounds(row: pd.Series, name: str, ours: pd.Series) -> Interval:
     return ratio(*zip(*pairs, strict=True)) if pairs else UNKNOWN
 
 
-def _tighter(runs: pd.DataFrame, asked: float) -> float:
+def _closer(runs: pd.DataFrame, asked: float) -> float:
     loosest = runs["error"][(runs["error"] > 0.0) & (runs["error"] <= asked)].max()
-    return asked / loosest if asked / loosest > TIGHTER else math.nan
+    return asked / loosest if asked / loosest > CLOSER else math.nan

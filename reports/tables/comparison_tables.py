@@ -101,7 +101,7 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
     """A line for galvi's best, for each other contender, and for galvi against itself, a column for
     each error: ratio with its interval and time, or "not reached"; a tie is called one, and it is
-    said how much `tighter` than asked its runs are.
+    said how much `closer` than asked its runs are.
 
     A time of the run that is the reference is marked, as its error is unknown. The last column,
     from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
@@ -161,7 +161,7 @@ def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
 def _cell(row: pd.Series, contender: str) -> str:
     if not known(row["seconds"]):
         return NOT_REACHED
-    close = f", {readable(row['tighter'], 1)}{TIMES} closer" if known(row["tighter"]) else ""
+    close = f", {readable(row['closer'], 1)}{TIMES} closer" if known(row["closer"]) else ""
     if contender == OURS:
         return f"{seconds(row['seconds'])}{close}"
     if not known(row["ratio"]):

@@ -52,9 +52,9 @@ def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, floa
         return (WON if known(mine) else NOBODY), "", math.nan
     if not known(mine):
         return f"{best['contender']} wins", " (not reached by galvi)", math.nan
-    factor, tighter = 1.0 / best["ratio"], best.get("tighter")
+    factor, closer = 1.0 / best["ratio"], best.get("closer")
     beside = f" ({best['contender']} at its loosest is {{}} times as accurate as asked)"
-    remark, times = (beside, tighter) if known(tighter) else ("", factor)
+    remark, times = (beside, closer) if known(closer) else ("", factor)
     if best["outcome"] == TIE:
         return f"galvi and {best['contender']} tie", remark, times
     if factor >= LEVEL:

@@ -125,8 +125,8 @@ def test_who_wins_is_said_from_the_times(ours, peer, said):
 
 def test_a_rival_that_was_run_far_too_accurately_is_said_beside_who_is_fastest():
     parts = [
-        matched(("galvi, best", 1.0), ("peer", 9.0)).assign(error=10.0**-k, tighter=tighter)
-        for k, tighter in ((2, 5e3), (4, 50.0), (6, math.nan))
+        matched(("galvi, best", 1.0), ("peer", 9.0)).assign(error=10.0**-k, closer=closer)
+        for k, closer in ((2, 5e3), (4, 50.0), (6, math.nan))
     ]
     assert summary_sentences(pd.concat(parts)) == [
         "Kepler: galvi is fastest from 0.01 to 10⁻⁴ (peer at its loosest is 50 to 5000 times as "
