@@ -69,7 +69,7 @@ def repeated_run(
 # one step at the same setting is timed in turn with it, and subtracted; of the steps, one is
 # missing then, which the ratio n / (n - 1) makes up for.
 
-FEWEST = 5  # repeats
+FEWEST, ENOUGH = 5, 0.02  # repeats, fewer where they take so many seconds together
 BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
 
 
@@ -95,13 +95,15 @@ class NetTime:
         return self.call()
 
     def seconds(self, repeats: int) -> float:
-        """From the fastest of the repeats, FEWEST or more, as load only adds to them, and to the
-        longer run more; NaN where it is not positive.
+        """From the fastest of the repeats, FEWEST or more unless they take more than ENOUGH, as
+        load only adds to them, and to the longer run more; NaN where it is not positive.
         """
-        pairs = [
-            (seconds_of(self.call), seconds_of(self.short)) for _ in range(max(repeats, FEWEST))
-        ]
-        run, step = map(min, zip(*pairs, strict=True))
+        runs: list[float] = []
+        steps: list[float] = []
+        while len(runs) < max(repeats, FEWEST) and sum(runs) < ENOUGH:
+            runs.append(seconds_of(self.call))
+            steps.append(seconds_of(self.short))
+        run, step = min(runs), min(steps)
         net = (run - step) * self.steps / (self.steps - 1)
         return net if net > 0.0 else math.nan
 

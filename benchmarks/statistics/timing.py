@@ -21,6 +21,7 @@ from references.engine_clock import heard
 
 PARTS = 3
 LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
+LONGEST = 1.0  # seconds of a call that is made in all of many rounds
 
 
 def call_of(
@@ -44,14 +45,13 @@ class Timing:
 
 def interleaved(
     calls: Sequence[Callable[[], Any]],
-    rounds: int | Sequence[int],
+    rounds: int,
     least: float,
     warm: Sequence[float] | None = None,
     counted: Sequence[bool] | None = None,
 ) -> list[Timing]:
     """Time each call once per round, A B C ... A B C ..., so that disturbances affect all alike.
 
-    rounds   of all, or of each
     least    seconds for which a call is repeated within a round; the mean counts. One that takes
              longer than LONG is timed in two rounds at most: its own fluctuations average out
     warm     seconds of an earlier, warming call of each; None makes these calls here
@@ -64,10 +64,9 @@ def interleaved(
         [seconds] if one and times == 1 else []
         for one, seconds, times in zip(taken, first, repeats, strict=True)
     ]
-    most = [rounds] * len(calls) if isinstance(rounds, int) else rounds
-    for turn in range(max(most, default=0)):
+    for turn in range(rounds):
         for k, call in enumerate(calls):
-            enough = ENOUGH if turn and samples[k][0] > LONG else most[k]
+            enough = ENOUGH if turn and samples[k][0] > LONG else rounds
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
@@ -78,14 +77,22 @@ def seconds_in_turn(
 ) -> list[list[float]]:
     """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
     backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
-    for a share of `least` seconds, the fastest counts, as load only adds."""
-    repeats = [max(1, round(least / PARTS / max(seconds_of(call), 1e-7))) for call in calls]
-    found: list[list[float]] = [[] for _ in calls]
+    for a share of `least` seconds, the fastest counts, as load only adds. A call that takes more
+    than LONGEST seconds is made in the first ENOUGH rounds alone."""
+    repeats = [1] * len(calls)
+    samples: list[list[float]] = [[] for _ in calls]
     for turn in range(rounds):
         for k in range(len(calls))[:: -1 if turn % 2 else 1]:
-            parts = PARTS if repeats[k] > 1 else 1
-            found[k].append(min(seconds_of(calls[k], repeats[k]) for _ in range(parts)))
-    return found
+            if turn >= ENOUGH and max(samples[k]) > LONGEST:
+                continue
+            if turn == 0:
+                seconds = seconds_of(calls[k])
+                repeats[k] = max(1, round(least / PARTS / seconds)) if seconds > 0.0 else 1
+            if turn or repeats[k] > 1:
+                parts = PARTS if repeats[k] > 1 else 1
+                seconds = min(seconds_of(calls[k], repeats[k]) for _ in range(parts))
+            samples[k].append(seconds)
+    return samples
 
 
 def _timing(seconds: Sequence[float]) -> Timing:

@@ -11,12 +11,15 @@ FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of `benchmarks.work_precision.run` with another `error`.
+    """The rows of a comparison with the `error` that counts; those that have it are left as are.
 
-    An error at one time may be small by chance. It counts as the larger of its own and that of the
-    next finer setting, which differs by a smaller step (or tolerance) alone; round-off that grows
-    from there on is not held against it. None is below `resolution`.
+    An error at one time may be small by chance. It counts as the larger of `own_error`, that of the
+    run, and that of the next finer setting, which differs by a smaller step (or tolerance) alone;
+    round-off that grows from there on is not held against it. None is below `resolution`:
+    `error_is_bound` where it would be.
     """
+    if "own_error" in table:
+        return table
     settings = table["settings"].fillna("").astype(str)
     rows = table.assign(
         fineness=pd.to_numeric(settings.str.extract(FINENESS)[0], errors="coerce"),
@@ -25,7 +28,8 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["error"].notna() & rows["fineness"].notna()].sort_values("fineness")
     finer = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
     counted = np.fmax(table["error"], finer.reindex(table.index))
-    return table.assign(error=np.maximum(counted, _least(table, table)))
+    counted = table.assign(error=np.maximum(counted, _least(table, table)))
+    return counted.assign(error_is_bound=bounds(counted, table), own_error=table["error"])
 
 
 def resolution(runs: pd.DataFrame) -> float:

@@ -1,8 +1,7 @@
 """Work-precision fronts of contenders, and times of settings that reach an error.
 
-A setting counts where it was run: nothing is interpolated between two of them. What is fastest is
-chosen by `seconds`, from the rounds of all settings; its time is then that of further rounds
-(`rounds`), in which it was not chosen, so that many settings do not make a code faster.
+A setting counts where it was run: nothing is interpolated between two of them. All settings of a
+problem were timed in the same rounds, so that their `seconds` compare.
 """
 
 from __future__ import annotations
@@ -14,14 +13,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.statistics.paired import UNKNOWN, Interval, interval, outcome, ratio, read
+from benchmarks.statistics.paired import UNKNOWN, Interval, outcome, ratio, read
 
 NOT_REACHED = "not reached"
 OURS = "galvi, best"
 COLUMNS = (
     *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
-    *("noise_low", "noise_high", "outcome"),
+    *("noise_low", "noise_high", "outcome", "closer"),
 )
+CLOSER = 10.0  # times as accurate as asked: what is more is said
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
@@ -65,9 +65,11 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     ratio      this time over that of galvi's fastest (above 1: galvi is faster), the median over
                the rounds that both took part in; 'not reached' where no run of the contender
                reaches the error, 'galvi: not reached' where only none of galvi's does
-    low, high  the ratio's interval; NaN where the two did not take part in the same rounds
+    low, high  the ratio's interval; NaN where the two shared too few rounds
     noise_low, noise_high  that of galvi's run against itself in these rounds
     outcome    of both intervals, see `benchmarks.statistics.paired`
+    closer     how many times as accurate as asked the loosest of its runs is that reach the error,
+               where these are more than CLOSER: a looser one might take less time
 
     Rows of contender 'galvi, best' hold galvi's time and, as ratio, 1. A contender whose run is the
     truth has that run's time at errors that no other run of it reaches.
@@ -79,15 +81,17 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
             for name, part in here[here["seconds"] > 0.0].groupby("contender", sort=False)
             if _took_part(part)
         }
+        ours_all = here[(here["seconds"] > 0.0) & here["contender"].str.startswith("galvi")]
         for target in errors if parts else ():
             best = {name: fastest(part, target) for name, part in parts.items()}
             known = [row for row in best.values() if row is not None]
             mine = [row for row in known if row["contender"].startswith("galvi")]
             ours = min(mine, key=lambda row: row["seconds"], default=None)
             rows += [
-                {"problem": problem, "contender": name, "error": target, **_cell(row, ours)}
+                {"problem": problem, "contender": name, "error": target, **_cell(row, ours),
+                 "closer": _closer(parts.get(name, ours_all), target)}
                 for name, row in {OURS: ours, **best}.items()
-            ]
+            ]  # fmt: skip
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -129,49 +133,32 @@ def _took_part(rows: pd.DataFrame) -> bool:
     return bool(((timed["error"] > 0.0) | timed["is_truth"]).any())
 
 
-def _rounds(row: pd.Series, name: str = "rounds") -> list[float]:
-    return read(row.get(name))
-
-
-def _time(row: pd.Series) -> float:
-    """From the rounds after it was chosen, where there are any."""
-    again = _rounds(row)
-    return interval(again).median if again else float(row["seconds"])
-
-
-def retimed(table: pd.DataFrame) -> pd.DataFrame:
-    """The table with the median of the rounds after a setting was chosen as its `seconds`, and
-    their interval as `seconds_low` and `seconds_high`, where it has them."""
-    if "rounds" not in table:
-        return table
-    found = [interval([s for s in read(text) if s > 0.0]) for text in table["rounds"]]
-    again = {
-        "seconds": [one.median for one in found],
-        "seconds_low": [one.low for one in found],
-        "seconds_high": [one.high for one in found],
-    }
-    taken = pd.DataFrame(again, index=table.index, dtype=float)
-    return table.assign(**{name: taken[name].fillna(table[name]) for name in taken})
-
-
 def _cell(row: pd.Series | None, ours: pd.Series | None) -> dict[str, Any]:
     nan = math.nan
     cell: dict[str, Any] = dict.fromkeys(COLUMNS[3:], nan) | {"settings": "", "outcome": ""}
     if row is None:
         return cell | {"ratio": NOT_REACHED}
-    cell |= {"settings": row.get("settings", ""), "seconds": _time(row)}
+    cell |= {"settings": row.get("settings", ""), "seconds": float(row["seconds"])}
     if ours is None:
         return cell | {"ratio": f"galvi: {NOT_REACHED}"}
-    mine, theirs, twice = _rounds(ours), _rounds(row), _rounds(ours, "again")
-    own = row.name == ours.name
-    both = not own and len(mine) == len(theirs) > 0
-    found = ratio(theirs, mine) if both else UNKNOWN
-    noise: Interval = ratio(twice, mine) if len(twice) == len(mine) > 0 else UNKNOWN
+    found = UNKNOWN if row.name == ours.name else _in_shared_rounds(row, "rounds", ours)
+    noise = _in_shared_rounds(ours, "again", ours)
     return cell | {
-        "ratio": found.median if both else cell["seconds"] / _time(ours),
+        "ratio": cell["seconds"] / ours["seconds"] if math.isnan(found.median) else found.median,
         "low": found.low,
         "high": found.high,
         "noise_low": noise.low,
         "noise_high": noise.high,
         "outcome": outcome(found, noise),
     }
+
+
+def _in_shared_rounds(row: pd.Series, name: str, ours: pd.Series) -> Interval:
+    """The ratio of its times, in the column of this name, to ours in the rounds of both."""
+    pairs = list(zip(read(row.get(name)), read(ours.get("rounds")), strict=False))
+    return ratio(*zip(*pairs, strict=True)) if pairs else UNKNOWN
+
+
+def _closer(runs: pd.DataFrame, asked: float) -> float:
+    loosest = runs["error"][(runs["error"] > 0.0) & (runs["error"] <= asked)].max()
+    return asked / loosest if asked / loosest > CLOSER else math.nan

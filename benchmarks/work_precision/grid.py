@@ -148,7 +148,8 @@ def refined(
 def gaps(table: pd.DataFrame) -> pd.DataFrame:
     """problem, code, settings, gap, above: for each code the number of its settings with an error,
     and the widest gap at its front among the errors asked for, in decades, above which error: where
-    none of the settings lies that the lines of the two neighbours have."""
+    none of the settings lies that the lines of the two neighbours have, or up to the largest error
+    asked for no setting at all."""
     rows = []
     text = table["settings"].fillna("").astype(str)
     lines = table["contender"] + text.str.replace(FINENESS, "", n=1, regex=True)
@@ -156,8 +157,10 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
     for (problem, code), runs in table.groupby(["problem", codes], sort=False):
         errors = runs["error"].dropna()
         holes = _holes(errors, front_indices(runs), lines)
-        gap, finer = max(((wide, d) for _, d, wide in holes), default=(math.nan, None))
-        above = math.nan if finer is None else float(errors[finer])
+        widest = [(wide, float(errors[finer])) for _, finer, wide in holes]
+        if errors.max() < ERRORS[0]:
+            widest.append((math.log10(ERRORS[0] / errors.max()), float(errors.max())))
+        gap, above = max(widest, default=(math.nan, math.nan))
         rows.append((problem, code, len(errors), gap, above))
     return pd.DataFrame(rows, columns=["problem", "code", "settings", "gap", "above"])
 

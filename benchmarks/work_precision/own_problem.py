@@ -57,7 +57,7 @@ ADAPTIVE = (
     "heyoka, rigid bodies",
     "REBOUND IAS15",
 )
-TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
+TOLERANCES = (1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 # Those that take the force of references.newton.
 OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
 DIFFERENCED = "Force differenced from the potential: with a gradient it takes less time."
@@ -92,7 +92,7 @@ def own_problem(
         participants.append(Participant(contender.name, contender, settings))
     return WorkPrecisionProblem(
         problem, duration, tuple(participants), lambda: truth, *measure_of(problem),
-        repeated_run=True, refined=False,
+        repeated_run=True,
         notes=dict.fromkeys(OF_NEWTON if is_differenced(problem) else (), DIFFERENCED),
     )  # fmt: skip
 

@@ -67,7 +67,6 @@ class WorkPrecisionProblem:
     net_time      whether what a call costs besides its steps is subtracted instead
                   (`benchmarks.statistics.repeated_run`), since a longer run is another:
                   chaotic, or with coordinates that grow, and with them what a tolerance allows
-    refined       whether settings are added where the fronts of codes have gaps
     """
 
     problem: Problem
@@ -78,7 +77,6 @@ class WorkPrecisionProblem:
     distance: Callable[[Array, Array], float] = farthest_body
     repeated_run: bool = False
     net_time: bool = False
-    refined: bool = True
     notes: Mapping[str, str] = field(default_factory=dict)
 
 

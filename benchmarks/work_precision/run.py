@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,14 +14,7 @@ import pandas as pd
 from benchmarks.measures.independent_invariants import exactly, relative_energy_error
 from benchmarks.statistics.paired import written
 from benchmarks.statistics.repeated_run import NetTime, net_time, one_step, repeated_run
-from benchmarks.statistics.timing import (
-    Timing,
-    call_of,
-    interleaved,
-    seconds_in_turn,
-    seconds_of,
-    warmed,
-)
+from benchmarks.statistics.timing import call_of, seconds_in_turn, seconds_of, warmed
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import fastest, front, ratios
@@ -45,6 +39,8 @@ COLUMNS = (
     "stops_early",
     "quantity",
     "error",
+    "error_is_bound",
+    "own_error",
     "seconds",
     "seconds_low",
     "seconds_high",
@@ -60,12 +56,12 @@ COLUMNS = (
     "truth_error",
 )
 NUMBERS = (
-    *("error", "seconds", "seconds_low", "seconds_high", "overhead", "energy"),
+    *("error", "own_error", "seconds", "seconds_low", "seconds_high", "overhead", "energy"),
     *("evaluations", "steps", "truth_error"),
 )
-ROUNDS, LEAST, QUICK_LEAST = 2, 0.04, 0.01  # and seconds of each setting in a round
-FURTHER, LONGEST = 7, 0.7  # rounds of the settings that were chosen, and seconds of their calls
-BEHIND = 3.0  # times another's seconds, at no smaller error: a round less tells that as well
+LEAST, QUICK_LEAST = 0.012, 0.005  # seconds of each setting in a round
+ROUNDS = 7
+BOUND = "Its error is a bound: the truth tells no smaller one, ten times its own."
 
 
 @dataclass
@@ -79,10 +75,10 @@ class _Measurement:
     stops_early: bool = False
     run: Trajectory | None = None
     why: str = ""
-    warm: float = field(default=0.0)
+    warm: float = 0.0
     times: int = 1  # the run's duration that the timed call covers
-    rounds: str = ""
-    again: str = ""
+    rounds: list[float] = field(default_factory=list)
+    again: list[float] = field(default_factory=list)
     overhead: float = math.nan
 
 
@@ -103,19 +99,21 @@ def work_precision(
     quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
                   place
     error         largest distance of a body from the truth at the end, in the problem's unit of
-                  length, or largest difference of an entry; NaN for the truth itself and for a
-                  failed run
-    seconds       median over interleaved rounds; seconds_low and seconds_high are the fastest and
-                  the slowest round. galvi's tableau, compiled kernels and MuJoCo's models are
-                  prepared beforehand; building REBOUND's simulation (below a millisecond) is
-                  included. For most short runs from lengthened ones, for some less those
-                  of one step where steps are counted (SciPy does not), see
-                  `benchmarks.statistics.repeated_run` and `net_time` there
-    rounds        of a setting that is the fastest of its code at some error: seconds in each of
-                  FURTHER rounds, in which it was not chosen, as text; empty for calls above LONGEST
-    again         of galvi's, the same once more in these rounds: it against itself
-    overhead      share of the timed call that one of one step takes, of these; where that is
-                  subtracted, of what is subtracted
+                  length, or largest difference of an entry, as it counts in `dependable`; NaN for
+                  the truth itself and for a failed run
+    error_is_bound  whether the error is what the truth resolves: the run's is at most that
+    own_error     that of the run alone
+    seconds       median over `rounds`; seconds_low and seconds_high are the fastest and the slowest
+                  round. galvi's tableau, compiled kernels and MuJoCo's models are prepared
+                  beforehand; building REBOUND's simulation (below a millisecond) is included. For
+                  most short runs from lengthened ones, for some less those of one step where steps
+                  are counted (SciPy does not), see `benchmarks.statistics.repeated_run` and
+                  `net_time` there
+    rounds        seconds in each round, as text. All settings of a problem take turns in ROUNDS
+                  rounds, long runs in the first of them alone
+    again         of galvi's settings the same once more in these rounds: it against itself
+    overhead      of settings that are the fastest of their code at an error: the share of the timed
+                  call that one of one step takes; where that is subtracted, of what is subtracted
     energy        relative error of the energy at the end, of point masses
     evaluations   force evaluations; NaN when the engine does not count
     is_truth      whether the run is the truth itself
@@ -127,10 +125,7 @@ def work_precision(
     chosen = [case for case in known if problem in ("", case.problem.name)]
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
-    tables = [
-        _study(with_externals(case, externals), _least(case, quick), report, quick)
-        for case in chosen
-    ]
+    tables = [_study(with_externals(case, externals), report, quick) for case in chosen]
     return pd.concat(tables, ignore_index=True)
 
 
@@ -139,15 +134,8 @@ def problems(quick: bool = False) -> tuple[str, ...]:
     return tuple(case.problem.name for case in work_precision_problems(quick))
 
 
-def _least(case: WorkPrecisionProblem, quick: bool) -> float:
-    """Seconds of each setting in a round, fewer where runs are lengthened."""
+def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: bool) -> pd.DataFrame:
     least = QUICK_LEAST if quick else LEAST
-    return 0.6 * least if case.repeated_run or case.net_time else least
-
-
-def _study(
-    case: WorkPrecisionProblem, least: float, report: Callable[[str], None], quick: bool
-) -> pd.DataFrame:
     try:
         truth = case.truth()
     except ModuleNotFoundError as error:
@@ -157,34 +145,15 @@ def _study(
         for setting in settings:
             report(f"{case.problem.name}: {label}, {readable_setting(setting)}")
             measured.append(_first_run(case, label, contender, setting, least))
-    if case.refined and not quick:
+    if not quick:
         report(f"{case.problem.name}: settings between those")
         _refine(case, measured, truth, least)
-    timed = [one for one in measured if one.run is not None and one.run.success and not one.why]
     report(f"{case.problem.name}: {ROUNDS} rounds")
-    timings = dict(
-        zip(
-            map(id, timed),
-            interleaved(
-                [one.call for one in timed],
-                _rounds(case, timed, truth),
-                least,
-                [one.warm for one in timed],
-                [one.times > 1 and not case.net_time for one in timed],
-            ),
-            strict=True,
-        )
-    )
-    for one in timed:
-        one.why = getattr(one.call, "failure", "")
-
-    def table() -> pd.DataFrame:
-        rows = [_row(case, one, truth, timings.get(id(one))) for one in measured]
-        return pd.DataFrame(rows, columns=list(COLUMNS))
-
-    report(f"{case.problem.name}: {FURTHER} rounds of the fastest")
-    _time_chosen(case, measured, table(), least)
-    return table()
+    _time(measured, least)
+    table = _table(case, measured, truth)
+    for k in _fastest_of_codes(table):
+        measured[k].overhead = _overhead(case, measured[k])
+    return table.assign(overhead=[one.overhead for one in measured])
 
 
 def _refine(
@@ -197,7 +166,7 @@ def _refine(
     }
 
     def frame() -> pd.DataFrame:
-        rows = [_row(case, measured[k], truth, None) for k in known]
+        rows = [_row(case, measured[k], truth) for k in known]
         seconds = [measured[k].warm / measured[k].times for k in known]
         return pd.DataFrame(rows, index=list(known)).assign(seconds=seconds)
 
@@ -217,28 +186,26 @@ def _refine(
     measured.sort(key=lambda one: order[one.contender])
 
 
-def _time_chosen(
-    case: WorkPrecisionProblem, measured: Sequence[_Measurement], table: pd.DataFrame, least: float
-) -> None:
-    """Further rounds of each code's fastest setting at each error, galvi's twice in each."""
-    counted = dependable(table)
-    codes = counted["contender"].map(code_of)
-    chosen: dict[int, None] = {}
-    for error in errors_of(counted):
-        for _, runs in counted.groupby(codes, sort=False):
-            best = fastest(runs, error)
-            if best is not None and measured[best.name].warm <= LONGEST:
-                chosen[best.name] = None
-    ours = [k for k in chosen if code_of(measured[k].contender) == "galvi"]
-    calls = [measured[k].call for k in (*chosen, *ours)]
-    found = seconds_in_turn(calls, FURTHER, 0.5 * least)
-    for k, rounds in zip((*chosen, *ours), found, strict=True):
-        one = measured[k]
-        text = written([seconds / one.times for seconds in rounds])
-        if all(math.isfinite(seconds) for seconds in rounds):
-            one.again, one.rounds = (text, one.rounds) if one.rounds else ("", text)
-    for k in chosen:
-        measured[k].overhead = _overhead(case, measured[k])
+def _time(measured: Sequence[_Measurement], least: float) -> None:
+    """Rounds in which all settings take turns, those of galvi twice."""
+    timed = [one for one in measured if one.run is not None and one.run.success and not one.why]
+    ours = [one for one in timed if code_of(one.contender) == "galvi"]
+    samples = seconds_in_turn([one.call for one in (*timed, *ours)], ROUNDS, least)
+    seconds = [
+        [call / one.times for call in calls]
+        for one, calls in zip((*timed, *ours), samples, strict=True)
+    ]
+    for one, rounds in zip(timed, seconds[: len(timed)], strict=True):
+        one.rounds, one.why = rounds, getattr(one.call, "failure", "")
+    for one, rounds in zip(ours, seconds[len(timed) :], strict=True):
+        one.again = rounds
+
+
+def _fastest_of_codes(table: pd.DataFrame) -> set[Any]:
+    """Of each code the fastest setting at each error: its place in the table."""
+    codes = [runs for _, runs in table.groupby(table["contender"].map(code_of), sort=False)]
+    best = [fastest(runs, error) for error in errors_of(table) for runs in codes]
+    return {row.name for row in best if row is not None}
 
 
 def _overhead(case: WorkPrecisionProblem, one: _Measurement) -> float:
@@ -251,19 +218,6 @@ def _overhead(case: WorkPrecisionProblem, one: _Measurement) -> float:
         short()
         whole = one.warm
     return min(seconds_of(short) for _ in range(3)) / whole
-
-
-def _rounds(case: WorkPrecisionProblem, timed: Sequence[_Measurement], truth: Truth) -> list[int]:
-    """Rounds of each setting: one less where the first runs show it far behind another."""
-    seen = [
-        (case.distance(one.run.q[-1], truth.end), one.warm / one.times)
-        for one in timed
-        if one.run is not None
-    ]
-    return [
-        ROUNDS - any(e <= error and BEHIND * s <= seconds for e, s in seen)
-        for error, seconds in seen
-    ]
 
 
 def _first_run(
@@ -292,8 +246,8 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
         {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
-         "stops_early": False, "quantity": case.quantity, "is_truth": False, "status": why,
-         "reference": why}
+         "stops_early": False, "quantity": case.quantity, "error_is_bound": False,
+         "is_truth": False, "status": why, "reference": why}
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
@@ -308,20 +262,27 @@ def _energy(case: WorkPrecisionProblem, one: _Measurement) -> float:
     return abs(float(np.ravel(error)[0]))
 
 
-def _row(
-    case: WorkPrecisionProblem, one: _Measurement, truth: Truth, timing: Timing | None
-) -> dict[str, Any]:
+def _table(
+    case: WorkPrecisionProblem, measured: Sequence[_Measurement], truth: Truth
+) -> pd.DataFrame:
+    """The rows, with the errors that count."""
+    rows = pd.DataFrame([_row(case, one, truth) for one in measured])
+    table = dependable(rows)[list(COLUMNS)]
+    said = (BOUND + " " + table["status"]).str.strip()
+    return table.assign(status=table["status"].mask(table["error_is_bound"], said))
+
+
+def _row(case: WorkPrecisionProblem, one: _Measurement, truth: Truth) -> dict[str, Any]:
     nan = float("nan")
     counts: Mapping[str, int] = one.run.counts if one.run is not None else {}
+    rounds = one.rounds if all(math.isfinite(seconds) for seconds in one.rounds) else []
     error, status, is_truth = nan, one.why, False
     if one.run is not None and not one.run.success:
         status = one.run.status
     elif one.run is not None:
         is_truth = truth.source == (one.contender, one.settings)
         error = nan if is_truth else case.distance(one.run.q[-1], truth.end)
-        if error < 10.0 * truth.error and not status:
-            status = "The error is below ten times that of the truth: take it as a bound."
-        if timing and math.isnan(timing.seconds):
+        if one.rounds and not rounds:
             status = "Not timed: its steps took no longer than what a call costs besides them."
         status = " ".join(filter(None, (status, case.notes.get(one.contender, ""))))
     return {
@@ -331,11 +292,11 @@ def _row(
         "stops_early": one.stops_early,
         "quantity": case.quantity,
         "error": error,
-        "seconds": timing.seconds / one.times if timing else nan,
-        "seconds_low": timing.low / one.times if timing else nan,
-        "seconds_high": timing.high / one.times if timing else nan,
-        "rounds": one.rounds,
-        "again": one.again,
+        "seconds": statistics.median(rounds) if rounds else nan,
+        "seconds_low": min(rounds, default=nan),
+        "seconds_high": max(rounds, default=nan),
+        "rounds": written(rounds),
+        "again": written(one.again if rounds else []),
         "overhead": one.overhead,
         "energy": _energy(case, one),
         "evaluations": float(counts.get("force_evaluations", nan)),

@@ -60,9 +60,10 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
         title=who[0].rstrip(".") if who else f"{label_of(problem).title}: error against time",
         draw=work_precision,
         options={"ylabel": error_label(problem, quantity)},
-        caption=f"{UNITS[quantity]}. The fronts: settings that no other of the code beats in both; "
-        "of galvi one line for each degree, whatever points and chart, darker with the degree. "
-        "Bars: where the time lies in 95 % of cases, or between the fastest and the slowest round. "
+        caption=f"{UNITS[quantity]}, or that of the next finer setting where it is larger. The "
+        "fronts: settings that no other of the code beats in both; of galvi one line for each "
+        "degree, whatever points and chart, darker with the degree. All points are of the same "
+        "rounds, in which all settings took turns; bars: the fastest and the slowest round. "
         f"{_of_drawn(runs)} {NOT_DONE.get(quantity, BODIES_NOT_DONE)}".replace("  ", " "),
         size=(6.4, 4.8),
     )
@@ -70,9 +71,13 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
 
 def _of_drawn(runs: pd.DataFrame) -> str:
     """Sentences of the caption on what not every such figure shows."""
-    measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
+    counted = dependable(runs)
+    measured = counted[(counted["error"] > 0) & (counted["seconds"] > 0)]
     names = list(dict.fromkeys(measured["contender"]))
     said = {
+        "An open mark with an arrow: a bound, ten times the truth's own error.": bool(
+            measured["error_is_bound"].any()
+        ),
         "Dotted stars and crosses: 2 passes of the iteration.": any(
             is_ours(name) and "passes" in name for name in names
         ),

@@ -29,8 +29,8 @@ CLOCK = (
     Shown("heyoka", "heyoka"),
 )
 HOW = (
-    "Time to solution of the fastest setting for each error, in one interleaved run; further left "
-    "and lower is better."
+    "Time to solution of the fastest setting for each error, in the same interleaved rounds; "
+    "further left and lower is better. An open mark with an arrow is a bound."
 )
 
 HEADLINES = (

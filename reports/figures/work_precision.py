@@ -11,7 +11,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from benchmarks.work_precision.fronts import front, retimed
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, error_label, readable
 from reports.figures.style.identities import OURS, blue, identity, in_order
 from reports.figures.style.layout import (
@@ -25,9 +26,10 @@ from reports.figures.style.layout import panels as side_by_side
 
 def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
     """One problem: the front of each code in error and time, of galvi one for each degree, with the
-    intervals of times: those of the rounds after a setting was chosen, where it was. The run that
-    is the truth has a time only, a dotted line in its colour."""
-    measured = retimed(frame[(frame["error"] > 0) & (frame["seconds"] > 0)])
+    intervals of times. Errors are those that count in tables too; bounds have a mark of their own.
+    The run that is the truth has a time only, a dotted line in its colour."""
+    frame = dependable(frame)
+    measured = frame[(frame["error"] > 0) & (frame["seconds"] > 0)]
     if measured.empty:
         raise NoData("no contender has both an error and a time.")
     axes.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
@@ -37,6 +39,7 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
         look, best = identity(name), fronts[fronts["contender"] == name]
         axes.plot(best["seconds"], best["error"], **{**look.style, "markersize": 4.0, "lw": 1.2})
         intervals(axes, best, look.color)
+        bounds(axes, best, look.color)
     truths = {}
     for _, truth in frame[frame["is_truth"] & (frame["seconds"] > 0)].iterrows():
         color = identity(truth["contender"]).color
@@ -65,7 +68,13 @@ def intervals(axes: Axes, runs: pd.DataFrame, color: str) -> None:
     axes.hlines(runs["error"], low, high, color=color, linewidth=0.9, alpha=0.8)
 
 
-LEAST = 1e-14  # errors below it are the rounding of the truth
+def bounds(axes: Axes, runs: pd.DataFrame, color: str) -> None:
+    """An open marker with an arrow downwards at each run whose error is a bound alone."""
+    below = runs[runs["error_is_bound"]]
+    axes.errorbar(
+        below["seconds"], below["error"], yerr=0.7 * below["error"], uplims=True, fmt="o",
+        color=color, mfc="white", markersize=5.0, elinewidth=1.0, zorder=4,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,7 @@ def headline(
     for one in places[1:]:
         one.sharey(places[0])
     for one, name in zip(places, known, strict=True):
-        rows = retimed(frame[frame["problem"] == name])
+        rows = dependable(frame[frame["problem"] == name])
         one.set(xscale="log", yscale="log", xlabel="time to solution [s]")
         one.set_title(panels[name])
         lines = {line.label: found for line in shown if (found := _line(one, rows, line))}
@@ -117,7 +126,6 @@ def headline(
 
 def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Line2D | None:
     runs = line.runs(rows)
-    runs = runs[runs["error"] >= LEAST]
     if runs.empty:
         return None
     look = identity(line.begins)
@@ -125,6 +133,7 @@ def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Line2D | None:
     style = {**look.style, "color": blue(8), "linewidth": 2.4} if ours else look.style
     (drawn,) = axes.plot(runs["seconds"], runs["error"], markersize=4.0, **style)
     intervals(axes, runs, style["color"])
+    bounds(axes, runs, style["color"])
     return drawn
 
 

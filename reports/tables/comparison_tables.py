@@ -21,7 +21,6 @@ from benchmarks.work_precision.fronts import (
     ratios,
     unfounded,
 )
-from benchmarks.work_precision.fronts import OURS as BEST
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
@@ -101,7 +100,8 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
     """A line for galvi's best, for each other contender, and for galvi against itself, a column for
-    each error: ratio with its interval and time, or "not reached"; a tie is called one.
+    each error: ratio with its interval and time, or "not reached"; a tie is called one, and it is
+    said how much `closer` than asked its runs are.
 
     A time of the run that is the reference is marked, as its error is unknown. The last column,
     from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
@@ -161,14 +161,15 @@ def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
 def _cell(row: pd.Series, contender: str) -> str:
     if not known(row["seconds"]):
         return NOT_REACHED
+    close = f", {readable(row['closer'], 1)}{TIMES} closer" if known(row["closer"]) else ""
     if contender == OURS:
-        return seconds(row["seconds"])
+        return f"{seconds(row['seconds'])}{close}"
     if not known(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
     tie = f"{TIE}, " if row["outcome"] == TIE else ""
     bounds_text = interval_text(row["low"], row["high"])
     said = f"{tie}{readable(row['ratio'], 2)}{TIMES}{f', {bounds_text}' if bounds_text else ''}"
-    return f"{said} ({seconds(row['seconds'])})"
+    return f"{said}{close} ({seconds(row['seconds'])})"
 
 
 OF_RK4 = MUJOCO_RK4.name
@@ -177,6 +178,7 @@ OF_RK4 = MUJOCO_RK4.name
 def mujoco_overhead(runs: pd.DataFrame) -> str:
     """A sentence from one problem's rows of `benchmarks.work_precision.run`; empty unless both
     codes took part."""
+    runs = runs.assign(error=runs.get("own_error", runs["error"]))
     both = runs[runs["contender"].isin((OF_RK4, TEXTBOOK_RK4)) & (runs["seconds"] > 0.0)]
     pairs = both.pivot(index="settings", columns="contender", values=["seconds", "error"]).dropna()
     if pairs.empty or not {OF_RK4, TEXTBOOK_RK4} <= set(both["contender"]):
@@ -204,7 +206,7 @@ def _compared(better: float) -> str:
 
 NOBODY = "not reached"
 ALL, GALVI, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
-CHOICE = ("contender", "settings", "stops_early", "error", "seconds", "at_asked")
+CHOICE = ("contender", "settings", "stops_early", "error", "seconds")
 AMONG = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
 
 
@@ -216,8 +218,8 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
     Without `errors`, those at which the problem's contenders are compared.
 
     Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, stops_early,
-    error, seconds, at_asked, bound: its fastest run that reaches the error, that run's time in the
-    rounds after it was chosen, and whether the run's error is a bound alone.
+    error, seconds, bound: its fastest run that reaches the error, and whether that run's error is
+    a bound alone.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
@@ -225,12 +227,10 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
         if not groups[ENGINE]["seconds"].notna().any():
             del groups[ENGINE]
         asked = errors_of(runs) if errors is None else errors
-        times = {of: ratios(among, asked) for of, among in groups.items()}
         rows += [
-            {"problem": problem, "asked": error, "of": of}
-            | _fastest(groups[of], times[of][times[of]["error"] == error], error)
+            {"problem": problem, "asked": error, "of": of, **_fastest(among, error)}
             for error in asked
-            for of in groups
+            for of, among in groups.items()
         ]
     table = pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
     return table.assign(bound=bounds(table, frame))
@@ -263,15 +263,16 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
     return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(said)}."
 
 
-def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str, Any]:
-    """The CHOICE among these runs of one problem, with their times at this error."""
-    times = times[(times["contender"] != BEST) & times["seconds"].notna()]
-    if times.empty:
+def _fastest(runs: pd.DataFrame, asked: float) -> dict[str, Any]:
+    """The CHOICE among these runs of one problem at this error."""
+    each = (fastest(some, asked) for _, some in runs.groupby("contender", sort=False))
+    run = min(
+        (best for best in each if best is not None), key=lambda row: row["seconds"], default=None
+    )
+    if run is None:
         nobody = {"contender": NOBODY, "settings": "", "stops_early": False}
         return dict.fromkeys(CHOICE, float("nan")) | nobody
-    first = times.loc[times["seconds"].idxmin()]
-    run = fastest(runs[runs["contender"] == first["contender"]], asked)
-    return {**run[list(CHOICE[:-1])], "at_asked": first["seconds"]}
+    return dict(run[list(CHOICE)])
 
 
 def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
@@ -287,7 +288,7 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
         "error asked": asked,
         "among": what,
         "contender": row["contender"],
-        "time": seconds(row["at_asked"]),
+        "time": seconds(row["seconds"]),
         "setting": _setting(row),
         "error": _error(row),
     }

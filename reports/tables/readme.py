@@ -214,7 +214,7 @@ def choices(runs: pd.DataFrame) -> str:
 def _choice(row: pd.Series) -> str:
     if row["contender"] == NOBODY:
         return "not reached"
-    return f"{row['contender']}, {row['settings']}, {seconds(row['at_asked'])}"
+    return f"{row['contender']}, {row['settings']}, {seconds(row['seconds'])}"
 
 
 def evidence(root: Path, out: Path) -> str:

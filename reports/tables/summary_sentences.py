@@ -52,14 +52,16 @@ def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, floa
         return (WON if known(mine) else NOBODY), "", math.nan
     if not known(mine):
         return f"{best['contender']} wins", " (not reached by galvi)", math.nan
-    factor = 1.0 / best["ratio"]
+    factor, closer = 1.0 / best["ratio"], best.get("closer")
+    beside = f" ({best['contender']} at its loosest is {{}} times as accurate as asked)"
+    remark, times = (beside, closer) if known(closer) else ("", factor)
     if best["outcome"] == TIE:
-        return f"galvi and {best['contender']} tie", "", factor
+        return f"galvi and {best['contender']} tie", remark, times
     if factor >= LEVEL:
         return f"{best['contender']} wins", " ({} times faster)", factor
     if factor * LEVEL <= 1.0:
-        return WON, "", factor
-    return f"galvi is within {100.0 * (LEVEL - 1.0):.0f} % of {best['contender']}", "", factor
+        return WON, remark, times
+    return f"galvi is within {100.0 * (LEVEL - 1.0):.0f} % of {best['contender']}", remark, times
 
 
 def _errors(errors: list[str], what: str) -> str:

@@ -12,7 +12,6 @@ import pytest
 
 import galvi
 from benchmarks.statistics.repeated_run import NetTime, net_time
-from benchmarks.statistics.timing import Timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.galvi_methods import gauss_collocation
@@ -103,7 +102,6 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
     planted = Participant("galvi, wrong law", WrongLaw(wrong), ours.settings)
     rows = work_precision._study(
         replace(case, participants=(ours, planted), repeated_run=False, net_time=False),
-        0.001,
         lambda sentence: None,
         quick=True,
     )
@@ -128,16 +126,21 @@ class Taking:
 
 
 def test_a_net_time_is_of_the_steps_alone() -> None:
-    disturbed = Taking([4.5, 4.0, 90.0, 5.0, 4.5])
-    assert NetTime(disturbed, Taking([1.0] * 5), steps=4).seconds(1) == 4.0
-    assert math.isnan(NetTime(Taking([1.0] * 6), Taking([4.0] * 6), steps=4).seconds(6))
+    disturbed = Taking([4.5e-3, 4e-3, 5e-3, 4.5e-3, 4.5e-3])
+    assert NetTime(disturbed, Taking([1e-3] * 5), steps=4).seconds(1) == pytest.approx(4e-3)
+    assert math.isnan(NetTime(Taking([1e-3] * 6), Taking([4e-3] * 6), steps=4).seconds(6))
+    assert NetTime(Taking([3.0]), Taking([1e-3]), steps=4).seconds(6) == pytest.approx(
+        2.999 * 4 / 3
+    )
 
 
 def test_a_setting_without_a_net_time_says_so() -> None:
     case = replace(henon_heiles(True), repeated_run=False, net_time=True)
     one = case.participants[0]
     measured = work_precision._first_run(case, one.label, one.contender, one.settings[0], 0.001)
-    row = work_precision._row(case, measured, case.truth(), Timing(math.nan, math.nan, math.nan))
+    measured.rounds = [1e-4, math.nan]
+    row = work_precision._row(case, measured, case.truth())
+    assert math.isnan(row["seconds"]) and row["rounds"] == ""
     assert row["error"] < 1.0 and row["status"].startswith("Not timed: its steps took no longer")
 
 

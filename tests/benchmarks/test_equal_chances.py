@@ -127,6 +127,12 @@ def test_a_setting_that_was_run_but_is_slower_closes_a_gap_of_its_own_line_only(
     assert gaps(table((90.0, "heyoka, chains")))["gap"].item() == pytest.approx(4.0)
 
 
+def test_a_code_that_cannot_be_loose_is_told() -> None:
+    settings = [("IAS15", {"step": h}) for h in (0.4, 0.2)]
+    frame = rows(settings, lambda _, h: 1e-10 * h**2, lambda _, h: 1.0 / h)
+    assert unequal(frame) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
+
+
 def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:
     assert fine({"tolerance": 1e-9, "step": 0.1, "save_every": 3}) == ("step", 0.1)
     assert fine({"samples": 1, "epsilon": 1e-5})[0] == "epsilon"

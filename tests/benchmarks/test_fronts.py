@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from typing import Any
 
 import pandas as pd
@@ -18,7 +19,6 @@ from benchmarks.work_precision.fronts import (
     at_smallest,
     front,
     ratios,
-    retimed,
     seconds_at,
     unfounded,
 )
@@ -121,6 +121,10 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
         assert resolution(told) == resolution(dependable(told)) == 10.0 * 3e-11
         assert list(dependable(told)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(some)]
         assert list(bounds(dependable(told), told)) == [False, True, True, False][: len(some)]
+        counted = dependable(told)
+        assert list(counted["error_is_bound"]) == [False, True, True, False][: len(some)]
+        assert list(counted["own_error"]) == list(told["error"])
+        assert dependable(counted).equals(counted)
 
 
 def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:
@@ -139,16 +143,45 @@ def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() 
     assert own["truth", 1e-1] == 2.0 and own["truth", 1e-4] == 7.0
 
 
+TIME = st.floats(1e-4, 1e2)
+ROUNDS = st.sampled_from([0, 2, 7]).flatmap(lambda n: st.lists(TIME, min_size=n, max_size=n))
+RUN = st.tuples(st.sampled_from(["galvi a", "galvi b", "peer"]), st.floats(1e-9, 1.0), TIME, ROUNDS)
+
+
+@given(st.lists(RUN, min_size=1, max_size=12))
+def test_no_row_of_galvi_is_below_its_best_and_no_time_falls_with_the_error(
+    runs: list[tuple[str, float, float, list[float]]],
+) -> None:
+    """Whatever the rounds of a busy machine: a setting has one time, by which it is chosen too."""
+    rows = pd.DataFrame(
+        [
+            {"problem": "p", "contender": name, "settings": f"step={k}", "error": error,
+             "seconds": seconds, "rounds": written(rounds), "is_truth": False}
+            for k, (name, error, seconds, rounds) in enumerate(runs)
+        ]
+    )  # fmt: skip
+    asked = (1e-2, 1e-4, 1e-6)
+    cells = ratios(rows, asked)
+    for error in asked:
+        here = cells[cells["error"] == error].set_index("contender")["seconds"]
+        mine = here[here.index.str.startswith("galvi ")].min()
+        assert here[OURS] == mine or (math.isnan(mine) and math.isnan(here[OURS]))
+    for _, line in cells.groupby("contender"):
+        assert line["seconds"].dropna().is_monotonic_increasing
+    assert cells["seconds"].dropna().isin(rows["seconds"]).all()
+
+
 def in_rounds(
     ours: list[float], theirs: list[float], again: list[float] | None = None
 ) -> pd.DataFrame:
     rows = table({"galvi": [(1e-6, 1.0)], "peer": [(1e-6, 1.5)]})
+    rows["seconds"] = [statistics.median(ours), statistics.median(theirs or [1.5])]
     rows["rounds"] = [written(ours), written(theirs)]
     rows["again"] = [written(again or ours), ""]
     return rows
 
 
-def test_what_was_chosen_is_timed_in_rounds_of_its_own_that_are_paired() -> None:
+def test_a_ratio_is_of_the_times_of_the_same_rounds() -> None:
     load = [1.0, 3.0, 1.0, 2.0, 1.0, 5.0, 1.0]
     found = ratios(in_rounds(load, [2.0 * one for one in load]), [1e-6]).set_index("contender")
     peer = found.loc["peer"]
@@ -164,6 +197,26 @@ def test_without_rounds_in_common_there_is_a_ratio_but_no_outcome() -> None:
     assert peer["ratio"] == 1.5 and math.isnan(peer["low"]) and peer["outcome"] == ""
 
 
+def test_a_long_run_is_compared_in_the_rounds_in_which_it_took_part() -> None:
+    rows = in_rounds([1.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0], [30.0, 60.0])
+    peer = ratios(rows, [1e-6]).set_index("contender").loc["peer"]
+    assert peer["ratio"] == 30.0 and math.isnan(peer["low"]) and peer["outcome"] == ""
+
+
+def test_a_contender_whose_loosest_run_is_far_more_accurate_than_asked_is_told() -> None:
+    points = {
+        "galvi": [(5e-3, 1.0), (1e-8, 3.0)],
+        "tight": [(2e-4, 1.0), (1e-7, 2.0)],
+        "near": [(1e-2, 9.0), (2e-4, 1.0)],  # a looser one is there, and slower
+    }
+    cells = ratios(table(points), [1e-2, 1e-4, 1e-6]).set_index(["contender", "error"])["closer"]
+    assert cells["tight", 1e-2] == pytest.approx(50.0)
+    assert cells["tight", 1e-4] == pytest.approx(1000.0)
+    assert cells[OURS, 1e-6] == cells["galvi", 1e-6] == pytest.approx(100.0)
+    others = [("galvi", 1e-2), (OURS, 1e-2), ("near", 1e-2), ("near", 1e-4), ("tight", 1e-6)]
+    assert cells[others].isna().all()
+
+
 def test_a_winner_that_was_never_run_is_told() -> None:
     rows = table({"galvi": [(1e-2, 1.0), (1e-6, 3.0)], "peer": [(1e-2, 2.0), (1e-8, 9.0)]})
     cells = ratios(rows, [1e-2, 1e-4, 1e-8])
@@ -175,11 +228,3 @@ def test_a_winner_that_was_never_run_is_told() -> None:
         row = {**cells[cells["contender"] == "peer"].iloc[0], **planted}
         (said,) = unfounded(pd.concat([cells, pd.DataFrame([row])], ignore_index=True), rows)
         assert "peer" in said and row["settings"] in said
-
-
-def test_a_time_is_drawn_as_that_of_the_rounds_in_which_it_was_not_chosen() -> None:
-    rows = in_rounds([2.0, 3.0, 4.0, 2.0, 3.0, 4.0, 3.0], [])
-    rows["seconds_low"] = rows["seconds_high"] = rows["seconds"]
-    found = retimed(rows)
-    assert list(found["seconds"]) == [3.0, 1.5] and list(found["seconds_low"]) == [2.0, 1.5]
-    assert list(found["seconds_high"]) == [4.0, 1.5]

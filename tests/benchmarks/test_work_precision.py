@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
 import galvi
 from benchmarks.statistics import timing
+from benchmarks.statistics.paired import read
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import COLUMNS, cost_table
 from benchmarks.work_precision.galvi_methods import InClock, gauss_collocation
@@ -54,6 +54,11 @@ def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compare
 
 def test_every_row_has_error_time_with_interval_status_and_truth(study: pd.DataFrame) -> None:
     assert tuple(study.columns) == work_precision.COLUMNS
+    assert set(study["rounds"].map(read).map(len)) == {work_precision.ROUNDS}
+    assert list(study["seconds"]) == pytest.approx(
+        [statistics.median(read(rounds)) for rounds in study["rounds"]], rel=1e-4
+    )
+    assert ((study["again"] != "") == study["contender"].str.startswith("galvi")).all()
     assert set(study["contender"]) == set(FEW)
     done = study[study["error"].notna()]
     assert len(done) == len(study)
@@ -223,20 +228,29 @@ def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.Monkey
     assert (long.low, long.seconds, long.high) == (2.0, 3.0, 4.0)
     assert (known.low, known.seconds, known.high) == (0.5, 0.9, 1.0)
     assert (short.low, short.high) == (0.5, 0.5)
+
+
+def test_all_calls_take_turns_in_the_same_rounds_and_long_ones_in_the_first_of_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = {"now": 0.0}
+    order: list[str] = []
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: clock["now"])
+
+    def call(name: str, seconds: float) -> Any:
+        def made() -> None:
+            order.append(name)
+            clock["now"] += seconds * (1.0 + 0.1 * len(order))  # on a machine that slows down
+
+        return made
+
+    long = 2.0 * timing.LONGEST
+    found = timing.seconds_in_turn([call("A", 0.1), call("B", long), call("C", 0.1)], 4, 0.1)
+    assert "".join(order) == "ABC" + "CBA" + "AC" + "CA"
+    assert [len(samples) for samples in found] == [4, timing.ENOUGH, 4]
     order.clear()
-    calls = [call("A", [0.5] * 3), call("B", [0.5] * 2)]
-    timing.interleaved(calls, [3, 2], 0.5, warm=[0.5, 0.5])
-    assert "".join(order) == "ABABA"
-
-
-def test_a_setting_far_behind_another_has_a_round_less() -> None:
-    case = SimpleNamespace(distance=lambda end, truth: float(end - truth))
-    ends = ((1e-8, 1.0), (1e-8, 2.9), (1e-8, 3.1), (1e-9, 9.0), (1e-6, 3.1))
-    timed = [
-        SimpleNamespace(run=SimpleNamespace(q=np.array([error])), warm=2.0 * seconds, times=2)
-        for error, seconds in ends
-    ]
-    assert work_precision._rounds(case, timed, SimpleNamespace(end=0.0)) == [2, 2, 1, 2, 1]
+    (short,) = timing.seconds_in_turn([call("A", 0.01)], 2, 0.06)
+    assert len(order) == 1 + 2 * timing.PARTS * 2 and len(short) == 2
 
 
 @pytest.mark.slow(

@@ -10,7 +10,7 @@ from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import frame
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import comparison_figure
-from reports.figures.picture import picture
+from reports.figures.picture import drawn, picture
 from reports.figures.profiles import PROFILES
 from reports.figures.style.layout import NoData
 from reports.figures.work_precision import line_of
@@ -71,6 +71,25 @@ def test_comparisons_draw_without_warnings(make_suite):
     lay_out(comparison_figure("kepler e=0.6", runs), runs)
     with pytest.raises(NoData):
         lay_out(comparison_figure("kepler", runs), runs[runs["is_truth"]])
+
+
+def test_figures_show_the_errors_of_tables_and_mark_bounds():
+    """TRACE's lucky run, and a run that is better than the truth can tell."""
+    runs = [("galvi degree 8, Gauss 8", "step=0.5", 1e-13, 2.0),
+            ("galvi degree 8, Gauss 8", "step=1", 1e-5, 1.0),
+            ("REBOUND TRACE", "step=1", 1e-9, 1.0),
+            ("REBOUND TRACE", "step=0.5", 9e-2, 2.0)]  # fmt: skip
+    table = pd.DataFrame(runs, columns=["contender", "settings", "error", "seconds"])
+    table = table.assign(problem="kepler e=0.6", quantity="position", is_truth=False, status="",
+                         truth_error=1e-10, reference="another engine")  # fmt: skip
+    figure = comparison_figure("kepler e=0.6", table)
+    exact = comparison_figure("kepler e=0.6", table.assign(truth_error=1e-16))
+    assert "An open mark with an arrow" in figure.caption and "An open" not in exact.caption
+    lines = drawn(figure, table).axes[0].get_lines()
+    marked = [line for line in lines if line.get_markerfacecolor() == "white"]
+    assert [list(line.get_ydata()) for line in marked if len(line.get_ydata())] == [[1e-9]]
+    shown = [list(line.get_ydata()) for line in lines if line not in marked]
+    assert [9e-2] in shown and [1e-5, 1e-9] in shown
 
 
 def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_own():

@@ -126,6 +126,13 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
     assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
 
 
+def test_a_ratio_to_a_run_that_is_far_too_accurate_says_so(make_suite):
+    runs = make_suite().work_precision(True, print)
+    tables = matched(runs), smallest(runs)
+    cells = readable_ratios(*tables, KEPLER).set_index("contender").loc["SciPy DOP853"]
+    assert f"1000{TIMES} closer (" in cells["0.01"] and "closer" not in cells["10⁻⁴"]
+
+
 def test_the_report_has_its_own_targets():
     assert load().targets == TARGETS
     for source in (ORBITS, TURNS):

@@ -123,6 +123,17 @@ def test_who_wins_is_said_from_the_times(ours, peer, said):
     assert summary_sentences(table) == [said]
 
 
+def test_a_rival_that_was_run_far_too_accurately_is_said_beside_who_is_fastest():
+    parts = [
+        matched(("galvi, best", 1.0), ("peer", 9.0)).assign(error=10.0**-k, closer=closer)
+        for k, closer in ((2, 5e3), (4, 50.0), (6, math.nan))
+    ]
+    assert summary_sentences(pd.concat(parts)) == [
+        "Kepler: galvi is fastest from 0.01 to 10⁻⁴ (peer at its loosest is 50 to 5000 times as "
+        "accurate as asked), at 10⁻⁶."
+    ]
+
+
 def test_consecutive_errors_with_one_outcome_are_a_range():
     times = ((1.0, 2.0), (1.6, 1.0), (1.7, 1.0), (3.0, 4.0), (3.0, 4.0), (2.0, 1.0), (None, 1.0))
     parts = [
