@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import Markup
 
 from benchmarks.studies.taxonomy import COLUMNS
 from benchmarks.work_precision.asked import ERRORS, errors_of
@@ -34,6 +35,7 @@ from reports.tables.comparison_tables import (
     smallest,
 )
 from reports.tables.energies import energies
+from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.targets_table import ALONE, readable_targets, summary
 
@@ -289,3 +291,24 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
     best = fastest(dependable(rows[rows["contender"] == OF_RK4]), 1e-4)
     assert table.loc[OF_RK4, "10⁻⁴"] == readable(best["energy"], 2)
     assert "not reached" in set(table.to_numpy().ravel())
+
+
+def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
+    frame = pd.DataFrame(
+        {"code": ["a<b", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
+    )
+    frame["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
+    html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
+    assert html.startswith(
+        '<div class="wide" tabindex="0" role="region" aria-label="Times &#34;1&#34; &lt; 2">'
+        '<table id="times">'
+    )
+    assert (
+        '<th scope="col">code</th>' in html and '<th scope="col" class="number">time</th>' in html
+    )
+    assert '<th scope="row">a&lt;b</th>' in html and html.count('<th scope="row">same</th>') == 2
+    assert '<td class="number best">1 s</td>' in html
+    assert '<td class="absent number">not reached</td>' in html
+    assert '<td class="number"></td>' in html and "<i>" not in html
+    assert html.count("<td><a href='#q'>q</a></td>") == 3
+    assert html_table(frame.head(0), "empty").count("<tr>") == 1
