@@ -16,8 +16,8 @@ from benchmarks.store.provenance import commit, today
 from galvi.interop.citations import entries
 from galvi.interop.release import galvi_version
 from reports.results.origins import read_origins
-from reports.tables.latex import escape, number
-from reports.tables.number_format import known
+from reports.tables.latex import escape
+from reports.tables.number_format import known, siunitx
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 CLAIMS = "claims.csv"
@@ -65,15 +65,15 @@ def _of_origin(out: Path) -> Iterator[Line]:
 
 
 def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
-    yield "galviChecks", number(len(claims)), "checks"
-    yield "galviClaims", number(claims["id"].nunique()), "claims and agreements"
+    yield "galviChecks", siunitx(len(claims)), "checks"
+    yield "galviClaims", siunitx(claims["id"].nunique()), "claims and agreements"
     for verdict, count in claims["verdict"].value_counts().items():
-        yield macro("galvi", str(verdict)), number(int(count)), f"checks: {verdict}"
+        yield macro("galvi", str(verdict)), siunitx(int(count)), f"checks: {verdict}"
     for row in claims.itertuples():
         if known(row.measured):
             name, value = (
                 macro("claim", str(row.id), str(row.quantity)),
-                number(row.measured, row.uncertainty),
+                siunitx(row.measured, row.uncertainty),
             )
             yield name, f"\\num{{{value}}}", f"{row.id}, {row.quantity}: {row.verdict}"
 

@@ -24,12 +24,18 @@ from reports.tables.readme import (
     renew,
     results,
     speed,
-    table_of,
     with_statements,
+    with_table,
 )
 
 ROOT = Path(__file__).parents[2]
 README, TRUST, WHICH = (ROOT / name for name in ("README.md", "docs/trust.md", "docs/which.md"))
+
+
+def table_of(page: str, name: str) -> str:
+    """The text between the marks of a generated table."""
+    begin, end = marks(name)
+    return page.partition(begin)[2].partition(end)[0].strip()
 
 
 def expected_rows():
@@ -61,7 +67,10 @@ def test_a_headline_that_is_gone_is_named():
 def test_a_page_without_marks_is_refused():
     begin, _ = marks(RESULTS)
     with pytest.raises(ValueError, match=f"must hold the marks {begin}"):
-        table_of("no marks", RESULTS)
+        with_table("no marks", RESULTS, "a table")
+    half = f"before {begin} old"
+    with pytest.raises(ValueError, match="must hold the marks"):
+        with_table(half, RESULTS, "a table")
 
 
 def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part():
@@ -138,7 +147,7 @@ def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
 def test_the_evidence_is_counted(tmp_path):
     columns = {"id": ["V1", "V1", "L1"], "verdict": ["holds"] * 3, "expected": ["holds"] * 3}
     pd.DataFrame(columns).to_csv(tmp_path / "claims.csv")
-    lines = evidence(ROOT, tmp_path).splitlines()
+    lines = evidence(tmp_path).splitlines()
     assert "| claims | 2, in 3 checks | `galvi verify` |" in lines
     assert not any("mutants" in line for line in lines)
     assert len(lines) <= len(table_of(TRUST.read_text(), EVIDENCE).splitlines())
