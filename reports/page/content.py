@@ -35,16 +35,15 @@ from reports.results.summary import many, summary
 from reports.tables.chances import built, chances, elsewhere
 from reports.tables.comparison_tables import (
     ComparisonTables,
+    energies,
     fastest_cells,
     mujoco_overhead,
     of_mujoco,
     readable_ratios,
 )
-from reports.tables.cost_table import readable_cost
-from reports.tables.energies import energies
 from reports.tables.number_format import known as number_known
 from reports.tables.profiles import profile_table
-from reports.tables.study_table import without_common
+from reports.tables.study_table import readable_cost, without_common
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary

@@ -303,3 +303,24 @@ def _setting(row: pd.Series) -> str:
     text, unit = str(row["settings"]), label_of(row["problem"]).time
     text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
     return f"{text} (stopped early)" if row["stops_early"] else text
+
+
+def energies(runs: pd.DataFrame) -> pd.DataFrame:
+    """As text, from one problem's rows of `benchmarks.work_precision.run`: for each contender, of
+    galvi's methods the fastest, a column for each error of position, with the relative error of the
+    energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
+    if "energy" not in runs or not runs["energy"].notna().any():
+        return pd.DataFrame()
+    counted = dependable(runs)
+    names = counted["contender"].map(lambda name: OURS if is_ours(name) else name)
+    lines = []
+    for name, rows in counted.groupby(names, sort=False):
+        best = {error: fastest(rows, error) for error in errors_of(counted)}
+        if any(row is not None for row in best.values()):
+            cells = {heading(error): _energy(row) for error, row in best.items()}
+            lines.append({"contender": str(name), **cells})
+    return pd.DataFrame(lines)
+
+
+def _energy(row: pd.Series | None) -> str:
+    return NOT_REACHED if row is None else readable(float(row["energy"]), 2)

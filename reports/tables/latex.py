@@ -24,6 +24,9 @@ ROWS = 25  # most of a table that floats; a longer one breaks across pages
 UPRIGHT, SIDEWAYS = 7, 12  # most columns of a table that stands so; more have a smaller font
 SHORT = 12  # letters of the longest text of a column that has no line breaks
 NARROW = 16  # letters on average of the narrowest column of paragraphs
+WORD = (
+    12  # letters of a word that stay together, of the narrow columns of a wide table half of them
+)
 PART = 250  # rows of a table that TeX's memory holds
 TEXT = r">{\hsize=%.2f\hsize\raggedright\arraybackslash\hspace{0pt}}X"  # hyphens in any word
 STYLE = (
@@ -44,7 +47,7 @@ SIGNS = str.maketrans({
     "\u2033": r"\ensuremath{''}", "\u200b": r"\allowbreak{}", "\n": " ", "\t": " ",
     "\u202f": r"\,", "\u2009": r"\,", "\u00a0": "~",
 })  # fmt: skip
-BREAKS = re.compile(r"(?<=[/_,;:=])(?=\w)|(?<=\S{12})(?=\S)")  # where a text may, without hyphens
+BREAK = r"(?<=[/_,;:=])(?=\w)|(?<=\S{%d})(?=\S)"  # where a text may end its line, without hyphens
 RAISED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
@@ -66,25 +69,22 @@ def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
     long for the memory of TeX is several tables.
     """
     uncertainties = {name: PAIRS[name] for name in frame if PAIRS.get(name) in frame}
+    names = frame.columns.drop(list(uncertainties.values()))
+    piece = WORD if len(names) <= SIDEWAYS else WORD // 2
     columns = [
-        _column(str(name), frame[name], frame.get(uncertainties.get(name)))
-        for name in frame.columns.drop(list(uncertainties.values()))
+        _column(str(name), frame[name], frame.get(uncertainties.get(name)), piece) for name in names
     ]
-    parts = range(0, max(1, len(frame)), PART)
-    tables = []
-    for first in parts:
-        of = f" Rows {first + 1} to {min(first + PART, len(frame))}." if len(parts) > 1 else ""
-        rows = slice(first, first + PART)
-        tables.append(
-            _table(columns, rows, f"{caption}{of}", f"{label}-{first}" if first else label)
-        )
+    tables = [_table(columns, slice(0, PART), caption, label)]
+    for first in range(PART, len(frame), PART):
+        rows, part = slice(first, first + PART), f"{caption} Continued from row {first + 1}."
+        tables.append(_table(columns, rows, part, f"{label}-{first + 1}"))
     return "\n".join([NEEDS, *tables])
 
 
 def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) -> str:
     cells = pd.DataFrame({k: column.cells[rows] for k, column in enumerate(columns)}, dtype=object)
     sideways = len(columns) > UPRIGHT
-    longtable = sideways or len(cells) > ROWS
+    longtable = sideways or len(columns[0].cells) > ROWS
     texts = [column.weight for column in columns if column.kind == "X"]
     kinds = [
         TEXT % (column.weight * len(texts) / sum(texts)) if column.kind == "X" else column.kind
@@ -107,7 +107,8 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
     return f"\\begingroup\\footnotesize{STYLE}\n{latex}\\endgroup\n"
 
 
-def _column(name: str, values: pd.Series, uncertainties: pd.Series | None) -> _Column:
+def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece: int) -> _Column:
+    """piece  letters of a word after which it may go on in the next line"""
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [known(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
@@ -122,7 +123,7 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None) -> _C
     lengths = [*map(len, texts)]
     if max(lengths, default=0) <= SHORT:
         return _Column(stacked, "l", [*map(escape, texts)])
-    cells = [escape(BREAKS.sub("\u200b", text)) for text in texts]
+    cells = [escape(re.sub(BREAK % piece, "\u200b", text)) for text in texts]
     # the square root makes the least of all lines together
     return _Column(" ".join(words), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
 

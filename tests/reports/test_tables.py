@@ -26,6 +26,7 @@ from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 from reports.tables.comparison_tables import (
     OF_RK4,
     SMALLEST,
+    energies,
     fastest_per_error,
     matched,
     mujoco_overhead,
@@ -34,7 +35,6 @@ from reports.tables.comparison_tables import (
     readable_ratios,
     smallest,
 )
-from reports.tables.energies import energies
 from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.targets_table import ALONE, readable_targets, summary
