@@ -32,9 +32,10 @@ from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.suite import Suite
 from reports.results.summary import many, summary
-from reports.tables.chances import built, chances, elsewhere
 from reports.tables.comparison_tables import (
     ComparisonTables,
+    built,
+    elsewhere,
     energies,
     fastest_cells,
     mujoco_overhead,
@@ -44,7 +45,7 @@ from reports.tables.comparison_tables import (
 from reports.tables.number_format import known as number_known
 from reports.tables.profiles import profile_table
 from reports.tables.study_table import readable_cost, without_common
-from reports.tables.summary_sentences import summary_sentences
+from reports.tables.summary_sentences import chances, summary_sentences
 from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
 

@@ -23,6 +23,8 @@ from benchmarks.work_precision.fronts import (
 )
 from benchmarks.work_precision.fronts import OURS as BEST
 from benchmarks.work_precision.labels import label_of
+from benchmarks.work_precision.participants import readable_setting
+from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
@@ -313,14 +315,36 @@ def energies(runs: pd.DataFrame) -> pd.DataFrame:
         return pd.DataFrame()
     counted = dependable(runs)
     names = counted["contender"].map(lambda name: OURS if is_ours(name) else name)
-    lines = []
-    for name, rows in counted.groupby(names, sort=False):
-        best = {error: fastest(rows, error) for error in errors_of(counted)}
-        if any(row is not None for row in best.values()):
-            cells = {heading(error): _energy(row) for error, row in best.items()}
-            lines.append({"contender": str(name), **cells})
-    return pd.DataFrame(lines)
+    lines = [
+        {"contender": str(name)}
+        | {heading(error): _energy(fastest(rows, error)) for error in errors_of(counted)}
+        for name, rows in counted.groupby(names, sort=False)
+    ]
+    table = pd.DataFrame(lines)
+    return table[(table.drop(columns="contender") != NOT_REACHED).any(axis="columns")]
 
 
 def _energy(row: pd.Series | None) -> str:
     return NOT_REACHED if row is None else readable(float(row["energy"]), 2)
+
+
+def elsewhere(runs: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """The readable table of another machine's rows on one problem."""
+    counted = dependable(runs[runs["problem"] == problem])
+    return readable_ratios(matched(counted), smallest(counted), problem)
+
+
+def built() -> pd.DataFrame:
+    """A line for each code: its options, closed and open, how it was compiled, and the source."""
+    return pd.DataFrame(
+        [
+            {
+                "code": code,
+                "closed": readable_setting(peer.closed),
+                "open": "; ".join(peer.open),
+                "compiled": peer.built,
+                "documented": peer.source.removeprefix("https://"),
+            }
+            for code, peer in PEERS.items()
+        ]
+    )

@@ -23,7 +23,7 @@ NEEDS = (
 ROWS = 25  # most of a table that floats; a longer one breaks across pages
 UPRIGHT, SIDEWAYS = 7, 12  # most columns of a table that stands so; more have a smaller font
 SHORT = 12  # letters of the longest text of a column that has no line breaks
-NARROW = 16  # letters on average of the narrowest column of paragraphs
+NARROW = 30  # letters on average of the narrowest column of paragraphs
 WORD = (
     12  # letters of a word that stay together, of the narrow columns of a wide table half of them
 )

@@ -33,9 +33,13 @@ from reports.tables.comparison_tables import (
 )
 from reports.tables.number_format import known, plain, seconds, with_uncertainty
 
-SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
-RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
-CHOICES = "choices"  # of docs/which.md
+SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"
+RESULTS, EVIDENCE, CHOICES = "results", "evidence", "choices"
+PAGES = {
+    "README.md": {SPEED, BODIES, STATEMENTS},
+    "docs/trust.md": {RESULTS, EVIDENCE, STATEMENTS},
+    "docs/which.md": {CHOICES},
+}
 WIDTH = 101  # columns of the README
 MEASURED = ("work_precision.csv", "claims.csv")  # of a report
 PICTURES = {  # of the repository: of a report
@@ -250,11 +254,6 @@ def with_table(page: str, name: str, table: str) -> str:
     return f"{before}{begin}\n{table}\n{end}{after}"
 
 
-def with_statements(page: str) -> str:
-    """The page with the count of the papers' statements renewed."""
-    return with_table(page, STATEMENTS, textwrap.fill(counted(statements()), WIDTH))
-
-
 def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
     and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
@@ -265,27 +264,27 @@ def renew(root: Path, out: Path) -> list[str]:
     quick = [name for name in MEASURED if origins.get(name, {}).get("setting") == "quick"]
     if quick:
         raise ValueError(
-            f"{' and '.join(quick)} in {out} {'is' if len(quick) == 1 else 'are'} of the quick "
-            f"setting; run build without --quick first."
+            f"{out} holds {' and '.join(quick)} of the quick setting; run build without --quick "
+            "first."
         )
     report = machines(out)
     problems = set(report[0].runs["problem"]) if report else set()
-    tables: dict[str, dict[str, str]] = {"README.md": {}, "docs/trust.md": {}, "docs/which.md": {}}
-    for name, table, systems in ((SPEED, speed, SYSTEMS), (BODIES, bodies, BODY_SYSTEMS)):
-        if problems >= systems.keys():
-            tables["README.md"][name] = by_machine(table, report)
+    tables = {STATEMENTS: textwrap.fill(counted(statements()), WIDTH)}
+    if problems >= SYSTEMS.keys():
+        tables[SPEED] = by_machine(speed, report)
+    if problems >= BODY_SYSTEMS.keys():
+        tables[BODIES] = by_machine(bodies, report)
     if problems >= set(PROBLEMS):
-        tables["docs/which.md"][CHOICES] = choices(report[0].runs)
+        tables[CHOICES] = choices(report[0].runs)
     if (out / "claims.csv").is_file():
-        claims = read_csv(out / "claims.csv")
-        tables["docs/trust.md"] = {RESULTS: results(claims), EVIDENCE: evidence(out)}
-    for name, texts in tables.items():
+        tables |= {RESULTS: results(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
+    for name, of_page in PAGES.items():
         page = (root / name).read_text()
-        for table, text in texts.items():
-            page = with_table(page, table, text)
-        write(root / name, with_statements(page) if STATEMENTS in page else page)
+        for table in of_page & tables.keys():
+            page = with_table(page, table, tables[table])
+        write(root / name, page)
     for picture, figure in PICTURES.items():
         drawn = out / "figures" / f"{figure}.png"
         if drawn.is_file():
             write(root / picture, drawn.read_bytes())
-    return [name for texts in tables.values() for name in texts]
+    return [name for name in tables if name != STATEMENTS]
