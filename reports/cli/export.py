@@ -280,21 +280,12 @@ def _written(table: pd.DataFrame, form: str, name: str, caption: str) -> str | b
     if form == "csv":
         return as_csv(table)
     if form in ("latex", "markdown"):
-        shown = table.map(_number_or_text)
-        return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)
+        numbers = table.apply(pd.to_numeric, errors="coerce").astype(object)
+        table = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
+        return as_latex(table, caption, f"tab:{name}") if form == "latex" else as_markdown(table)
     into = io.BytesIO()
     try:
         table.to_parquet(into, engine="pyarrow", index=False)
     except ImportError:
         raise typer.BadParameter(f"{WITHOUT_PARQUET}.") from None
     return into.getvalue()
-
-
-def _number_or_text(cell: object) -> object:
-    """Convert a number in a column with texts, such as "not reached", which was read as text."""
-    if not isinstance(cell, str):
-        return cell
-    try:
-        return float(cell)
-    except ValueError:
-        return cell

@@ -36,14 +36,14 @@ def numbers(out: Path) -> str:
 
     Raises FileNotFoundError without claims.csv.
     """
-    claims = read_csv(out / CLAIMS)
-    found = [*_of_origin(out), *_of_claims(claims)]
-    ratios = out / "tables" / "ratios.csv"
-    found += _of_ratios(read_csv(ratios)) if ratios.is_file() else []
-    seen: dict[str, str] = {}
-    for name, value, what in found:
-        seen.setdefault(name, f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(what.split())}")
-    return "\n".join(["% requires siunitx", *seen.values()]) + "\n"
+    claims, ratios = read_csv(out / CLAIMS), out / "tables" / "ratios.csv"
+    lines = [*_of_origin(out), *_of_claims(claims)]
+    lines += _of_ratios(read_csv(ratios)) if ratios.is_file() else []
+    macros = {name: (value, meaning) for name, value, meaning in reversed(lines)}
+    return "% requires siunitx\n" + "".join(
+        f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(meaning.split())}\n"
+        for name, (value, meaning) in reversed(macros.items())
+    )
 
 
 def bibliography() -> str:
@@ -65,10 +65,10 @@ def _of_origin(out: Path) -> Iterator[Line]:
 
 
 def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
-    yield "galviChecks", siunitx(len(claims)), "checks"
-    yield "galviClaims", siunitx(claims["id"].nunique()), "claims and agreements"
+    yield "galviChecks", f"{len(claims)}", "checks"
+    yield "galviClaims", f"{claims['id'].nunique()}", "claims and agreements"
     for verdict, count in claims["verdict"].value_counts().items():
-        yield macro("galvi", str(verdict)), siunitx(int(count)), f"checks: {verdict}"
+        yield macro("galvi", str(verdict)), f"{count}", f"checks: {verdict}"
     for row in claims.itertuples():
         if known(row.measured):
             name, value = (

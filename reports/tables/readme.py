@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -84,16 +85,18 @@ BODY_SYSTEMS: Systems = {
 }
 
 
+TIMES = {
+    SPEED: ("position error", CODES, SYSTEMS),
+    BODIES: ("attitude error", BODY_CODES, BODY_SYSTEMS),
+}
+
+
 def results(claims: pd.DataFrame) -> str:
     """The headline rows of claims.csv as a Markdown table.
 
     Raises KeyError for a headline that is not among the rows.
     """
-    rows = claims.set_index(["id", "quantity"])
-    for name, quantity in HEADLINES:
-        if (name, quantity) not in rows.index:
-            raise KeyError(f"claims.csv has no row {name}, {quantity}.")
-    rows = rows.loc[list(HEADLINES)].reset_index()
+    rows = claims.set_index(["id", "quantity"]).loc[list(HEADLINES)].reset_index()
     slack = [f", slack x{plain(number, 2)}" if number > 1.0 else "" for number in rows["slack"]]
     return markdown(
         pd.DataFrame(
@@ -114,18 +117,11 @@ def markdown(table: pd.DataFrame) -> str:
     return "\n".join([lines[0], "|---" * len(table.columns) + "|", *lines[1:]])
 
 
-def speed(ratios: pd.DataFrame) -> str:
-    """Markdown table from ratios.csv: times relative to galvi's best at equal error."""
-    return _times(ratios, "position error", CODES, SYSTEMS)
+def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems) -> str:
+    """Markdown table from ratios.csv: times relative to galvi's best at equal error.
 
-
-def bodies(ratios: pd.DataFrame) -> str:
-    """The same table for rigid bodies."""
-    return _times(ratios, "attitude error", BODY_CODES, BODY_SYSTEMS)
-
-
-def _times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems) -> str:
-    """Of each code its least ratio with its interval; "-" where it took no part."""
+    Of each code its least ratio with its interval; "-" where it took no part.
+    """
     titles = {
         (system, error): f"{title}, {error:.0e}"
         for system, (title, errors) in systems.items()
@@ -153,11 +149,11 @@ def _ratio(row: pd.Series) -> str:
     return f"{tie}{plain(row['ratio'], 2)}" + (f" ({'-'.join(bounds)})" if bounds else "")
 
 
-def by_machine(table: Callable[[pd.DataFrame], str], report: Sequence[Machine]) -> str:
+def by_machine(report: Sequence[Machine], *columns: Any) -> str:
     """A block for each kind of processor, by its widest vectors: a line on the machine, and the
-    table; of several of a kind the report's own, which is first, or the newest."""
+    table of `times`; of several of a kind the report's own, which is first, or the newest."""
     blocks = {
-        machine.kind: f"On {machine.title}:\n\n{table(matched(dependable(machine.runs)))}"
+        machine.kind: f"On {machine.title}:\n\n{times(matched(dependable(machine.runs)), *columns)}"
         for machine in reversed(report)
     }
     return "\n\n".join(blocks[kind] for kind in sorted(blocks))
@@ -270,10 +266,9 @@ def renew(root: Path, out: Path) -> list[str]:
     report = machines(out)
     problems = set(report[0].runs["problem"]) if report else set()
     tables = {STATEMENTS: textwrap.fill(counted(statements()), WIDTH)}
-    if problems >= SYSTEMS.keys():
-        tables[SPEED] = by_machine(speed, report)
-    if problems >= BODY_SYSTEMS.keys():
-        tables[BODIES] = by_machine(bodies, report)
+    for name, columns in TIMES.items():
+        if problems >= columns[-1].keys():
+            tables[name] = by_machine(report, *columns)
     if problems >= set(PROBLEMS):
         tables[CHOICES] = choices(report[0].runs)
     if (out / "claims.csv").is_file():

@@ -14,7 +14,7 @@ from reports.cli.commands import run
 from reports.results.machines import Machine, machines, merge
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.tables.readme import by_machine
+from reports.tables.readme import SPEED, TIMES, by_machine
 from tests.reports.small_reports import work_precision
 
 ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",
@@ -97,6 +97,6 @@ def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_mach
     runs = work_precision(True, print)
     here, there = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
     twin = Machine(runs, {**HERE, "cpu": "Xeon 2"})
-    blocks = by_machine(lambda ratios: f"| {len(ratios)} |\n|---|", [here, twin, there])
+    blocks = by_machine([here, twin, there], *TIMES[SPEED])
     assert blocks.count("On ") == 2 and "Xeon 2" not in blocks
     assert blocks.index("AVX-512") < blocks.index("AVX2") and "2026-03-03" in blocks
