@@ -39,9 +39,12 @@ def readable(number: Any, digits: int = 3) -> str:
 
 def in_full(number: float) -> str:
     """The same; whole numbers have all digits, and settings, as 0.1 or 0.9999, those they need."""
+    if not known(number):
+        return ""
     if float(number).is_integer() and abs(number) < 10.0**DECIMALS:
         return f"{number:.0f}".replace("-", MINUS)
-    needed = (k for k in range(1, SHORT + 1) if float(f"{number:.{k}g}") == number)
+    most = SHORT if _power(number) in EXPONENTS else 1
+    needed = (digits for digits in range(1, most + 1) if float(plain(number, digits)) == number)
     return readable(number, next(needed, 3))
 
 
