@@ -37,8 +37,7 @@ from reports.results.own_problems import Engines
 from reports.results.progress import Studies
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
-from reports.tables.claims_table import READ, claims_frame
-from reports.tables.convergence_table import convergence_frame
+from reports.tables.claims_table import READ, claims_frame, convergence_frame
 from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown, write_table
 

@@ -162,11 +162,6 @@ def _formatted(table: pd.DataFrame, form: str, name: str, caption: str) -> str |
     if form == "parquet":
         with as_usage_error(ImportError, before="Parquet needs pyarrow (pip install pyarrow): "):
             return table.to_parquet(engine="pyarrow", index=False)
-    shown = table.apply(_numbers_and_texts)
+    numbers = table.apply(pd.to_numeric, errors="coerce").astype(object)
+    shown = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
     return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)
-
-
-def _numbers_and_texts(column: pd.Series) -> pd.Series:
-    """A column of numbers and texts, such as "not reached", which was read as one of texts."""
-    parsed = pd.to_numeric(column, errors="coerce")
-    return parsed.where(parsed.notna() | column.isna(), column)

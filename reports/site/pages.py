@@ -31,18 +31,19 @@ from reports.site.motion import motions
 from reports.site.report import Report
 from reports.site.sources import command_lines, file_table, sentences, without_folder
 from reports.site.typeset import typeset
-from reports.tables.chances import built, chances, elsewhere
 from reports.tables.comparison_tables import (
+    built,
+    elsewhere,
+    energies,
     fastest_cells,
     mujoco_overhead,
     of_mujoco,
     readable_ratios,
 )
-from reports.tables.cost_table import readable_cost
-from reports.tables.energies import energies
 from reports.tables.html import html_table
 from reports.tables.number_format import known, readable, with_uncertainty
-from reports.tables.study_table import without_common
+from reports.tables.study_table import readable_cost, without_common
+from reports.tables.summary_sentences import chances
 from reports.tables.targets_table import TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
 

@@ -1,12 +1,14 @@
-"""The rows of the claims, as in claims.csv and as readable text."""
+"""The rows of the claims, as in claims.csv, and the fits that the convergence figures show."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
 from benchmarks.checks.claim import Row
+from reports.results.claim_results import ClaimResult, first_measured
+from reports.results.section import Figure
 
 COLUMNS = (
     "id",
@@ -27,14 +29,48 @@ COLUMNS = (
     "absent",
 )
 NUMBERS = ("measured", "uncertainty", "slack", "misses")
+FITTED = (
+    *("claim", "source", "study", "quantity", "n", "rate", "measured", "uncertainty", "claimed"),
+    *("first", "last", "points"),
+)
 READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slopes", "slack", "expected",
         "verdict")  # fmt: skip
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
-    frame = pd.DataFrame([{name: getattr(row, name) for name in COLUMNS} for row in rows])
-    frame = frame.reindex(columns=list(COLUMNS))
-    for name in NUMBERS:
-        frame[name] = pd.to_numeric(frame[name])
+    lines = [{name: getattr(row, name) for name in COLUMNS} for row in rows]
+    frame = pd.DataFrame(lines, columns=list(COLUMNS))
+    frame[list(NUMBERS)] = frame[list(NUMBERS)].apply(pd.to_numeric)
     return frame
+
+
+MEANING = {"geometric": "base of n", "algebraic": "power of h"}
+
+
+def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure]) -> pd.DataFrame:
+    """One line for each fitted series; first and last are the n or h of the fit's window."""
+    lines = []
+    for figure in figures:
+        source = first_measured(checked, figure.claims)
+        if source is None:
+            continue
+        for rate in figure.options.get("rates", ()):
+            fit = rate.fit(source.frame)
+            lines.append(
+                {
+                    "claim": source.claim.id,
+                    "source": figure.source,
+                    "study": rate.study,
+                    "quantity": rate.quantity,
+                    "n": rate.n,
+                    "rate": MEANING[fit.kind],
+                    "measured": fit.rate,
+                    "uncertainty": fit.uncertainty,
+                    "claimed": rate.claimed,
+                    "first": fit.window[0],
+                    "last": fit.window[1],
+                    "points": fit.points,
+                }
+            )
+    return pd.DataFrame(lines, columns=list(FITTED))

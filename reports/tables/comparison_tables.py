@@ -22,6 +22,8 @@ from benchmarks.work_precision.fronts import (
     unfounded,
 )
 from benchmarks.work_precision.labels import label_of
+from benchmarks.work_precision.participants import readable_setting
+from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
@@ -304,3 +306,46 @@ def _setting(row: pd.Series) -> str:
     text, unit = str(row["settings"]), label_of(row["problem"]).time
     text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
     return f"{text} (stopped early)" if row["stops_early"] else text
+
+
+def energies(runs: pd.DataFrame) -> pd.DataFrame:
+    """As text, from one problem's rows of `benchmarks.work_precision.run`: for each contender, of
+    galvi's methods the fastest, a column for each error of position, with the relative error of the
+    energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
+    if "energy" not in runs or not runs["energy"].notna().any():
+        return pd.DataFrame()
+    counted = dependable(runs)
+    names = counted["contender"].map(lambda name: OURS if is_ours(name) else name)
+    lines = [
+        {"contender": str(name)}
+        | {heading(error): _energy(fastest(rows, error)) for error in errors_of(counted)}
+        for name, rows in counted.groupby(names, sort=False)
+    ]
+    table = pd.DataFrame(lines)
+    return table[(table.drop(columns="contender") != NOT_REACHED).any(axis="columns")]
+
+
+def _energy(row: pd.Series | None) -> str:
+    return NOT_REACHED if row is None else readable(float(row["energy"]), 2)
+
+
+def elsewhere(runs: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """The readable table of another machine's rows on one problem."""
+    counted = dependable(runs[runs["problem"] == problem])
+    return readable_ratios(matched(counted), smallest(counted), problem)
+
+
+def built() -> pd.DataFrame:
+    """A line for each code: its options, closed and open, how it was compiled, and the source."""
+    return pd.DataFrame(
+        [
+            {
+                "code": code,
+                "closed": readable_setting(peer.closed),
+                "open": "; ".join(peer.open),
+                "compiled": peer.built,
+                "documented": peer.source.removeprefix("https://"),
+            }
+            for code, peer in PEERS.items()
+        ]
+    )

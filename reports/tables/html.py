@@ -38,8 +38,8 @@ def html_table(
         classes.loc[line, name] += " best"
     styler = cells.rename_axis(columns=escape(frame.columns[0])).style.set_td_classes(classes)
     styler.format(escape, na_rep="").format_index(escape, axis="columns")
-    if len(cells):
-        styler.relabel_index(["" if pd.isna(label) else escape(label) for label in labels])
+    headings = ["" if pd.isna(label) else escape(label) for label in labels]
+    styler.format_index(headings.__getitem__)
     html = styler.to_html(cell_ids=False, caption=str(escape(caption)))
 
     def heading(match: re.Match[str]) -> str:

@@ -16,8 +16,8 @@ from benchmarks.store.provenance import commit, today
 from galvi.interop.citations import entries
 from galvi.interop.release import galvi_version
 from reports.results.origins import read_origins
-from reports.tables.latex import escape, number
-from reports.tables.number_format import known
+from reports.tables.latex import escape
+from reports.tables.number_format import known, siunitx
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 CLAIMS = "claims.csv"
@@ -36,14 +36,14 @@ def numbers(out: Path) -> str:
 
     Raises FileNotFoundError without claims.csv.
     """
-    claims = read_csv(out / CLAIMS)
-    found = [*_of_origin(out), *_of_claims(claims)]
-    ratios = out / "tables" / "ratios.csv"
-    found += _of_ratios(read_csv(ratios)) if ratios.is_file() else []
-    seen: dict[str, str] = {}
-    for name, value, what in found:
-        seen.setdefault(name, f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(what.split())}")
-    return "\n".join(["% requires siunitx", *seen.values()]) + "\n"
+    claims, ratios = read_csv(out / CLAIMS), out / "tables" / "ratios.csv"
+    lines = [*_of_origin(out), *_of_claims(claims)]
+    lines += _of_ratios(read_csv(ratios)) if ratios.is_file() else []
+    macros = {name: (value, meaning) for name, value, meaning in reversed(lines)}
+    return "% requires siunitx\n" + "".join(
+        f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(meaning.split())}\n"
+        for name, (value, meaning) in reversed(macros.items())
+    )
 
 
 def bibliography() -> str:
@@ -65,15 +65,15 @@ def _of_origin(out: Path) -> Iterator[Line]:
 
 
 def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
-    yield "galviChecks", number(len(claims)), "checks"
-    yield "galviClaims", number(claims["id"].nunique()), "claims and agreements"
+    yield "galviChecks", f"{len(claims)}", "checks"
+    yield "galviClaims", f"{claims['id'].nunique()}", "claims and agreements"
     for verdict, count in claims["verdict"].value_counts().items():
-        yield macro("galvi", str(verdict)), number(int(count)), f"checks: {verdict}"
+        yield macro("galvi", str(verdict)), f"{count}", f"checks: {verdict}"
     for row in claims.itertuples():
         if known(row.measured):
             name, value = (
                 macro("claim", str(row.id), str(row.quantity)),
-                number(row.measured, row.uncertainty),
+                siunitx(row.measured, row.uncertainty),
             )
             yield name, f"\\num{{{value}}}", f"{row.id}, {row.quantity}: {row.verdict}"
 

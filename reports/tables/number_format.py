@@ -1,4 +1,4 @@
-"""Format numbers for readers: few digits, powers of ten, empty where unknown."""
+"""Numbers as text: for readers, for terminals, and as siunitx reads them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROW_SPACE = "\u202f"
 MINUS = "\u2212"
-FEW_DECIMALS, MOST_DECIMALS = 6, 15  # of a number below and from LEAST, without a power of ten
-LEAST = 1e-3
 TIMES = "\u2009\u00d7"
+EXPONENTS = range(-3, 5)  # of numbers without a power of ten
+DECIMALS = 15  # most of a number with an uncertainty
+SHORT = 6  # digits that give a setting exactly, as no measured number
 
 
 def known(number: Any) -> bool:
@@ -24,47 +25,62 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def readable(number: Any, digits: int = 3) -> str:
-    """Text such as 0.553, 12.4, 3.1·10⁻¹⁰; "" for None, NaN and infinities."""
-    if not known(number):
-        return ""
-    if number == 0:
-        return "0"
-    mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
-    power = int(exponent)
-    if -3 <= power < 5:
-        rounded = float(f"{number:.{digits - 1}e}")
-        return f"{rounded:.{max(0, digits - 1 - power)}f}".replace("-", MINUS)
-    return f"{mantissa}·10{str(power).translate(SUPERSCRIPT)}".replace("-", MINUS)
-
-
 def plain(number: Any, digits: int = 3) -> str:
-    """The same in ASCII, for terminals and Markdown: 0.553, 3.1e-10."""
+    """ASCII for terminals and Markdown: 0.553, 4, 1230, 3.1e-10; "" for None, NaN, infinities."""
+    return f"{float(f'{number:.{digits}g}'):.{max(6, digits)}g}" if known(number) else ""
+
+
+def readable(number: Any, digits: int = 3) -> str:
+    """Text such as 0.553, 12.4, 3.10·10⁻¹⁰; "" for None, NaN and infinities."""
+    mantissa, _, exponent = _rounded(number, digits).partition("e")
+    power = f"·10{exponent.translate(SUPERSCRIPT)}" if exponent else ""
+    return mantissa.replace("-", MINUS) + power
+
+
+def in_full(number: float) -> str:
+    """The same; whole numbers have all digits, and settings, as 0.1 or 0.9999, those they need."""
     if not known(number):
         return ""
-    return f"{number:.{digits}g}"
+    if float(number).is_integer() and abs(number) < 10.0**DECIMALS:
+        return f"{number:.0f}".replace("-", MINUS)
+    most = SHORT if _power(number) in EXPONENTS else 1
+    needed = (digits for digits in range(1, most + 1) if float(plain(number, digits)) == number)
+    return readable(number, next(needed, 3))
 
 
 def with_uncertainty(number: Any, uncertainty: Any) -> str:
     """Text such as 0.5534 ± 0.0012, rounded to the second digit of the uncertainty."""
     if not known(number) or not known(uncertainty) or not uncertainty > 0:
         return readable(number)
-    second_digit = 1 - math.floor(math.log10(uncertainty))
-    most = MOST_DECIMALS if abs(number) >= LEAST else FEW_DECIMALS
-    if not 0 <= second_digit <= most:
+    decimals = _decimals(uncertainty, 2)
+    if not 0 <= decimals <= DECIMALS or (abs(number) < 10.0 ** EXPONENTS[0] and decimals > SHORT):
         return f"{readable(number)} ± {readable(uncertainty, 2)}"
-    return f"{number:.{second_digit}f} ± {uncertainty:.{second_digit}f}".replace("-", MINUS)
+    return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}".replace("-", MINUS)
 
 
-def concise(number: Any, uncertainty: Any, most: int = 3) -> str:
-    """Text such as 3.97(2): one digit of the uncertainty, in units of the last one.
+def concise(number: float, uncertainty: Any, digits: int = 1, most: int = 3) -> str:
+    """Text such as 3.97(2): so many digits of the uncertainty, in units of the last decimal.
 
     At most so many decimals; a smaller uncertainty is shown as (1). Without one two decimals.
     """
     if not known(uncertainty) or not uncertainty > 0:
         return f"{number:.2f}"
-    decimals = min(most, max(0, -math.floor(math.log10(uncertainty))))
+    decimals = min(most, max(0, _decimals(uncertainty, digits)))
     return f"{number:.{decimals}f}({max(1, round(uncertainty * 10**decimals))})"
+
+
+def siunitx(number: Any, uncertainty: Any = None) -> str:
+    """As siunitx reads it: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
+    numbers in full; "" for None, NaN and infinities."""
+    if not known(number):
+        return ""
+    if known(uncertainty) and uncertainty > 0:
+        power = _power(max(abs(number), uncertainty))
+        power *= power not in EXPONENTS
+        text = concise(number / 10.0**power, uncertainty / 10.0**power, 2, DECIMALS)
+        return f"{text}e{power}" if power else text
+    whole = float(number).is_integer() and _power(number) in EXPONENTS
+    return f"{number:.0f}" if whole else _rounded(number, 3)
 
 
 def seconds(number: Any) -> str:
@@ -74,3 +90,26 @@ def seconds(number: Any) -> str:
     units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
     unit, size = next((one for one in units if abs(number) >= one[1]), units[-1])
     return f"{readable(number / size)}{NARROW_SPACE}{unit}"
+
+
+def _rounded(number: Any, digits: int) -> str:
+    """E.g. 0.553, 12.4, 3.10e-10."""
+    if not known(number):
+        return ""
+    if number == 0:
+        return "0"
+    text = f"{number:.{digits - 1}e}"
+    mantissa, exponent = text.split("e")
+    if int(exponent) in EXPONENTS:
+        return f"{float(text):.{max(0, digits - 1 - int(exponent))}f}"
+    return f"{mantissa}e{int(exponent)}"
+
+
+def _power(number: float) -> int:
+    """The exponent of the first digit."""
+    return int(f"{number:.0e}".split("e")[1])
+
+
+def _decimals(uncertainty: float, digits: int) -> int:
+    """Decimals of a number whose uncertainty has so many digits."""
+    return digits - 1 - math.floor(math.log10(uncertainty))

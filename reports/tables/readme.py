@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from benchmarks.applications.mutation.study import equivalents
@@ -35,9 +34,13 @@ from reports.tables.comparison_tables import (
 )
 from reports.tables.number_format import known, plain, seconds, with_uncertainty
 
-SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"  # of README.md
-RESULTS, EVIDENCE = "results", "evidence"  # of docs/trust.md
-CHOICES = "choices"  # of docs/which.md
+SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"
+RESULTS, EVIDENCE, CHOICES = "results", "evidence", "choices"
+PAGES = {
+    "README.md": {SPEED, BODIES, STATEMENTS},
+    "docs/trust.md": {RESULTS, EVIDENCE, STATEMENTS},
+    "docs/which.md": {CHOICES},
+}
 WIDTH = 101  # columns of the README
 MEASURED = ("work_precision.csv", "claims.csv")  # of a report
 PICTURES = {  # of the repository: of a report
@@ -82,90 +85,80 @@ BODY_SYSTEMS: Systems = {
 }
 
 
+TIMES = {
+    SPEED: ("position error", CODES, SYSTEMS),
+    BODIES: ("attitude error", BODY_CODES, BODY_SYSTEMS),
+}
+
+
 def results(claims: pd.DataFrame) -> str:
     """The headline rows of claims.csv as a Markdown table.
 
     Raises KeyError for a headline that is not among the rows.
     """
-    lines = ["| claim | quantity | the paper | measured | verdict |", "|---|---|---|---|---|"]
-    for name, quantity in HEADLINES:
-        found = claims[(claims["id"] == name) & (claims["quantity"] == quantity)]
-        if found.empty:
-            raise KeyError(f"claims.csv has no row {name}, {quantity}.")
-        row = found.iloc[0]
-        measured = with_uncertainty(row["measured"], row["uncertainty"])
-        slack = f", slack x{float(plain(row['slack'], 2)):g}" if row["slack"] > 1.0 else ""
-        lines.append(
-            f"| {name}, {row['source']} | {quantity} | {row['claimed']} | {measured} "
-            f"| {row['verdict']}{slack} |"
+    rows = claims.set_index(["id", "quantity"]).loc[list(HEADLINES)].reset_index()
+    slack = [f", slack x{plain(number, 2)}" if number > 1.0 else "" for number in rows["slack"]]
+    return markdown(
+        pd.DataFrame(
+            {
+                "claim": rows["id"] + ", " + rows["source"],
+                "quantity": rows["quantity"],
+                "the paper": rows["claimed"],
+                "measured": map(with_uncertainty, rows["measured"], rows["uncertainty"]),
+                "verdict": rows["verdict"] + slack,
+            }
         )
-    return "\n".join(lines)
+    )
 
 
-def speed(ratios: pd.DataFrame) -> str:
-    """Markdown table from ratios.csv: times relative to galvi's best at equal error."""
-    return _times(ratios, "position error", CODES, SYSTEMS)
+def markdown(table: pd.DataFrame) -> str:
+    """A table whose columns are not padded, so that a cell changes its line alone."""
+    lines = [f"| {' | '.join(line)} |" for line in (table.columns, *table.fillna("").to_numpy())]
+    return "\n".join([lines[0], "|---" * len(table.columns) + "|", *lines[1:]])
 
 
-def bodies(ratios: pd.DataFrame) -> str:
-    """The same table for rigid bodies."""
-    return _times(ratios, "attitude error", BODY_CODES, BODY_SYSTEMS)
+def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems) -> str:
+    """Markdown table from ratios.csv: times relative to galvi's best at equal error.
+
+    Of each code its least ratio with its interval; "-" where it took no part.
+    """
+    titles = {
+        (system, error): f"{title}, {error:.0e}"
+        for system, (title, errors) in systems.items()
+        for error in errors
+    }
+    rows = ratios.assign(
+        code=ratios["contender"].map(code_of),
+        ratio=pd.to_numeric(ratios["ratio"], errors="coerce"),
+    )
+    least = rows.sort_values("ratio").drop_duplicates(["problem", "error", "code"])
+    least["cell"] = least.apply(_ratio, axis="columns")
+    cells = least.pivot(index="code", columns=["problem", "error"], values="cell")
+    noise = rows.groupby(["problem", "error"]).agg({"noise_low": "min", "noise_high": "max"})
+    cells.loc[NOISE] = noise.dropna().apply("{noise_low:.2f}-{noise_high:.2f}".format_map, axis=1)
+    table = cells.reindex(index=[*codes, NOISE], columns=list(titles)).astype(object)
+    table = table.fillna("-").set_axis(list(titles.values()), axis="columns")
+    return markdown(table.rename_axis(quantity).reset_index())
 
 
-def _times(
-    ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems
-) -> str:  # fmt: skip
-    columns = [(system, error) for system, (_, errors) in systems.items() for error in errors]
-    titles = [f"{systems[system][0]}, {error:.0e}" for system, error in columns]
-    lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
-    for code in codes:
-        cells = [_ratio(_at(ratios, system, error), code) for system, error in columns]
-        lines.append(f"| {code} | {' | '.join(cells)} |")
-    noise = [_noise(_at(ratios, system, error)) for system, error in columns]
-    lines.append(f"| {NOISE} | {' | '.join(noise)} |")
-    return "\n".join(lines)
-
-
-def _at(ratios: pd.DataFrame, system: str, error: float) -> pd.DataFrame:
-    near = np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
-    return ratios[(ratios["problem"] == system) & near]
-
-
-def _ratio(here: pd.DataFrame, code: str) -> str:
-    """The least ratio of a code with its interval, as text; '-' when it took no part."""
-    found = here[here["contender"].map(code_of).eq(code)]
-    if found.empty:
-        return "-"
-    numbers = pd.to_numeric(found["ratio"], errors="coerce").dropna()
-    if numbers.empty:
-        return "not reached"
-    row = found.loc[numbers.idxmin()]
-    text = _two(numbers.min())
-    bounds = [_two(row[name]) for name in ("low", "high") if known(row[name])]
+def _ratio(row: pd.Series) -> str:
+    if not known(row["ratio"]):
+        return NOBODY
     tie = "tie, " if row["outcome"] == TIE else ""
-    return f"{tie}{text} ({'-'.join(bounds)})" if bounds else text
+    bounds = [plain(row[name], 2) for name in ("low", "high") if known(row[name])]
+    return f"{tie}{plain(row['ratio'], 2)}" + (f" ({'-'.join(bounds)})" if bounds else "")
 
 
-def _noise(here: pd.DataFrame) -> str:
-    low, high = here["noise_low"].min(), here["noise_high"].max()
-    return f"{low:.2f}-{high:.2f}" if known(float(low)) else "-"
-
-
-def _two(number: float) -> str:
-    return f"{float(f'{number:.2g}'):g}"
-
-
-def by_machine(before: str, table: Callable[[pd.DataFrame], str], found: Sequence[Machine]) -> str:
+def by_machine(report: Sequence[Machine], *columns: Any) -> str:
     """A block for each kind of processor, by its widest vectors: a line on the machine, and the
-    table; those of kinds without rows stay as they were, with their date and commit."""
-    blocks = {kind: f"{line}\n\n{rest.strip()}" for line, kind, rest in BLOCK.findall(before)}
-    for one in reversed(found):  # the report's own machine last: it counts for its kind
-        counted = dependable(one.runs)
-        blocks[one.kind] = f"On {one.title}:\n\n{table(matched(counted))}"
+    table of `times`; of several of a kind the report's own, which is first, or the newest."""
+    blocks = {
+        machine.kind: f"On {machine.title}:\n\n{times(matched(dependable(machine.runs)), *columns)}"
+        for machine in reversed(report)
+    }
     return "\n\n".join(blocks[kind] for kind in sorted(blocks))
 
 
-BLOCK = re.compile(r"(?m)^(On .* \([^()]*?, ([^,()]*)\), .*:)$\s*((?:^\|.*$\n?)*)")
 ASKED = (1e-4, 1e-6, 1e-8)
 PROBLEMS = (
     "outer solar system",
@@ -191,33 +184,31 @@ PROBLEMS = (
 def choices(runs: pd.DataFrame) -> str:
     """Markdown table from work_precision.csv: for each problem the fastest code at each error,
     and galvi's fastest method where it is another."""
-    fastest = fastest_per_error(runs, ASKED)
-    headings = " | ".join(f"error {heading(error)}" for error in ASKED)
-    lines = [f"| problem | {headings} |", "|---" * (len(ASKED) + 1) + "|"]
-    for problem in PROBLEMS:
-        rows = fastest[fastest["problem"] == problem].set_index(["asked", "of"])
-        if rows.empty:
-            continue
-        cells = []
-        for error in ASKED:
-            best, ours = rows.loc[(error, ALL)], rows.loc[(error, GALVI)]
-            cell = _choice(best)
-            if is_ours(str(best["contender"])):
-                cell = f"**{cell}**"
-            elif ours["contender"] != NOBODY:
-                cell += f"; {_choice(ours)}"
-            cells.append(cell)
-        lines.append(f"| {label_of(problem).title} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    fastest = fastest_per_error(runs, ASKED).set_index(["problem", "asked", "of"]).sort_index()
+    lines = [
+        {"problem": label_of(problem).title}
+        | {f"error {heading(error)}": _choice(fastest.loc[problem, error]) for error in ASKED}
+        for problem in PROBLEMS
+        if problem in fastest.index
+    ]
+    return markdown(pd.DataFrame(lines))
 
 
-def _choice(row: pd.Series) -> str:
-    if row["contender"] == NOBODY:
-        return "not reached"
-    return f"{row['contender']}, {row['settings']}, {seconds(row['seconds'])}"
+def _choice(rows: pd.DataFrame) -> str:
+    """The fastest of all, in bold type where it is galvi's; else galvi's after it."""
+    texts = {
+        of: f"{row['contender']}, {row['settings']}, {seconds(row['seconds'])}"
+        for of, row in rows.iterrows()
+        if row["contender"] != NOBODY
+    }
+    if ALL not in texts:
+        return NOBODY
+    if is_ours(texts[ALL]):
+        return f"**{texts[ALL]}**"
+    return "; ".join(texts[of] for of in (ALL, GALVI) if of in texts)
 
 
-def evidence(root: Path, out: Path) -> str:
+def evidence(out: Path) -> str:
     """What speaks for galvi's numbers, counted: statements, checks, truths, planted faults, and
     the mutants where `make studies` has kept them."""
     claims = read_csv(out / "claims.csv")
@@ -230,8 +221,8 @@ def evidence(root: Path, out: Path) -> str:
         ("planted faults that a claim must catch", f"{faults}", "`make test`, `make slow`"),
         ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
     ]
-    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines if line[1])
-    return f"| evidence | number | from |\n|---|---|---|\n{rows}"
+    table = pd.DataFrame(lines, columns=["evidence", "number", "from"])
+    return markdown(table[table["number"] != ""])
 
 
 def _mutants(file: Path) -> str:
@@ -249,27 +240,14 @@ def marks(name: str) -> tuple[str, str]:
     return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
 
 
-def table_of(page: str, name: str) -> str:
-    """The text between the marks. Raises ValueError when a mark is missing."""
+def with_table(page: str, name: str, table: str) -> str:
+    """The page with another text between the marks. Raises ValueError when a mark is missing."""
     begin, end = marks(name)
-    _, found, rest = page.partition(begin)
-    table, closed, _ = rest.partition(end)
-    if not found or not closed:
+    before, _, after = page.partition(begin)
+    _, closed, after = after.partition(end)
+    if not closed:
         raise ValueError(f"The page must hold the marks {begin} and {end}.")
-    return table.strip()
-
-
-def _with(page: str, name: str, table: str) -> str:
-    table_of(page, name)
-    begin, end = marks(name)
-    before, _, rest = page.partition(begin)
-    _, _, after = rest.partition(end)
     return f"{before}{begin}\n{table}\n{end}{after}"
-
-
-def with_statements(page: str) -> str:
-    """The page with the count of the papers' statements renewed."""
-    return _with(page, STATEMENTS, textwrap.fill(counted(statements()), WIDTH))
 
 
 def renew(root: Path, out: Path) -> list[str]:
@@ -282,28 +260,26 @@ def renew(root: Path, out: Path) -> list[str]:
     quick = [name for name in MEASURED if origins.get(name, {}).get("setting") == "quick"]
     if quick:
         raise ValueError(
-            f"{' and '.join(quick)} in {out} {'is' if len(quick) == 1 else 'are'} of the quick "
-            f"setting; run build without --quick first."
+            f"{out} holds {' and '.join(quick)} of the quick setting; run build without --quick "
+            "first."
         )
-    found = machines(out)
-    problems = {name for one in found[:1] for name in one.runs["problem"]}
-    readme = (root / "README.md").read_text()
-    tables: dict[str, dict[str, str]] = {"README.md": {}, "docs/trust.md": {}, "docs/which.md": {}}
-    for name, table, systems in ((SPEED, speed, SYSTEMS), (BODIES, bodies, BODY_SYSTEMS)):
-        if problems >= systems.keys():
-            tables["README.md"][name] = by_machine(table_of(readme, name), table, found)
+    report = machines(out)
+    problems = set(report[0].runs["problem"]) if report else set()
+    tables = {STATEMENTS: textwrap.fill(counted(statements()), WIDTH)}
+    for name, columns in TIMES.items():
+        if problems >= columns[-1].keys():
+            tables[name] = by_machine(report, *columns)
     if problems >= set(PROBLEMS):
-        tables["docs/which.md"][CHOICES] = choices(found[0].runs)
+        tables[CHOICES] = choices(report[0].runs)
     if (out / "claims.csv").is_file():
-        claims = read_csv(out / "claims.csv")
-        tables["docs/trust.md"] |= {RESULTS: results(claims), EVIDENCE: evidence(root, out)}
-    for name, texts in tables.items():
+        tables |= {RESULTS: results(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
+    for name, of_page in PAGES.items():
         page = (root / name).read_text()
-        for table, text in texts.items():
-            page = _with(page, table, text)
-        write(root / name, with_statements(page) if STATEMENTS in page else page)
+        for table in of_page & tables.keys():
+            page = with_table(page, table, tables[table])
+        write(root / name, page)
     for picture, figure in PICTURES.items():
         drawn = out / "figures" / f"{figure}.png"
         if drawn.is_file():
             write(root / picture, drawn.read_bytes())
-    return [name for texts in tables.values() for name in texts]
+    return [name for name in tables if name != STATEMENTS]

@@ -1,32 +1,32 @@
-"""The table of a study on the page: selected columns with headings."""
+"""The tables of a study and of the cost of a step: selected columns with headings, as text."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
+from numbers import Real
 
 import pandas as pd
-from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
-from reports.tables.number_format import readable
-
-NINES = re.compile(r"(0\.9+)0*")
+from benchmarks.work_precision.cost import COLUMNS
+from benchmarks.work_precision.labels import label_of
+from reports.tables.number_format import in_full, seconds
 
 
 def readable_table(
     frame: pd.DataFrame, headings: Mapping[str, str]
 ) -> tuple[pd.DataFrame, dict[str, str]]:
     """The columns with a heading, as text, and their CSS classes; empty columns are omitted."""
-    shown = frame.reindex(columns=[name for name in headings if name in frame])
-    truths = [name for name in shown if is_bool_dtype(shown[name])]
-    numbers = [name for name in shown if is_numeric_dtype(shown[name]) and name not in truths]
-    text = shown.astype(object)
-    for name in truths:
-        text[name] = ["yes" if value else "no" for value in shown[name]]
-    for name in numbers:
-        text[name] = [_number(float(value)) for value in shown[name]]
-    text = text.loc[:, [bool((text[name] != "").any()) for name in text]]
+    shown = frame[[name for name in headings if name in frame]]
+    numbers = shown.select_dtypes("number").columns
+    text = shown.astype(object).map(_cell)
+    text = text.loc[:, (text != "").any()]
     return text.rename(columns=dict(headings)), {headings[name]: "number" for name in numbers}
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return in_full(float(value)) if isinstance(value, Real) else value
 
 
 def without_empty_status(table: pd.DataFrame) -> pd.DataFrame:
@@ -46,11 +46,10 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
     return table.drop(columns=list(common)), f"Measured {', '.join(words)}." if words else ""
 
 
-def _number(value: float) -> str:
-    """Counts in full, eccentricities with all their nines, numbers of one digit with no more of
-    them, errors with three."""
-    if float(value).is_integer() and abs(value) < 1e15:
-        return f"{value:.0f}"
-    if nines := NINES.fullmatch(f"{value:.6f}"):
-        return nines[1]
-    return readable(value, 1 if float(f"{value:.0e}") == value else 3)
+def readable_cost(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The same of the rows of `benchmarks.work_precision.cost`, times with their units."""
+    titles = [label_of(name).title for name in frame["problem"]]
+    times = {one.name: frame[one.name].map(seconds) for one in COLUMNS if one.kind == "seconds"}
+    headings = {one.name: one.heading for one in COLUMNS if one.heading}
+    text, numbers = readable_table(frame.assign(problem=titles, **times), headings)
+    return text, numbers | dict.fromkeys([headings[name] for name in times], "number")

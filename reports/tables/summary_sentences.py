@@ -1,4 +1,4 @@
-"""Sentences on which code is fastest at which error, generated from the times."""
+"""Sentences on which code is fastest at which error, and on what chances each had."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from operator import itemgetter
 import pandas as pd
 
 from benchmarks.statistics.paired import TIE
+from benchmarks.work_precision.asked import code_of
+from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import OURS
+from benchmarks.work_precision.grid import gaps, unequal
 from benchmarks.work_precision.labels import label_of
 from reports.tables.comparison_tables import heading, is_ours
 from reports.tables.number_format import known, readable
@@ -76,3 +79,23 @@ def _span(factors: list[float]) -> str:
     """The least and the largest factor."""
     ends = (readable(min(factors), 2), readable(max(factors), 2))
     return " to ".join(dict.fromkeys(ends))
+
+
+OVERHEAD = 0.02  # share of a timed call, above which it is said
+
+
+def chances(runs: pd.DataFrame) -> tuple[str, ...]:
+    """Sentences on one problem's rows of `benchmarks.work_precision.run`."""
+    counted = dependable(runs)
+    table = gaps(counted)
+    each = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
+    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(counted)), overheads(runs))))
+
+
+def overheads(runs: pd.DataFrame) -> str:
+    """Where what a call costs besides its steps is more than OVERHEAD of the time, a sentence."""
+    if "overhead" not in runs:
+        return ""
+    shares = runs["overhead"].groupby(runs["contender"].map(code_of), sort=False).max()
+    above = [f"{code} {readable(100 * s, 2)} %" for code, s in shares.items() if s > OVERHEAD]
+    return f"A call of one step takes, of the timed call: {', '.join(above)}." if above else ""

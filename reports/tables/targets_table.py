@@ -13,7 +13,6 @@ HEADINGS = (
     *("problem", "against", OF_GALVI, "error", "target", "measured", "verdict"),
     "fastest of each",
 )
-REMARK = "remark"
 ALONE = "by galvi alone"  # is the error reached
 NUMBERS = ("error", "target", "measured")
 TEXT = (
@@ -42,27 +41,21 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
             else _times(row["ratio"], 3) or str(row["verdict"]),
             "verdict": row["verdict"],
             "fastest of each": " / ".join(filter(None, (row["galvi"], row["contender"]))),
+            "remark": " ".join(filter(None, (row["remark"], row["note"]))),
         }
         for _, row in frame.iterrows()
     ]
-    shown = pd.DataFrame(lines, columns=list(HEADINGS))
-    remarks = [
-        " ".join(filter(None, pair)) for pair in zip(frame["remark"], frame["note"], strict=True)
-    ]
-    if any(remarks):
-        shown[REMARK] = remarks
+    shown = pd.DataFrame(lines, columns=[*HEADINGS, "remark"])
+    shown = shown if shown["remark"].any() else shown.drop(columns="remark")
     return shown, dict.fromkeys(NUMBERS, "number")
 
 
 def summary(frame: pd.DataFrame) -> str:
     """Sentences with the number of targets met and their sources."""
     counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
-    asked = list(frame["source"].drop_duplicates())
-    return f"{len(frame)} targets: {counts}. {_sources(asked)}"
-
-
-def _sources(asked: list[str]) -> str:
-    return f"Source{'s' if len(asked) > 1 else ''}: {'; '.join(asked)}."
+    sources = frame["source"].drop_duplicates()
+    name = "Sources" if len(sources) > 1 else "Source"
+    return f"{len(frame)} targets: {counts}. {name}: {'; '.join(sources)}."
 
 
 def _target(ratio: float) -> str:

@@ -7,6 +7,7 @@ Markdown as `benchmarks.store.foreign_texts` says, and in LaTeX by `escape`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from numbers import Real
 from pathlib import Path
 
 import pandas as pd
@@ -20,9 +21,8 @@ from reports.tables.number_format import plain
 
 def as_markdown(frame: pd.DataFrame) -> str:
     """A GitHub Markdown table with few digits; characters that would end a cell or start a tag are
-    escaped."""
-    escaped = _text(frame).map(_markdown_cell)
-    return f"{escaped.to_markdown(index=False, disable_numparse=True)}\n"
+    escaped, and missing values are empty."""
+    return f"{frame.astype(object).map(_cell).to_markdown(index=False, disable_numparse=True)}\n"
 
 
 def write_table(
@@ -43,21 +43,8 @@ def write_table(
     write(folder / f"{name}.tex", as_latex(shown, caption, f"tab:{name}"))
 
 
-def _text(frame: pd.DataFrame) -> pd.DataFrame:
-    """Every cell as text; missing values are empty."""
-    return frame.map(_cell).astype(object)
-
-
-def _markdown_cell(text: str) -> str:
-    harmless = guarded(" ".join(text.split()))
-    return harmless.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
-
-
 def _cell(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value)
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, float):
+    if isinstance(value, Real) and not isinstance(value, int):
         return plain(value)
-    return "" if value is None or value is pd.NA else str(value)
+    text = "" if pd.isna(value) else guarded(" ".join(str(value).split()))
+    return text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from benchmarks.store.cells import as_csv
@@ -15,7 +14,7 @@ from reports.cli.commands import run
 from reports.results.machines import Machine, machines, merge
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.tables.readme import by_machine
+from reports.tables.readme import SPEED, TIMES, by_machine
 from tests.reports.small_reports import work_precision
 
 ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",
@@ -94,16 +93,10 @@ def test_the_page_shows_both_machines_and_no_history_where_none_is_kept(
     assert not (out / "history.html").exists() and "history.html" not in page
 
 
-def test_a_table_has_a_block_for_each_kind_of_processor_and_keeps_those_without_rows() -> None:
+def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_machine() -> None:
     runs = work_precision(True, print)
     here, there = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
-
-    def table(ratios: pd.DataFrame) -> str:
-        return f"| {len(ratios)} |\n|---|"
-
-    both = by_machine("", table, [here, there])
-    assert both.count("On ") == 2 and both.index("AVX-512") < both.index("AVX2")
-    assert by_machine(both, table, [here, there]) == both
-    again = by_machine(both, lambda ratios: "| new |\n|---|", [here])
-    assert "| new |" in again.partition("On EPYC")[0] and "2026-03-03" in again
-    assert "| new |" not in again.partition("On EPYC")[2]
+    twin = Machine(runs, {**HERE, "cpu": "Xeon 2"})
+    blocks = by_machine([here, twin, there], *TIMES[SPEED])
+    assert blocks.count("On ") == 2 and "Xeon 2" not in blocks
+    assert blocks.index("AVX-512") < blocks.index("AVX2") and "2026-03-03" in blocks

@@ -185,7 +185,7 @@ def test_the_tables_say_what_was_found():
 
 
 def test_numbers_of_a_study_have_the_digits_that_they_need():
-    frame = pd.DataFrame({"n": [0.999, 0.96431, 1e-4, 200000.0, np.nan], "ok": True})
+    frame = pd.DataFrame({"n": [0.999, 0.9643123, 1e-4, 200000.0, np.nan], "ok": True})
     table, kinds = readable_table(frame, {"n": "number", "ok": "well"})
     assert list(table["number"]) == ["0.999", "0.964", "1·10⁻⁴", "200000", ""]
     assert set(table["well"]) == {"yes"} and kinds == {"number": "number"}

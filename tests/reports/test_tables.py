@@ -26,6 +26,7 @@ from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 from reports.tables.comparison_tables import (
     OF_RK4,
     SMALLEST,
+    energies,
     fastest_per_error,
     matched,
     mujoco_overhead,
@@ -34,7 +35,6 @@ from reports.tables.comparison_tables import (
     readable_ratios,
     smallest,
 )
-from reports.tables.energies import energies
 from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.targets_table import ALONE, readable_targets, summary
@@ -302,7 +302,7 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
 
 def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
     frame = pd.DataFrame(
-        {"code": ["a<b", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
+        {"code": ["a<{b}", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
     )
     frame["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
     html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
@@ -313,7 +313,7 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
     assert (
         '<th scope="col">code</th>' in html and '<th scope="col" class="number">time</th>' in html
     )
-    assert '<th scope="row">a&lt;b</th>' in html and html.count('<th scope="row">same</th>') == 2
+    assert '<th scope="row">a&lt;{b}</th>' in html and html.count('<th scope="row">same</th>') == 2
     assert '<td class="number best">1 s</td>' in html
     assert '<td class="absent number">not reached</td>' in html
     assert '<td class="number"></td>' in html and "<i>" not in html
