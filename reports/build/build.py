@@ -29,7 +29,7 @@ from reports.results.section_result import SectionResult, measure_sections, runn
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import comparison_tables
 from reports.tables.macros import bibliography, numbers
-from reports.tracking.record import history
+from reports.tracking.record import for_page, history
 
 PAGE, TIMES = "index.html", "work_precision.csv"
 
@@ -142,7 +142,7 @@ def _pages(
     out, left = report.options.out, report.left
     gallery = draw(report.checked, report.comparison, report.sections, each)
     save(gallery, out / "figures")
-    page = content(report, gallery, history(out))
+    page = content(report, gallery, for_page(history(out)))
     write(out / "cite.bib", bibliography())
     if report.checked and not left:
         write(out / "tables" / "numbers.tex", numbers(out))

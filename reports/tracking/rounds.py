@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -50,16 +51,25 @@ class Pair:
     notes: tuple[str, ...] = ()
 
     @property
+    def complete(self) -> bool:
+        """Whether both sides made their first calls."""
+        return len(self.reached) == len(SIDES)
+
+    @property
     def repeatable(self) -> bool:
         """Whether both sides ran it, and runs it twice."""
         return not self.why and self.case.kind not in UNTIMED
 
     @property
-    def depends_on_process(self) -> bool:
-        """Whether a side does."""
-        return self.repeatable and any(map(self.differs, SIDES))
+    def timed(self) -> bool:
+        """Whether both sides have samples."""
+        return bool(self.rounds) and not self.why
 
-    def differs(self, side: str) -> bool:
+    def samples(self, at: int) -> tuple[list[float], list[float]]:
+        """Those of base and head in one of the rounds."""
+        return self.rounds[at]["base"], self.rounds[at]["head"]
+
+    def depends_on_process(self, side: str) -> bool:
         """Whether a further process reached another end than the first one, by any bit."""
         first = self.reached[side]["ends"]
         return any(not np.array_equal(first, ends, True) for ends in self.others.get(side, ()))
@@ -67,72 +77,66 @@ class Pair:
 
 def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
     """Make the first call of each benchmark on both sides."""
-    pairs = []
-    for case in cases:
-        report(f"first calls: {case.name}")
-        pair = Pair(case)
-        for side in SIDES:
-            try:
-                pair.reached[side] = workers[side].run(case)
-                if case.kind not in UNTIMED:
-                    pair.again[side] = workers[side].run(case)
-            except Failed as error:
-                pair.why[side] = str(error)
-                pair.reached.pop(side, None)
-        pairs.append(pair)
+    pairs = [Pair(case) for case in cases]
+    for pair, side in product(pairs, SIDES):
+        report(f"first calls: {pair.case.name}")
+        try:
+            first = workers[side].run(pair.case)
+            if pair.case.kind not in UNTIMED:
+                pair.again[side] = workers[side].run(pair.case)
+            pair.reached[side] = first
+        except Failed as error:
+            pair.why[side] = str(error)
     return pairs
 
 
 def further_process(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
     """Run each pair's benchmark once in these workers, which are not those of its first call."""
-    for pair in pairs:
+    for pair, side in product(pairs, SIDES):
         report(f"in another process: {pair.case.name}")
-        for side in SIDES:
-            try:
-                ends = workers[side].run(pair.case)["ends"]
-                pair.others.setdefault(side, []).append(ends)
-            except Failed as error:
-                pair.why[side] = str(error)
+        try:
+            pair.others.setdefault(side, []).append(workers[side].run(pair.case)["ends"])
+        except Failed as error:
+            pair.why[side] = str(error)
 
 
 def long_runs(
     workers: Mapping[str, Worker], pairs: Sequence[Pair], limit: float, report: Report
 ) -> list[Pair]:
-    """One run of LONG_STEPS steps of each integrator that is not galvi, on the driven oscillator or
-    else the first benchmark that both sides ran; shorter where the ordinary run was so slow that it
-    would exceed LONG_SECONDS, or a third of the time limit of an answer.
+    """One run of LONG_STEPS steps of each integrator that is not galvi, on the driven oscillator,
+    where a clock that goes wrong late shows, or else the first benchmark that both sides ran;
+    shorter where the ordinary run was so slow that it would exceed LONG_SECONDS, or a third of the
+    time limit of an answer.
     """
-    first: dict[str, Pair] = {}
-    for pair in pairs:
-        if pair.case.contender and pair.repeatable and len(pair.reached) == len(SIDES):
-            if pair.case.problem == DRIVEN:  # there a clock that goes wrong late shows, too
-                first[pair.case.contender] = pair
-            first.setdefault(pair.case.contender, pair)
-    longer = [_longer(pair, limit) for pair in first.values()]
-    done = first_calls(workers, [case for case, _ in longer if case is not None], report)
-    for (case, note), pair in zip(longer, first.values(), strict=True):
-        of = next((one for one in done if one.case is case), pair)
-        of.notes += (note,) if note else ()
-    return done
+    able = [pair for pair in pairs if pair.case.contender and pair.repeatable]
+    able.sort(key=lambda pair: pair.case.problem != DRIVEN)
+    long: list[Pair] = []
+    for contender in dict.fromkeys(pair.case.contender for pair in able):
+        ordinary = next(pair for pair in able if pair.case.contender == contender)
+        cases, notes = _longer(ordinary, limit)
+        made = first_calls(workers, cases, report)
+        (made or [ordinary])[0].notes += notes
+        long += made
+    return long
 
 
-def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
-    """The long run that a pair's speed allows, None without one; and what is to be said of it."""
+def _longer(pair: Pair, limit: float) -> tuple[list[Case], tuple[str, ...]]:
+    """The long run that a pair's speed allows, if any; and what is to be said of it."""
     case = pair.case
     duration, step = case.step * case.steps, case.setting.get("step")
     wanted = float(LONG_RUNS) if step is None else LONG_STEPS * step / duration
     seconds = max(reached["warm"] for reached in pair.reached.values())
     times = int(min(wanted, min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
     if wanted <= LEAST_LONGER:
-        return None, ""
+        return [], ()
     if times < LEAST_LONGER:
-        return None, f"No longer run was made, since this one takes {seconds:.2g} s."
+        return [], (f"No longer run was made, since this one takes {seconds:.2g} s.",)
     setting = sampled(duration * times, case.setting, 1)
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
-    shorter = times < int(wanted)
-    return long, f"Of {wanted:.0f} times, as many as fit the time." if shorter else ""
+    shorter = f"Of {wanted:.0f} times, as many as fit the time."
+    return [long], (shorter,) if times < int(wanted) else ()
 
 
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
@@ -143,10 +147,9 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
     count = max(SAMPLES, samples_needed(len(able)))
     for k in range(count):
         report(f"samples {k + 1} of {count}")
-        for pair in able:
-            for side in SIDES if k % 2 == 0 else SIDES[::-1]:
-                if not pair.why:
-                    _sample(workers[side], pair, side)
+        for pair, side in product(able, SIDES if k % 2 == 0 else SIDES[::-1]):
+            if not pair.why:
+                _sample(workers[side], pair, side)
 
 
 def _sample(worker: Worker, pair: Pair, side: str) -> None:

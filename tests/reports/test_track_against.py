@@ -27,14 +27,9 @@ from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
-from reports.tracking.project import (
-    CannotCompare,
-    Checkout,
-    TrackedProblem,
-    checkouts,
-    contender_cases,
-)
-from reports.tracking.series import TIME, read_history
+from reports.tracking.benches import TIME, read_history
+from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
+from reports.tracking.tracked_problems import TrackedProblem, contender_cases
 from reports.tracking.worker import Failed, Patience, Worker
 
 ROOT = Path(__file__).parents[2]
@@ -240,7 +235,7 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: in
         "import sys, tempfile; from pathlib import Path\n"
         "tempfile.tempdir = sys.argv[2]\n"
         "from reports.cli import track\n"
-        "from reports.tracking.project import checkouts\n"
+        "from reports.tracking.checkouts import checkouts\n"
         "from benchmarks.timings.case import Case\n"
         f"case = Case(*{(CASE.name, CASE.kind, CASE.problem, 4, 4, 0.1, 10)!r})\n"
         "sides = checkouts('HEAD', Path(sys.argv[1]))\n"
@@ -317,7 +312,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.syspath_prepend(str(inner))
     monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     monkeypatch.setattr(
-        "reports.tracking.project.PROBLEMS",
+        "reports.tracking.tracked_problems.PROBLEMS",
         (TrackedProblem("harmonic_oscillator", 5.0, "oscillator, closed form"),),
     )
     return inner
@@ -391,7 +386,7 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     asked = ["track", "--against", "HEAD", "--contender", "moved_to_track:Mine"]
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"moved_to_track:Mine is new: \w{12} has nothing to compare it with\.", said)
+    assert re.search(r"moved_to_track:Mine is new: \w{12} has nothing that runs to compare", said)
     both = [*asked, "--contender", "mine_to_track:Mine", "--out", str(project / "out")]
     assert run(make_suite, both) == 0
     assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said

@@ -18,9 +18,9 @@ import pytest
 from benchmarks.timings.case import LONG, ROUND_OFF, TRAJECTORY, Case
 from reports.tracking import against
 from reports.tracking.against import compare
+from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge
 from reports.tracking.outcome import FAMILIES, Outcome, as_json, as_junit, summary
-from reports.tracking.project import Checkout
 from reports.tracking.rounds import Pair
 from reports.tracking.worker import Failed
 
@@ -95,8 +95,8 @@ def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
     assert not outcome.worse
     assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
     assert outcome.findings[0].moved == 0.0
-    assert "(smallest growth visible here: 10 %)" in str(outcome)
-    assert outcome.table()["visible from"].tolist() == ["10 %"]
+    assert "(smallest growth visible here: 11 %)" in str(outcome)
+    assert outcome.table()["visible from"].tolist() == ["11 %"]
 
 
 @pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from reports.cli.track import track_command
-from reports.tracking.project import PROBLEMS
+from reports.tracking.tracked_problems import PROBLEMS
 from tests.reports.test_track_against import git
 
 DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
