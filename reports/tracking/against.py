@@ -14,7 +14,14 @@ from benchmarks.timings.truth import true_ends
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Truth, judge, suspects
 from reports.tracking.outcome import Outcome
-from reports.tracking.rounds import SIDES, first_calls, further_process, interleave, long_runs
+from reports.tracking.rounds import (
+    FURTHER_PROCESSES,
+    SIDES,
+    Pair,
+    interleave,
+    long_runs,
+    run_pairs,
+)
 from reports.tracking.together import FURTHER, judge_together, suspected
 from reports.tracking.worker import SECONDS, Patience, Worker
 
@@ -39,23 +46,27 @@ def compare(
     patience = {side: Patience(limit) for side in SIDES}
     count = YARDSTICKS if any(case.contender for case in cases) else 0
     with studies("track", "first round") as report, workers(base, head, patience) as both:
-        pairs = first_calls(both, cases, report)
+        pairs = [Pair(case) for case in cases]
+        run_pairs(both, pairs, report)
         seconds = yardstick(count)
         interleave(both, pairs, report)
         seconds += yardstick(count)
         long = long_runs(both, pairs, limit, report)
     with studies("track", "second round") as report, workers(base, head, patience) as both:
         slow = suspects(pairs, 0) | suspected(pairs, set())
-        further_process(both, [pair for pair in pairs if pair.repeatable], report)
+        run_pairs(both, [pair for pair in pairs if pair.repeatable], report, further=True)
         interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
     with studies("track", "further rounds") as report:
         red = suspects(pairs, 0) & suspects(pairs, 1)
-        doubtful = [pair for pair in pairs if pair.repeatable
-                    and any(map(pair.depends_on_process, SIDES))]  # fmt: skip
+        doubtful = [
+            pair
+            for pair in pairs
+            if pair.repeatable and any(pair.differs(side, FURTHER_PROCESSES) for side in SIDES)
+        ]
         for _ in range(1, FURTHER):
             slow = suspected(pairs, red)
             with workers(base, head, patience) as both:
-                further_process(both, doubtful, report)
+                run_pairs(both, doubtful, report, further=True)
                 interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
             doubtful = []
     with studies("track", "truths") as report:

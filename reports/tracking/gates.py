@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.statistics.rank_test import p_value, relative_growth, slower, smallest_visible
 from benchmarks.timings.truth import error_of
 from reports.tables.number_format import capital, plain
-from reports.tracking.rounds import SIDES, Pair
+from reports.tracking.rounds import FURTHER_PROCESSES, SECOND, SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
 REPEATS, MEMORY = "not deterministic", "memory"
@@ -115,38 +115,35 @@ def _runs(pair: Pair) -> Sentences:
 
 
 def _repeats(pair: Pair) -> Sentences:
-    for differs in (_differs_in_one_process, _differs_in_two_processes):
-        sentences = {side: text for side in pair.again if (text := differs(pair, side))}
-        for sentence in sentences.values():
-            yield REPEATS if list(sentences) == ["head"] else NOTE, sentence
-        if sentences:
+    for runs in (SECOND, FURTHER_PROCESSES):
+        sides = [side for side in pair.reached if pair.differs(side, runs)]
+        for side in sides:
+            yield REPEATS if sides == ["head"] else NOTE, _difference(pair, side, runs)
+        if sides:
             return
 
 
-def _differs_in_one_process(pair: Pair, side: str) -> str:
-    first, second = pair.reached[side]["ends"], pair.again[side]["ends"]
-    if np.array_equal(first, second, True):
-        return ""
+def _difference(pair: Pair, side: str, runs: slice) -> str:
+    if runs == FURTHER_PROCESSES:
+        return (
+            f"Runs of the {side} in two processes differ: its result depends on the process, as on "
+            "the hash of a text, the order of a set, or an address."
+        )
+    first, second = (run["ends"] for run in pair.runs[side][:2])
     far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
     return f"Two runs of the {side} differ by {far}: it is not deterministic."
 
 
-def _differs_in_two_processes(pair: Pair, side: str) -> str:
-    sentence = (
-        f"Runs of the {side} in two processes differ: its result depends on the process, as on "
-        "the hash of a text, the order of a set, or an address."
-    )
-    return sentence if pair.depends_on_process(side) else ""
-
-
 def _memory(pair: Pair) -> Sentences:
     """What a second run leaves in memory: neither compilation nor what other benchmarks took."""
-    again = [pair.again.get(side, {}) for side in SIDES]
+    if not pair.complete or pair.first_calls == 1:
+        return
+    second = [pair.runs[side][1] for side in SIDES]
     base, head = (
-        run.get("memory", math.nan) - pair.reached.get(side, {}).get("memory", math.nan)
-        for side, run in zip(SIDES, again, strict=True)
+        run.get("memory", math.nan) - pair.reached[side].get("memory", math.nan)
+        for side, run in zip(SIDES, second, strict=True)
     )
-    peak, head_peak = (run.get("need", math.nan) / 1e6 for run in again)
+    peak, head_peak = (run.get("need", math.nan) / 1e6 for run in second)
     if head > max(base, 0.0) + MUCH:
         base, head = (each / CALLS / 1e6 for each in (base, head))
         yield MEMORY, f"a run leaves {head:.0f} MB in memory, where it left {base:.0f}."

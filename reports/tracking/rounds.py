@@ -34,21 +34,28 @@ LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothin
 class Pair:
     """A benchmark on both sides; each mapping is by side.
 
-    reached  results of the first calls, see the worker's program; without a side that failed
-    again    results of a second run of those that are timed
-    others   their end states in further processes
-    why      the reasons of failed sides
-    rounds   for each round, the samples in seconds
-    notes    sentences on what was run
+    runs    results of all runs, see the worker's program: one in the first process, or two of those
+            that are timed, and one in each further process
+    why     the reasons of failed sides
+    rounds  for each round, the samples in seconds
+    notes   sentences on what was run
     """
 
     case: Case
-    reached: dict[str, dict[str, Any]] = field(default_factory=dict)
-    again: dict[str, Any] = field(default_factory=dict)
-    others: dict[str, list[Any]] = field(default_factory=dict)
+    runs: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {s: [] for s in SIDES})
     why: dict[str, str] = field(default_factory=dict)
     rounds: list[dict[str, list[float]]] = field(default_factory=list)
     notes: tuple[str, ...] = ()
+
+    @property
+    def first_calls(self) -> int:
+        """The number of runs in the first process."""
+        return 1 if self.case.kind in UNTIMED else 2
+
+    @property
+    def reached(self) -> dict[str, dict[str, Any]]:
+        """The first run of each side that made all of its first calls."""
+        return {side: runs[0] for side, runs in self.runs.items() if len(runs) >= self.first_calls}
 
     @property
     def complete(self) -> bool:
@@ -69,33 +76,25 @@ class Pair:
         """Those of base and head in one of the rounds."""
         return self.rounds[at]["base"], self.rounds[at]["head"]
 
-    def depends_on_process(self, side: str) -> bool:
-        """Whether a further process reached another end than the first one, by any bit."""
-        first = self.reached[side]["ends"]
-        return any(not np.array_equal(first, ends, True) for ends in self.others.get(side, ()))
+    def differs(self, side: str, runs: slice) -> bool:
+        """Whether one of these runs reached another end than the first one, by any bit."""
+        first, others = self.runs[side][0]["ends"], self.runs[side][runs]
+        return any(not np.array_equal(first, run["ends"], True) for run in others)
 
 
-def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
-    """Make the first call of each benchmark on both sides."""
-    pairs = [Pair(case) for case in cases]
+SECOND, FURTHER_PROCESSES = slice(1, 2), slice(2, None)  # of the runs of a side
+
+
+def run_pairs(
+    workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report, further: bool = False
+) -> None:
+    """Make the first calls of each benchmark on both sides; `further`: run it once more, in workers
+    which are not those of its first calls."""
     for pair, side in product(pairs, SIDES):
-        report(f"first calls: {pair.case.name}")
+        report(f"{'in another process' if further else 'first calls'}: {pair.case.name}")
         try:
-            first = workers[side].run(pair.case)
-            if pair.case.kind not in UNTIMED:
-                pair.again[side] = workers[side].run(pair.case)
-            pair.reached[side] = first
-        except Failed as error:
-            pair.why[side] = str(error)
-    return pairs
-
-
-def further_process(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
-    """Run each pair's benchmark once in these workers, which are not those of its first call."""
-    for pair, side in product(pairs, SIDES):
-        report(f"in another process: {pair.case.name}")
-        try:
-            pair.others.setdefault(side, []).append(workers[side].run(pair.case)["ends"])
+            for _ in range(1 if further else pair.first_calls):
+                pair.runs[side].append(workers[side].run(pair.case))
         except Failed as error:
             pair.why[side] = str(error)
 
@@ -113,14 +112,15 @@ def long_runs(
     long: list[Pair] = []
     for contender in dict.fromkeys(pair.case.contender for pair in able):
         ordinary = next(pair for pair in able if pair.case.contender == contender)
-        cases, notes = _longer(ordinary, limit)
-        made = first_calls(workers, cases, report)
-        (made or [ordinary])[0].notes += notes
-        long += made
+        case, note = _longer(ordinary, limit)
+        noted = ordinary if case is None else Pair(case)
+        noted.notes += (note,) if note else ()
+        long += [] if case is None else [noted]
+    run_pairs(workers, long, report)
     return long
 
 
-def _longer(pair: Pair, limit: float) -> tuple[list[Case], tuple[str, ...]]:
+def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
     """The long run that a pair's speed allows, if any; and what is to be said of it."""
     case = pair.case
     duration, step = case.step * case.steps, case.setting.get("step")
@@ -128,15 +128,15 @@ def _longer(pair: Pair, limit: float) -> tuple[list[Case], tuple[str, ...]]:
     seconds = max(reached["warm"] for reached in pair.reached.values())
     times = int(min(wanted, min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
     if wanted <= LEAST_LONGER:
-        return [], ()
+        return None, ""
     if times < LEAST_LONGER:
-        return [], (f"No longer run was made, since this one takes {seconds:.2g} s.",)
+        return None, f"No longer run was made, since this one takes {seconds:.2g} s."
     setting = sampled(duration * times, case.setting, 1)
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
     shorter = f"Of {wanted:.0f} times, as many as fit the time."
-    return [long], (shorter,) if times < int(wanted) else ()
+    return long, shorter if times < int(wanted) else ""
 
 
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:

@@ -216,7 +216,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(compa
 
 def test_a_head_whose_ends_are_not_finite_is_red_without_a_truth() -> None:
     lost = Fake(ends=[[math.nan, 0.0]])
-    pair = Pair(CASE, {"base": Fake().run(CASE), "head": lost.run(CASE)})
+    pair = Pair(CASE, {"base": [Fake().run(CASE)] * 2, "head": [lost.run(CASE)] * 2})
     (finding,) = judge([pair], {"orbit": "no engine."})
     assert set(finding.alarms) == {"error"}
 
@@ -372,7 +372,7 @@ def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
 
 
 def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:
-    pair = Pair(CASE, {"base": Fake().run(CASE), "head": Fake().run(CASE)})
+    pair = Pair(CASE, {"base": [Fake().run(CASE)] * 2, "head": [Fake().run(CASE)] * 2})
     (finding,) = judge([pair], {"orbit": "no engine."})
     assert finding.compared and finding.notes == ("Its error is not known: no engine.",)
     assert math.isnan(finding.errors[1]) and finding.alarms == {}
