@@ -115,16 +115,16 @@ def _copies(revision: str, top: Path) -> Iterator[tuple[Checkout, Checkout]]:
             f"--against expects a revision that git knows; received {revision!r}. "
             "Name a commit, a branch or a tag; in a shallow clone, fetch it first."
         ) from None
-    with tempfile.TemporaryDirectory(prefix="galvi-track-") as place:
-        base, head = Path(place) / "base", Path(place) / "head"
+    with tempfile.TemporaryDirectory(prefix="galvi-track-") as folder:
+        base, head = Path(folder) / "base", Path(folder) / "head"
         files = io.BytesIO(git(top, "archive", "--format=tar", commit.decode()))
         with tarfile.open(fileobj=files) as archive:
             safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # before 3.11.4
             archive.extractall(base, **safe)  # type: ignore[arg-type]
         copy_working_tree(top, head)
         changed = bool(git(top, "status", "--porcelain"))
-        own = git(top, "rev-parse", "HEAD").decode().strip()
-        yield Checkout(base, commit.decode()), Checkout(head, own, changed)
+        latest = git(top, "rev-parse", "HEAD").decode().strip()
+        yield Checkout(base, commit.decode()), Checkout(head, latest, changed)
 
 
 def copy_working_tree(top: Path, folder: Path) -> None:
@@ -150,13 +150,13 @@ def isolated(checkout: Checkout) -> Checkout:
 
     Raises CannotCompare when the installation fails.
     """
-    place = checkout.folder / "environment"
-    python = str(place / "bin" / "python")
+    environment = checkout.folder / "environment"
+    python = str(environment / "bin" / "python")
     pip = [python, "-I", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     constraints = checkout.folder / CONSTRAINTS
     pip += ["-c", str(constraints)] if constraints.is_file() else []
     try:
-        finished([sys.executable, "-I", "-m", "venv", str(place)])
+        finished([sys.executable, "-I", "-m", "venv", str(environment)])
         finished([*pip, str(checkout.folder)])
     except NotHere as error:
         raise CannotCompare(

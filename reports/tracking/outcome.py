@@ -62,9 +62,14 @@ class Outcome:
     yardstick: float = math.nan
 
     @property
+    def judged(self) -> tuple[Finding | Together, ...]:
+        """The findings, and the times together: each has a name, alarms and notes."""
+        return (*self.findings, *self.together)
+
+    @property
     def red(self) -> bool:
         """Whether anything got worse."""
-        return bool(self.worse) or any(one.alarm for one in self.together)
+        return any(item.alarms for item in self.judged)
 
     @property
     def worse(self) -> tuple[Finding, ...]:
@@ -79,15 +84,18 @@ class Outcome:
     @property
     def new(self) -> list[str]:
         """Integrators of a project that the base lacks, or that the head mends."""
-        names = dict.fromkeys(one.pair.case.contender for one in self.findings)
-        runs = {one.pair.case.contender for one in self.findings if set(one.pair.why) != {"base"}}
+        pairs = [finding.pair for finding in self.findings]
+        names = dict.fromkeys(pair.case.contender for pair in pairs)
+        runs = {pair.case.contender for pair in pairs if set(pair.why) != {"base"}}
         return [name for name in names if name and name not in runs]
 
     def __str__(self) -> str:
         head = self.head.replace("the working", "The working", 1)
         benchmarks = many(self.compared, "benchmark")
         missing = len(self.findings) - self.compared
-        ends = [f"{group.name}: {group.alarm}" for group in self.together if group.alarm]
+        ends = [
+            f"{group.name}: {text}" for group in self.together for text in group.alarms.values()
+        ]
         ends += [
             f"{name} is new: {self.base} has nothing that runs to compare it with."
             for name in self.new
@@ -96,7 +104,7 @@ class Outcome:
         if not self.compared:
             text = f"Nothing of {self.head} could be compared with {self.base}."
         elif self.worse:
-            named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
+            named = ", ".join(f"{worse.name} ({', '.join(worse.alarms)})" for worse in self.worse)
             text = (
                 f"{head} is worse than {self.base} in {len(self.worse)} of {benchmarks}: {named}."
             )
@@ -111,7 +119,7 @@ class Outcome:
 
     def _power(self) -> str:
         """What growth of times could have been seen, as a clause."""
-        sizes = sorted(one.visible for one in self.findings if not math.isnan(one.visible))
+        sizes = sorted(size for finding in self.findings if not math.isnan(size := finding.visible))
         ends = dict.fromkeys(_growth(size) for size in (*sizes[:1], *sizes[-1:]))
         return f" (smallest growth visible here: {' to '.join(ends)})" if ends else ""
 
@@ -122,10 +130,8 @@ class Outcome:
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
-        lines = [f"{one.name}: {text}" for one in self.worse for text in one.alarms.values()]
-        lines += [f"{one.name}: {one.alarm}" for one in self.together if one.alarm]
-        lines += [f"{one.name}: {note}" for one in self.findings for note in one.notes]
-        lines += [f"{one.name}: {one.note}" for one in self.together if one.note]
+        lines = [f"{item.name}: {text}" for item in self.judged for text in item.alarms.values()]
+        lines += [f"{item.name}: {note}" for item in self.judged for note in item.notes]
         return "\n".join([as_markdown(self.table()), *(f"- {line}" for line in lines)])
 
 
@@ -143,10 +149,10 @@ def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
         "base": outcome.base,
         "head": outcome.head,
         "provenance": dict(provenance),
-        "benchmarks": [{"name": one.name} | asdict(one) for one in outcome.findings],
+        "benchmarks": [{"name": item.name} | asdict(item) for item in outcome.findings],
         "together": [
-            {"name": one.name, "growth": one.growth, "alarm": one.alarm, "note": one.note}
-            for one in outcome.together
+            {"name": item.name, "growth": item.growth, "alarms": item.alarms, "notes": item.notes}
+            for item in outcome.together
         ],
     }
     return pd.Series(content).to_json(double_precision=15, indent=1) + "\n"
@@ -157,23 +163,24 @@ def as_junit(outcome: Outcome, title: str) -> str:
 
     title  the command as the user called it, such as "galvi track"
     """
-    cases = [_junit_case(one, family) for one in outcome.findings for family in FAMILIES]
-    cases += [
-        JUnitCase(one.name, TOGETHER, outcome="failure" if one.alarm else "passed",
-                  message=one.alarm, details=one.note)
-        for one in outcome.together
-    ]  # fmt: skip
+    cases = [
+        _junit_case(finding, family, finding.compared and (family != "time" or finding.pair.timed))
+        for finding in outcome.findings
+        for family in FAMILIES
+    ]
+    cases += [_junit_case(group, TOGETHER, True) for group in outcome.together]
     return junit_xml(title, {f"{outcome.head} against {outcome.base}": cases})
 
 
-def _junit_case(finding: Finding, family: str) -> JUnitCase:
-    alarms = " ".join(finding.alarms[gate] for gate in FAMILIES[family] if gate in finding.alarms)
-    notes = " ".join(finding.notes)
+def _junit_case(item: Finding | Together, family: str, compared: bool) -> JUnitCase:
+    gates = FAMILIES.get(family, (TIME,))
+    alarms = " ".join(item.alarms[gate] for gate in gates if gate in item.alarms)
+    notes = " ".join(item.notes)
     if alarms:
-        return JUnitCase(finding.name, family, outcome="failure", message=alarms, details=notes)
-    if not finding.compared or (family == "time" and not finding.pair.rounds):
-        return JUnitCase(finding.name, family, outcome="skipped", message=notes or "Not compared.")
-    return JUnitCase(finding.name, family, details=notes)
+        return JUnitCase(item.name, family, outcome="failure", message=alarms, details=notes)
+    if not compared:
+        return JUnitCase(item.name, family, outcome="skipped", message=notes or "Not compared.")
+    return JUnitCase(item.name, family, details=notes)
 
 
 def _row(finding: Finding) -> dict[str, str]:

@@ -92,8 +92,8 @@ def history(out: Path) -> History | None:
             f"Benches of {len(places)} machines or versions are shown apart: their times do not "
             "compare."
         )
-    for shown in (one for place in places for one in place.pictures):
-        write_files(shown, out / "figures")
+    for drawn in (drawn for place in places for drawn in place.pictures):
+        write_files(drawn, out / "figures")
     text = TEXT + change_points.TEXT
     return History(text, places, tuple(sentences)) if places or sentences else None
 
@@ -229,14 +229,17 @@ def for_page(record: History | None) -> History | None:
 
     if record is None:
         return None
-    places = (replace(one, rows=text(one.rows), commits=text(one.commits)) for one in record.places)
-    return replace(record, places=tuple(places))
+    places = tuple(
+        replace(place, rows=text(place.rows), commits=text(place.commits))
+        for place in record.places
+    )
+    return replace(record, places=places)
 
 
 def write_page(out: Path, record: History, provenance: Mapping[str, str]) -> Path:
     """Write history.html beside what the folder has of the report; returns its path."""
-    (part,) = (one for one in PARTS if one.name == "history")
-    beside = [one for one in PARTS if one is part or (out / f"{one.name}.html").is_file()]
+    (part,) = (page for page in PARTS if page.name == "history")
+    beside = [page for page in PARTS if page is part or (out / f"{page.name}.html").is_file()]
     content = {
         "history": for_page(record),
         "date": provenance.get("date", ""),

@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks.statistics.rank_test import LEVEL, p_value, relative_growth
 from reports.tables.number_format import plain
+from reports.tracking.gates import TIME
 from reports.tracking.rounds import Pair
 
 FEWEST = 3  # benchmarks
@@ -52,18 +53,20 @@ class Together:
         return looks_slower(*self.rounds[0], self.size) and _by_rank(self.rounds[1:])
 
     @property
-    def alarm(self) -> str:
-        """A sentence, "" where it is not slower."""
+    def alarms(self) -> dict[str, str]:
+        """Its gate and a sentence, where it is slower."""
         further = ", ".join(f"{100 * size:.1f} %" for size in self.growth[1:])
-        return f"{self._slower}, in further rounds by {further}." if self._is_slower else ""
+        text = f"{self._slower}, in further rounds by {further}."
+        return {TIME: text} if self._is_slower else {}
 
     @property
-    def note(self) -> str:
-        """A sentence, "" where it did not look slower, or is."""
+    def notes(self) -> tuple[str, ...]:
+        """A sentence, where it looked slower and is not known to be."""
         if self._is_slower or not looks_slower(*self.rounds[0], self.size):
-            return ""
+            return ()
         refuted = len(self.rounds) > FURTHER or not self.suspicious
-        return f"Together {self._slower}{', which further rounds did not confirm' * refuted}."
+        why = ", which further rounds did not confirm" if refuted else ""
+        return (f"Together {self._slower}{why}.",)
 
     @property
     def _is_slower(self) -> bool:
