@@ -158,7 +158,7 @@ def _sentences(values: pd.Series, changes: list[int]) -> Iterator[str]:
 def _last_run(benchmark: str, series: pd.DataFrame, changes: int) -> dict[str, object]:
     """The columns of a benchmark's row."""
     last = series.ffill().iloc[-1]
-    times = series[TIME].dropna() if TIME in series else series[[]]
+    times = series.get(TIME, pd.Series(dtype=float)).dropna()
     return {
         "benchmark": benchmark,
         "runs": len(series),

@@ -180,12 +180,16 @@ def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(tmp_path: Path, con
     assert said[0].startswith("Failed to load ") and "other.json: " in said[0]
 
 
-def test_a_bench_of_somebody_else_has_seconds_and_nothing_invented(tmp_path: Path) -> None:
-    plain = bench(1)
-    plain["benchmarks"][0]["extra_info"] = {}
-    store(tmp_path, "plain.json", plain)
+def test_benches_of_somebody_else_have_seconds_and_nothing_invented(tmp_path: Path) -> None:
+    for k in range(2):
+        plain = bench(k)
+        plain["benchmarks"][0]["extra_info"] = {}
+        store(tmp_path, f"{k}.json", plain)
     frame, said = read(tmp_path)
-    assert list(frame["quantity"]) == ["seconds"] and said == []
+    assert list(frame["quantity"]) == ["seconds"] * 2 and said == []
+    (place,) = places(tmp_path)
+    assert place.benches == 2 and place.extremes == "" and place.pictures == ()
+    assert place.rows["changes"].tolist() == ["too few runs"]
 
 
 @pytest.mark.parametrize(
