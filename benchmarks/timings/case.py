@@ -9,6 +9,7 @@ from typing import Any
 STEP, TRAJECTORY, ROUND_OFF, LONG = "step", "trajectory", "round-off", "long"
 UNTIMED = (ROUND_OFF, LONG)
 DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
+LEAST_ERROR = 1e-13  # of a motion of size 1, of which smaller ones are rounding
 
 
 @dataclass(frozen=True)
@@ -17,12 +18,10 @@ class Thresholds:
 
     slower         relative growth of a median time; over all its benchmarks together, half of it
     less_accurate  relative growth of an error
-    round_off      growth of an error that is never an alarm
     """
 
     slower: float = 0.10
     less_accurate: float = DISCRETE
-    round_off: float = 1e-13
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class Case:
     quick: bool = False
     truth_tolerance: float = 0.0
     error_tolerance: float = DISCRETE
-    rounding: float = Thresholds.round_off
+    rounding: float = LEAST_ERROR
     count_tolerance: float = 0.0
     slower: float = Thresholds.slower
     contender: str = ""

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from reports.cli.endings import as_usage_error
-from reports.cli.options import Contenders, Out, Quick, Timeout, output_folder, typed, words
-from reports.results.options import OUT
+from reports.cli.options import (
+    Contenders,
+    Out,
+    Quick,
+    Timeout,
+    options_of,
+    output_folder,
+    typed,
+    words,
+)
+from reports.results.options import OUT, Options
+
+if TYPE_CHECKING:
+    from reports.results.suite import Suite
 
 
 def number_or_text(text: str) -> Any:
@@ -90,14 +102,26 @@ def track_performance(
     from benchmarks.timings.case import Thresholds
     from reports.cli.track import track_command
 
-    if against is None and not typed(context, "contender"):
-        contender = []  # those of the project's table take part in comparisons
-    folder = output_folder(out)
-    provenance = context.obj.load().provenance(context.obj.command)
+    suite = context.obj.load()
+    if against is None:
+        # contenders of the project's table take part in comparisons
+        if only or isolate or (contender and typed(context, "contender")):
+            raise typer.BadParameter("--only, --isolate and --contender require --against REV.")
+        return _show_history(suite, options_of(context, suite, out))
+    folder, provenance = output_folder(out), suite.provenance(context.obj.command)
     return track_command(
         folder, provenance, against, only or [], quick, isolate, contender or [], timeout,
         Thresholds(slower / 100.0, less_accurate / 100.0),
     )  # fmt: skip
+
+
+def _show_history(suite: Suite, options: Options) -> int:
+    from reports.build.build import publish
+    from reports.tracking.record import track
+
+    track(options.out)
+    publish(suite, options)
+    return 0
 
 
 def judge_model(

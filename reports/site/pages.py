@@ -107,7 +107,7 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        file_table, html_table, label_of, motions, mujoco_overhead, of_mujoco, readable_cost,
+        file_table, html_table, in_text, label_of, motions, mujoco_overhead, of_mujoco, readable_cost,
         readable_ratios, readable_targets, sentences, slug, without_common,
         comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
@@ -119,6 +119,11 @@ def _environment() -> Environment:
     )  # fmt: skip
     environment.tests.update(known=known)
     return environment
+
+
+def in_text(frame: pd.DataFrame) -> pd.DataFrame:
+    """The frame with numbers as text."""
+    return frame.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
 
 
 def plain(text: str) -> Markup:

@@ -8,15 +8,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-
 from benchmarks.statistics.calibration import yardstick
 from benchmarks.timings.case import Case
 from benchmarks.timings.truth import true_ends
-from reports.tracking.gates import judge, suspects
+from reports.tracking.checkouts import Checkout
+from reports.tracking.gates import Truth, judge, suspects
 from reports.tracking.outcome import Outcome
-from reports.tracking.project import Checkout
-from reports.tracking.rounds import SIDES, first_calls, further_process, interleave, long_runs
+from reports.tracking.rounds import (
+    FURTHER_PROCESSES,
+    SIDES,
+    Pair,
+    interleave,
+    long_runs,
+    run_pairs,
+)
 from reports.tracking.together import FURTHER, judge_together, suspected
 from reports.tracking.worker import SECONDS, Patience, Worker
 
@@ -39,33 +44,36 @@ def compare(
     limit    seconds for each answer of a side; after two that miss it, the side is not asked again
     """
     patience = {side: Patience(limit) for side in SIDES}
-    truths = {}
-    with studies("track", "truths") as report:
-        for case in cases:
-            report(case.name)
-            truths[case.name] = _truth(case)
-    timed_beside = yardstick(YARDSTICKS) if any(case.contender for case in cases) else []
+    count = YARDSTICKS if any(case.contender for case in cases) else 0
     with studies("track", "first round") as report, workers(base, head, patience) as both:
-        pairs = first_calls(both, cases, report)
+        pairs = [Pair(case) for case in cases]
+        run_pairs(both, pairs, report)
+        seconds = yardstick(count)
         interleave(both, pairs, report)
-        timed_beside += yardstick(YARDSTICKS) if timed_beside else []
+        seconds += yardstick(count)
         long = long_runs(both, pairs, limit, report)
-    truths |= {pair.case.name: _truth(pair.case) for pair in long}
-    slow = suspects(pairs, 0) | suspected(pairs, set())
     with studies("track", "second round") as report, workers(base, head, patience) as both:
-        further_process(both, [pair for pair in pairs if pair.repeatable], report)
+        slow = suspects(pairs, 0) | suspected(pairs, set())
+        run_pairs(both, [pair for pair in pairs if pair.repeatable], report, further=True)
         interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
     with studies("track", "further rounds") as report:
         red = suspects(pairs, 0) & suspects(pairs, 1)
-        for number in range(1, FURTHER):
-            doubtful = [pair for pair in pairs if number == 1 and pair.depends_on_process]
+        doubtful = [
+            pair
+            for pair in pairs
+            if pair.repeatable and any(pair.differs(side, FURTHER_PROCESSES) for side in SIDES)
+        ]
+        for _ in range(1, FURTHER):
             slow = suspected(pairs, red)
             with workers(base, head, patience) as both:
-                further_process(both, doubtful, report)
+                run_pairs(both, doubtful, report, further=True)
                 interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
+            doubtful = []
+    with studies("track", "truths") as report:
+        truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
     findings = judge([*pairs, *long], truths)
-    seconds = statistics.median(timed_beside) if timed_beside else math.nan
-    return Outcome(base.name, head.name, findings, judge_together(pairs), seconds)
+    middle = statistics.median(seconds) if seconds else math.nan
+    return Outcome(base.name, head.name, findings, judge_together(pairs), middle)
 
 
 @contextmanager
@@ -73,12 +81,11 @@ def workers(
     base: Checkout, head: Checkout, patience: Mapping[str, Patience]
 ) -> Iterator[dict[str, Worker]]:
     """A worker process for each side, whose patience it shares."""
-    with Worker(base, patience["base"]) as one, Worker(head, patience["head"]) as other:
-        yield dict(zip(SIDES, (one, other), strict=True))
+    with Worker(base, patience["base"]) as first, Worker(head, patience["head"]) as second:
+        yield dict(zip(SIDES, (first, second), strict=True))
 
 
-def _truth(case: Case) -> Sequence[np.ndarray] | str:
-    """The exact end states, or the reason why they are unknown."""
+def _truth(case: Case) -> Truth:
     try:
         return true_ends(case)
     except Exception as error:  # whatever the reference raises; the other gates need no truth

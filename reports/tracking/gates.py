@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.statistics.rank_test import p_value, relative_growth, slower, smallest_visible
 from benchmarks.timings.truth import error_of
 from reports.tables.number_format import capital, plain
-from reports.tracking.rounds import SIDES, Pair
+from reports.tracking.rounds import FURTHER_PROCESSES, SECOND, SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
 REPEATS, MEMORY = "not deterministic", "memory"
@@ -28,6 +28,9 @@ CALLS = 2  # of the worker from one of its answers on the memory to the next
 PEAK = 50e6  # bytes more that a call needs meanwhile, which count
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
+
+Truth = Sequence[np.ndarray] | str  # the exact end states, or the reason why they are unknown
+Sentences = Iterator[tuple[str, str]]  # with the gate of each, or NOTE
 
 
 @dataclass(frozen=True)
@@ -61,78 +64,49 @@ class Finding:
     @property
     def compared(self) -> bool:
         """Whether both sides ran it, the base to its end, or the head should have."""
-        both = len(self.pair.reached) == len(SIDES)
-        return (both and bool(self.pair.reached["base"]["success"])) or bool(self.alarms)
+        return (self.pair.complete and self.pair.reached["base"]["success"]) or bool(self.alarms)
 
 
 def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
     """Names of the benchmarks whose head is slower, by rank and size, in round `at` of samples."""
-    timed = [pair for pair in pairs if len(pair.rounds) > at and not pair.why]
-    samples = {pair.case.name: _samples(pair, at) for pair in timed}
+    timed = [pair for pair in pairs if pair.timed and len(pair.rounds) > at]
+    samples = {pair.case.name: pair.samples(at) for pair in timed}
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
-def judge(
-    pairs: Sequence[Pair], truths: Mapping[str, Sequence[np.ndarray] | str]
-) -> tuple[Finding, ...]:
-    """A finding for each pair.
-
-    truths  by benchmark: the exact end states, or the reason why they are unknown
-    """
+def judge(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
+    """A finding for each pair; truths are by the names of the benchmarks."""
     slow = (suspects(pairs, 0), suspects(pairs, 1))
-    timed = sum(bool(pair.rounds) and not pair.why for pair in pairs)
+    timed = sum(pair.timed for pair in pairs)
     return tuple(_finding(pair, truths[pair.case.name], slow, timed) for pair in pairs)
 
 
-def _finding(
-    pair: Pair, truth: Sequence[np.ndarray] | str, slow: tuple[set[str], set[str]], timed: int
-) -> Finding:
-    errors, moved, growth, p = (math.nan, math.nan), math.nan, math.nan, math.nan
-    visible = math.nan
-    said = [*_failures(pair), *_repeats(pair), *_memory(pair)]
-    if len(pair.reached) == len(SIDES):
-        base, head = (pair.reached[side] for side in SIDES)
-        changed = _changed(base["problem"], head["problem"])
-        if base.get("offered", "") != head.get("offered", ""):
-            said.append((NOTE, _other_settings(base["offered"], head["offered"])))
-        if base["success"] and np.shape(base["ends"]) == np.shape(head["ends"]):
-            moved = _moved(base["ends"], head["ends"])
+def _finding(pair: Pair, truth: Truth, slow: tuple[set[str], set[str]], timed: int) -> Finding:
+    errors, moved = (math.nan, math.nan), math.nan
+    growth = p = visible = math.nan
+    if pair.complete and pair.reached["base"]["success"]:
+        base, head = (pair.reached[side]["ends"] for side in SIDES)
+        if np.shape(base) == np.shape(head):
+            moved = _largest_difference(base, head)
             if not isinstance(truth, str):
-                errors = error_of(base["ends"], truth), error_of(head["ends"], truth)
-        if not base["success"]:
-            said.append((NOTE, f"The base's run fails: {base['status']}"))
-        elif not head["success"]:
-            said.append((FAILS, f"The head's run fails: {head['status']}"))
-        elif changed:
-            sentence = (
-                f"The problem itself is not the base's ({_named(changed)}), and the truth is that "
-                "of the head's problem: counts and errors do not compare."
-            )
-            said.append((PROBLEM, sentence))
-        else:
-            said += [*_counts(pair, base["counts"], head["counts"]), *_errors(pair, errors, truth)]
-    if pair.rounds and not pair.why:
-        growth, p = (how(*_samples(pair, 0)) for how in (relative_growth, p_value))
-        said += _times(pair, growth, p, slow)
-        visible = smallest_visible(pair.rounds[0]["base"], timed, pair.case.slower)
-    alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
-    notes = pair.notes + tuple(sentence for gate, sentence in said if gate == NOTE)
+                errors = error_of(base, truth), error_of(head, truth)
+    if pair.timed:
+        samples = pair.samples(0)
+        growth, p = relative_growth(*samples), p_value(*samples)
+        visible = smallest_visible(*samples, timed, pair.case.slower)
+    sentences = [
+        *_runs(pair),
+        *_repeats(pair),
+        *_memory(pair),
+        *_results(pair, errors, truth),
+        *_times(pair, growth, p, slow),
+    ]
+    alarms = {gate: sentence for gate, sentence in sentences if gate != NOTE}
+    notes = pair.notes + tuple(sentence for gate, sentence in sentences if gate == NOTE)
     return Finding(pair, errors, moved, growth, p, visible, alarms, notes)
 
 
-def _other_settings(base: str, head: str) -> str:
-    return (
-        f"The finest setting that the base offers is {base or 'none'}, that of the head "
-        f"{head or 'none'}: both were run at the head's, so that a change of settings is not "
-        f"in the numbers."
-    )
-
-
-def _samples(pair: Pair, at: int) -> tuple[list[float], list[float]]:
-    return pair.rounds[at]["base"], pair.rounds[at]["head"]
-
-
-def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
+def _runs(pair: Pair) -> Sentences:
     if set(pair.why) == {"head"}:
         yield FAILS, f"The head cannot run it: {pair.why['head']}"
     elif pair.why:
@@ -140,40 +114,68 @@ def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
         yield NOTE, f"Not compared, as it cannot be run. {capital(reasons)}"
 
 
-def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
-    first = {side: pair.reached[side]["ends"] for side in pair.again}
-    second = {side: again["ends"] for side, again in pair.again.items()}
-    apart = [side for side in first if not np.array_equal(first[side], second[side], True)]
-    for side in apart:
-        far = plain(_moved(first[side], second[side]), 2) or "a number that is not finite"
-        gate = REPEATS if side == "head" and "base" not in apart else NOTE
-        yield gate, f"Two runs of the {side} differ by {far}: it is not deterministic."
-    if apart:
-        return
-    apart = [side for side in first if pair.differs(side)]
-    for side in apart:
-        gate = REPEATS if side == "head" and "base" not in apart else NOTE
-        sentence = (
+def _repeats(pair: Pair) -> Sentences:
+    for runs in (SECOND, FURTHER_PROCESSES):
+        sides = [side for side in pair.reached if pair.differs(side, runs)]
+        for side in sides:
+            yield REPEATS if sides == ["head"] else NOTE, _difference(pair, side, runs)
+        if sides:
+            return
+
+
+def _difference(pair: Pair, side: str, runs: slice) -> str:
+    if runs == FURTHER_PROCESSES:
+        return (
             f"Runs of the {side} in two processes differ: its result depends on the process, as on "
             "the hash of a text, the order of a set, or an address."
         )
-        yield gate, sentence
+    first, second = (run["ends"] for run in pair.runs[side][:2])
+    far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
+    return f"Two runs of the {side} differ by {far}: it is not deterministic."
 
 
-def _memory(pair: Pair) -> Iterator[tuple[str, str]]:
+def _memory(pair: Pair) -> Sentences:
     """What a second run leaves in memory: neither compilation nor what other benchmarks took."""
-    left = {
-        side: again.get("memory", math.nan) - pair.reached[side].get("memory", math.nan)
-        for side, again in pair.again.items()
-    }
-    base, head = (left.get(side, math.nan) for side in SIDES)
+    if not pair.complete or pair.first_calls == 1:
+        return
+    second = [pair.runs[side][1] for side in SIDES]
+    base, head = (
+        run.get("memory", math.nan) - pair.reached[side].get("memory", math.nan)
+        for side, run in zip(SIDES, second, strict=True)
+    )
+    peak, head_peak = (run.get("need", math.nan) / 1e6 for run in second)
     if head > max(base, 0.0) + MUCH:
         base, head = (each / CALLS / 1e6 for each in (base, head))
         yield MEMORY, f"a run leaves {head:.0f} MB in memory, where it left {base:.0f}."
+    elif head_peak > peak + PEAK / 1e6:
+        yield MEMORY, f"a run needs {head_peak:.0f} MB at most, where it needed {peak:.0f}."
+
+
+def _results(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
+    """What the runs of both sides reached."""
+    if not pair.complete:
         return
-    base, head = (pair.again.get(side, {}).get("need", math.nan) for side in SIDES)
-    if head > base + PEAK:
-        yield MEMORY, f"a run needs {head / 1e6:.0f} MB at most, where it needed {base / 1e6:.0f}."
+    base, head = (pair.reached[side] for side in SIDES)
+    if base.get("offered", "") != head.get("offered", ""):
+        sentence = (
+            f"The finest setting that the base offers is {base['offered'] or 'none'}, that of the "
+            f"head {head['offered'] or 'none'}: both were run at the head's, so that a change of "
+            "settings is not in the numbers."
+        )
+        yield NOTE, sentence
+    if not base["success"]:
+        yield NOTE, f"The base's run fails: {base['status']}"
+    elif not head["success"]:
+        yield FAILS, f"The head's run fails: {head['status']}"
+    elif changed := _changed(base["problem"], head["problem"]):
+        sentence = (
+            f"The problem itself is not the base's ({_named(changed)}), and the truth is that "
+            "of the head's problem: counts and errors do not compare."
+        )
+        yield PROBLEM, sentence
+    else:
+        yield from _counts(base["counts"], head["counts"], pair.case.count_tolerance)
+        yield from _errors(pair, errors, truth)
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
@@ -182,34 +184,25 @@ def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
 
 
 def _differ(base: Sequence[float], head: Sequence[float]) -> bool:
-    one, other = np.asarray(base), np.asarray(head)
-    if one.shape != other.shape or np.any(np.isfinite(one) != np.isfinite(other)):
+    if np.shape(base) != np.shape(head):
         return True
-    one, other = one[np.isfinite(one)], other[np.isfinite(other)]
-    size = np.maximum(np.abs(one), np.abs(other))
-    allowed = ROUNDED * size + CANCELLED * np.max(size, initial=0.0)
-    return bool(np.any(np.abs(one - other) > allowed))
+    largest = np.max(np.abs(base), where=np.isfinite(base), initial=0.0)
+    return not np.allclose(head, base, ROUNDED, CANCELLED * largest, equal_nan=True)
 
 
-def _counts(
-    pair: Pair, base: Mapping[str, int], head: Mapping[str, int]
-) -> Iterator[tuple[str, str]]:
-    more, alone = [], sorted(head.keys() ^ base.keys())
-    if alone:
-        yield NOTE, f"Only one side counts {_named(alone)}, so that cannot be compared."
-    for name, count in head.items():
-        before = base.get(name, count)
-        if name in SAME_WORK or count <= before * (1.0 + pair.case.count_tolerance):
-            continue
-        share = f", {100 * (count / before - 1):.2g} % more" if before else ""
-        more.append(f"{_named([name])} {before} became {count}{share}")
-    if more:
-        yield COUNTS, f"{'; '.join(more)}."
+def _counts(base: Mapping[str, int], head: Mapping[str, int], tolerance: float) -> Sentences:
+    if lacking := sorted(head.keys() ^ base.keys()):
+        yield NOTE, f"Only one side counts {_named(lacking)}, so that cannot be compared."
+    grown = []
+    for name in head.keys() & base.keys() - set(SAME_WORK):
+        if head[name] > base[name] * (1.0 + tolerance):
+            share = f", {100 * (head[name] / base[name] - 1):.2g} % more" if base[name] else ""
+            grown.append(f"{_named([name])} {base[name]} became {head[name]}{share}")
+    if grown:
+        yield COUNTS, f"{'; '.join(sorted(grown))}."
 
 
-def _errors(
-    pair: Pair, errors: tuple[float, float], truth: Sequence[np.ndarray] | str
-) -> Iterator[tuple[str, str]]:
+def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     base, head = errors
     allowed = base * (1.0 + pair.case.error_tolerance) + pair.case.rounding
     finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
@@ -226,18 +219,16 @@ def _errors(
         yield ERROR, f"error {plain(base)} became {now}, more than {plain(allowed)}."
 
 
-def _times(
-    pair: Pair, growth: float, p: float, slow: tuple[set[str], set[str]]
-) -> Iterator[tuple[str, str]]:
+def _times(pair: Pair, growth: float, p: float, slow: tuple[set[str], set[str]]) -> Sentences:
     name, text = pair.case.name, f"slower by {100 * growth:.1f} % (p = {plain(p, 2)})"
     if name in slow[0] and name in slow[1]:
-        again = relative_growth(*_samples(pair, 1))
+        again = relative_growth(*pair.samples(1))
         yield TIME, f"{text}, in a second round by {100 * again:.1f} %."
     elif name in slow[0]:
         yield NOTE, f"It looked {text}, which a second round did not confirm."
 
 
-def _moved(base: Sequence[Sequence[float]], head: Sequence[Sequence[float]]) -> float:
+def _largest_difference(base: Sequence[Sequence[float]], head: Sequence[Sequence[float]]) -> float:
     with np.errstate(invalid="ignore"):
         return float(np.max(np.abs(np.subtract(base, head))))
 

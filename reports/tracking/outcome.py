@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from benchmarks.statistics.rank_test import LEVEL
+from benchmarks.statistics.rank_test import LEVEL, POWER
 from reports.results.junit import JUnitCase, junit_xml
+from reports.results.summary import many
 from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown
 from reports.tracking.gates import (
@@ -27,57 +25,26 @@ from reports.tracking.gates import (
 )
 from reports.tracking.together import Together
 
-FILE = Path(__file__).with_name("known_changes.csv")
-COLUMNS = ("benchmark", "quantity", "commit", "reason")
-FEWEST = 7  # digits of a commit
-
-
-@dataclass(frozen=True)
-class KnownChange:
-    """A change near a commit that has a reason; benchmark: part of its name, "" for all."""
-
-    benchmark: str
-    quantity: str
-    commit: str
-    reason: str
-
-    def fits(self, benchmark: str, quantity: str, commit: str) -> bool:
-        """Whether it explains this change."""
-        alike = self.benchmark in benchmark and self.quantity == quantity
-        return alike and commit.startswith(self.commit)
-
-
-def known_changes(file: Path = FILE) -> tuple[KnownChange, ...]:
-    """The rows of the file. Raises ValueError for a row without a reason or a full commit."""
-    table = pd.read_csv(file, dtype=str, keep_default_na=False)
-    if tuple(table) != COLUMNS:
-        raise ValueError(f"{file.name} must have the columns {', '.join(COLUMNS)}.")
-    found = tuple(KnownChange(**row) for row in table.to_dict("records"))  # type: ignore[misc]
-    for one in found:
-        if not one.reason.strip() or len(one.commit) < FEWEST:
-            raise ValueError(
-                f"{file.name}: a change needs a reason and at least {FEWEST} digits of its commit; "
-                f"received {one}."
-            )
-    return found
-
-
-def reason_of(known: Sequence[KnownChange], benchmark: str, quantity: str, commit: str) -> str:
-    """Why a change is known; "" when it is not."""
-    return next((one.reason for one in known if one.fits(benchmark, quantity, commit)), "")
-
-
 LEGEND = (
     "Times are processor time, base and head interleaved; p is the probability that equal code "
     f"looks so (Mann-Whitney; below {LEVEL} after Holm's correction it counts), and a time is "
     "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
     "processes. The times of an integrator's benchmarks together are worse at half of that growth, "
-    "in five rounds. Visible from: the least growth of all times that would have counted. Counts "
-    "are summed for the table and compared one by one. Ends moved: the largest difference of a "
-    "coordinate, or a momentum of an integrator's; 0 means bit-identical. Each side runs twice, "
-    "and in a further process: all must have the same bits, and the second run leave and need no "
-    "more memory than the base's."
+    "in five rounds. Visible from: the least growth of all times that would have counted in "
+    f"{100 * POWER:.0f} % of the rounds with this scatter. Counts are summed for the table and "
+    "compared one by one. Ends moved: the largest difference of a coordinate, or a momentum of an "
+    "integrator's; 0 means bit-identical. Each side runs twice, and in a further process: all must "
+    "have the same bits, and the second run leave and need no more memory than the base's."
 )
+FAMILIES = {  # of gates, as the test cases of a benchmark
+    "runs": (FAILS, PROBLEM),
+    "repeats its bits": (REPEATS,),
+    "counts": (COUNTS,),
+    "error": (ERROR,),
+    "memory": (MEMORY,),
+    "time": (TIME,),
+}
+TOGETHER = "time of all benchmarks together"
 
 
 @dataclass(frozen=True)
@@ -95,45 +62,66 @@ class Outcome:
     yardstick: float = math.nan
 
     @property
+    def judged(self) -> tuple[Finding | Together, ...]:
+        """The findings, and the times together: each has a name, alarms and notes."""
+        return (*self.findings, *self.together)
+
+    @property
     def red(self) -> bool:
         """Whether anything got worse."""
-        return bool(self.worse) or any(one.alarm for one in self.together)
+        return any(item.alarms for item in self.judged)
 
     @property
     def worse(self) -> tuple[Finding, ...]:
         """The findings with an alarm."""
         return tuple(finding for finding in self.findings if finding.alarms)
 
+    @property
+    def compared(self) -> int:
+        """The number of benchmarks that were compared."""
+        return sum(finding.compared for finding in self.findings)
+
+    @property
+    def new(self) -> list[str]:
+        """Integrators of a project that the base lacks, or that the head mends."""
+        pairs = [finding.pair for finding in self.findings]
+        names = dict.fromkeys(pair.case.contender for pair in pairs)
+        runs = {pair.case.contender for pair in pairs if set(pair.why) != {"base"}}
+        return [name for name in names if name and name not in runs]
+
     def __str__(self) -> str:
         head = self.head.replace("the working", "The working", 1)
-        count = sum(finding.compared for finding in self.findings)
-        many = f"{count} benchmark" + ("" if count == 1 else "s")
-        left = len(self.findings) - count
-        rest = f" {left} could not be compared." if left else ""
-        if not count:
-            return f"Nothing of {self.head} could be compared with {self.base}.{rest}"
-        slower = "".join(f" {one.name}: {one.alarm}" for one in self.together if one.alarm)
-        if slower and not self.worse:
-            return (
-                f"{head} is worse than {self.base} by the times of {many} together.{slower}{rest}"
+        benchmarks = many(self.compared, "benchmark")
+        missing = len(self.findings) - self.compared
+        ends = [
+            f"{group.name}: {text}" for group in self.together for text in group.alarms.values()
+        ]
+        ends += [
+            f"{name} is new: {self.base} has nothing that runs to compare it with."
+            for name in self.new
+        ]
+        ends += [f"{missing} could not be compared."] if missing else []
+        if not self.compared:
+            text = f"Nothing of {self.head} could be compared with {self.base}."
+        elif self.worse:
+            named = ", ".join(f"{worse.name} ({', '.join(worse.alarms)})" for worse in self.worse)
+            text = (
+                f"{head} is worse than {self.base} in {len(self.worse)} of {benchmarks}: {named}."
             )
-        if not self.worse:
-            return (
-                f"{head} is not worse than {self.base} in {many}: no count, error or memory grew "
-                f"beyond its tolerance, and no time by rank and size{self._power()}.{rest}"
+        elif self.red:
+            text = f"{head} is worse than {self.base} by the times of {benchmarks} together."
+        else:
+            text = (
+                f"{head} is not worse than {self.base} in {benchmarks}: no count, error or memory "
+                f"grew beyond its tolerance, and no time by rank and size{self._power()}."
             )
-        named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
-        which = f"{len(self.worse)} of {many}: {named}"
-        return f"{head} is worse than {self.base} in {which}.{slower}{rest}"
+        return " ".join([text, *ends])
 
     def _power(self) -> str:
         """What growth of times could have been seen, as a clause."""
-        sizes = [one.visible for one in self.findings if not math.isnan(one.visible)]
-        if not sizes:
-            return ""
-        least, most = (_growth(size) for size in (min(sizes), max(sizes)))
-        several = least if least == most else f"{least} to {most}"
-        return f" (smallest growth visible here: {several})"
+        sizes = sorted(size for finding in self.findings if not math.isnan(size := finding.visible))
+        ends = dict.fromkeys(_growth(size) for size in (*sizes[:1], *sizes[-1:]))
+        return f" (smallest growth visible here: {' to '.join(ends)})" if ends else ""
 
     def table(self) -> pd.DataFrame:
         """A row of text for each benchmark, the worse ones first."""
@@ -142,11 +130,9 @@ class Outcome:
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
-        said = [f"{one.name}: {text}" for one in self.worse for text in one.alarms.values()]
-        said += [f"{one.name}: {one.alarm}" for one in self.together if one.alarm]
-        said += [f"{one.name}: {note}" for one in self.findings for note in one.notes]
-        said += [f"{one.name}: {one.note}" for one in self.together if one.note]
-        return "\n".join([as_markdown(self.table()), *(f"- {sentence}" for sentence in said)])
+        lines = [f"{item.name}: {text}" for item in self.judged for text in item.alarms.values()]
+        lines += [f"{item.name}: {note}" for item in self.judged for note in item.notes]
+        return "\n".join([as_markdown(self.table()), *(f"- {line}" for line in lines)])
 
 
 def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
@@ -157,27 +143,19 @@ def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
 
 def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
     """Everything as JSON, including raw samples; null where unknown."""
-    whole = {
+    content = {
         "verdict": str(outcome),
         "worse": outcome.red,
         "base": outcome.base,
         "head": outcome.head,
         "provenance": dict(provenance),
-        "benchmarks": [{"name": one.name} | asdict(one) for one in outcome.findings],
-        "together": [asdict(one) for one in outcome.together],
+        "benchmarks": [{"name": item.name} | asdict(item) for item in outcome.findings],
+        "together": [
+            {"name": item.name, "growth": item.growth, "alarms": item.alarms, "notes": item.notes}
+            for item in outcome.together
+        ],
     }
-    return json.dumps(_finite(whole), indent=1) + "\n"
-
-
-FAMILIES = {  # of gates, as the test cases of a benchmark
-    "runs": (FAILS, PROBLEM),
-    "repeats its bits": (REPEATS,),
-    "counts": (COUNTS,),
-    "error": (ERROR,),
-    "memory": (MEMORY,),
-    "time": (TIME,),
-}
-TOGETHER = "time of all benchmarks together"
+    return pd.Series(content).to_json(double_precision=15, indent=1) + "\n"
 
 
 def as_junit(outcome: Outcome, title: str) -> str:
@@ -185,37 +163,37 @@ def as_junit(outcome: Outcome, title: str) -> str:
 
     title  the command as the user called it, such as "galvi track"
     """
-    cases = [_junit_case(one, *family) for one in outcome.findings for family in FAMILIES.items()]
-    cases += [
-        JUnitCase(one.name, TOGETHER, outcome="failure" if one.alarm else "passed",
-                  message=one.alarm, details=one.note)
-        for one in outcome.together
-    ]  # fmt: skip
+    cases = [
+        _junit_case(finding, family, finding.compared and (family != "time" or finding.pair.timed))
+        for finding in outcome.findings
+        for family in FAMILIES
+    ]
+    cases += [_junit_case(group, TOGETHER, True) for group in outcome.together]
     return junit_xml(title, {f"{outcome.head} against {outcome.base}": cases})
 
 
-def _junit_case(finding: Finding, family: str, gates: Sequence[str]) -> JUnitCase:
-    said = " ".join(finding.alarms[gate] for gate in gates if gate in finding.alarms)
-    notes = " ".join(finding.notes)
-    if said:
-        return JUnitCase(finding.name, family, outcome="failure", message=said, details=notes)
-    if not finding.compared or (family == "time" and not finding.pair.rounds):
-        why = "Not compared." if not finding.compared else "Its time is not compared."
-        return JUnitCase(finding.name, family, outcome="skipped", message=notes or why)
-    return JUnitCase(finding.name, family, details=notes)
+def _junit_case(item: Finding | Together, family: str, compared: bool) -> JUnitCase:
+    gates = FAMILIES.get(family, (TIME,))
+    alarms = " ".join(item.alarms[gate] for gate in gates if gate in item.alarms)
+    notes = " ".join(item.notes)
+    if alarms:
+        return JUnitCase(item.name, family, outcome="failure", message=alarms, details=notes)
+    if not compared:
+        return JUnitCase(item.name, family, outcome="skipped", message=notes or "Not compared.")
+    return JUnitCase(item.name, family, details=notes)
 
 
-def _row(one: Finding) -> dict[str, str]:
-    outcome = "not worse" if one.compared else "not compared"
+def _row(finding: Finding) -> dict[str, str]:
+    outcome = "not worse" if finding.compared else "not compared"
     return {
-        "benchmark": one.name,
-        "time": f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
-        "p": plain(one.p, 2) or "-",
-        "visible from": "-" if math.isnan(one.visible) else _growth(one.visible),
-        "counts": _change(*_sums(*(run["counts"] for run in one.pair.reached.values()))),
-        "error": _change(*one.errors),
-        "ends moved": plain(one.moved, 2) or "-",
-        "verdict": f"worse: {', '.join(one.alarms)}" if one.alarms else outcome,
+        "benchmark": finding.name,
+        "time": f"{100 * finding.growth:+.1f} %" if known(finding.growth) else "-",
+        "p": plain(finding.p, 2) or "-",
+        "visible from": "-" if math.isnan(finding.visible) else _growth(finding.visible),
+        "counts": _change(*_sums(*(run["counts"] for run in finding.pair.reached.values()))),
+        "error": _change(*finding.errors),
+        "ends moved": plain(finding.moved, 2) or "-",
+        "verdict": f"worse: {', '.join(finding.alarms)}" if finding.alarms else outcome,
     }
 
 
@@ -240,12 +218,3 @@ def _change(base: float, head: float) -> str:
     if plain(base) != plain(head):
         return f"{plain(base)} to {plain(head)}"
     return f"{100 * (head / base - 1):+.1g} %"
-
-
-def _finite(value: Any) -> Any:
-    """The value with None in place of NaN and infinities, which JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

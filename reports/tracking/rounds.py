@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -33,21 +34,33 @@ LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothin
 class Pair:
     """A benchmark on both sides; each mapping is by side.
 
-    reached  results of the first calls, see the worker's program; without a side that failed
-    again    results of a second run of those that are timed
-    others   their end states in further processes
-    why      the reasons of failed sides
-    rounds   for each round, the samples in seconds
-    notes    sentences on what was run
+    runs    results of all runs, see the worker's program: one in the first process, or two of those
+            that are timed, and one in each further process
+    why     the reasons of failed sides
+    rounds  for each round, the samples in seconds
+    notes   sentences on what was run
     """
 
     case: Case
-    reached: dict[str, dict[str, Any]] = field(default_factory=dict)
-    again: dict[str, Any] = field(default_factory=dict)
-    others: dict[str, list[Any]] = field(default_factory=dict)
+    runs: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {s: [] for s in SIDES})
     why: dict[str, str] = field(default_factory=dict)
     rounds: list[dict[str, list[float]]] = field(default_factory=list)
     notes: tuple[str, ...] = ()
+
+    @property
+    def first_calls(self) -> int:
+        """The number of runs in the first process."""
+        return 1 if self.case.kind in UNTIMED else 2
+
+    @property
+    def reached(self) -> dict[str, dict[str, Any]]:
+        """The first run of each side that made all of its first calls."""
+        return {side: runs[0] for side, runs in self.runs.items() if len(runs) >= self.first_calls}
+
+    @property
+    def complete(self) -> bool:
+        """Whether both sides made their first calls."""
+        return len(self.reached) == len(SIDES)
 
     @property
     def repeatable(self) -> bool:
@@ -55,69 +68,60 @@ class Pair:
         return not self.why and self.case.kind not in UNTIMED
 
     @property
-    def depends_on_process(self) -> bool:
-        """Whether a side does."""
-        return self.repeatable and any(map(self.differs, SIDES))
+    def timed(self) -> bool:
+        """Whether both sides have samples."""
+        return bool(self.rounds) and not self.why
 
-    def differs(self, side: str) -> bool:
-        """Whether a further process reached another end than the first one, by any bit."""
-        first = self.reached[side]["ends"]
-        return any(not np.array_equal(first, ends, True) for ends in self.others.get(side, ()))
+    def samples(self, at: int) -> tuple[list[float], list[float]]:
+        """Those of base and head in one of the rounds."""
+        return self.rounds[at]["base"], self.rounds[at]["head"]
 
-
-def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
-    """Make the first call of each benchmark on both sides."""
-    pairs = []
-    for case in cases:
-        report(f"first calls: {case.name}")
-        pair = Pair(case)
-        for side in SIDES:
-            try:
-                pair.reached[side] = workers[side].run(case)
-                if case.kind not in UNTIMED:
-                    pair.again[side] = workers[side].run(case)
-            except Failed as error:
-                pair.why[side] = str(error)
-                pair.reached.pop(side, None)
-        pairs.append(pair)
-    return pairs
+    def differs(self, side: str, runs: slice) -> bool:
+        """Whether one of these runs reached another end than the first one, by any bit."""
+        first, others = self.runs[side][0]["ends"], self.runs[side][runs]
+        return any(not np.array_equal(first, run["ends"], True) for run in others)
 
 
-def further_process(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
-    """Run each pair's benchmark once in these workers, which are not those of its first call."""
-    for pair in pairs:
-        report(f"in another process: {pair.case.name}")
-        for side in SIDES:
-            try:
-                ends = workers[side].run(pair.case)["ends"]
-                pair.others.setdefault(side, []).append(ends)
-            except Failed as error:
-                pair.why[side] = str(error)
+SECOND, FURTHER_PROCESSES = slice(1, 2), slice(2, None)  # of the runs of a side
+
+
+def run_pairs(
+    workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report, further: bool = False
+) -> None:
+    """Make the first calls of each benchmark on both sides; `further`: run it once more, in workers
+    which are not those of its first calls."""
+    for pair, side in product(pairs, SIDES):
+        report(f"{'in another process' if further else 'first calls'}: {pair.case.name}")
+        try:
+            for _ in range(1 if further else pair.first_calls):
+                pair.runs[side].append(workers[side].run(pair.case))
+        except Failed as error:
+            pair.why[side] = str(error)
 
 
 def long_runs(
     workers: Mapping[str, Worker], pairs: Sequence[Pair], limit: float, report: Report
 ) -> list[Pair]:
-    """One run of LONG_STEPS steps of each integrator that is not galvi, on the driven oscillator or
-    else the first benchmark that both sides ran; shorter where the ordinary run was so slow that it
-    would exceed LONG_SECONDS, or a third of the time limit of an answer.
+    """One run of LONG_STEPS steps of each integrator that is not galvi, on the driven oscillator,
+    where a clock that goes wrong late shows, or else the first benchmark that both sides ran;
+    shorter where the ordinary run was so slow that it would exceed LONG_SECONDS, or a third of the
+    time limit of an answer.
     """
-    first: dict[str, Pair] = {}
-    for pair in pairs:
-        if pair.case.contender and pair.repeatable and len(pair.reached) == len(SIDES):
-            if pair.case.problem == DRIVEN:  # there a clock that goes wrong late shows, too
-                first[pair.case.contender] = pair
-            first.setdefault(pair.case.contender, pair)
-    longer = [_longer(pair, limit) for pair in first.values()]
-    done = first_calls(workers, [case for case, _ in longer if case is not None], report)
-    for (case, note), pair in zip(longer, first.values(), strict=True):
-        of = next((one for one in done if one.case is case), pair)
-        of.notes += (note,) if note else ()
-    return done
+    able = [pair for pair in pairs if pair.case.contender and pair.repeatable]
+    able.sort(key=lambda pair: pair.case.problem != DRIVEN)
+    long: list[Pair] = []
+    for contender in dict.fromkeys(pair.case.contender for pair in able):
+        ordinary = next(pair for pair in able if pair.case.contender == contender)
+        case, note = _longer(ordinary, limit)
+        noted = ordinary if case is None else Pair(case)
+        noted.notes += (note,) if note else ()
+        long += [] if case is None else [noted]
+    run_pairs(workers, long, report)
+    return long
 
 
 def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
-    """The long run that a pair's speed allows, None without one; and what is to be said of it."""
+    """The long run that a pair's speed allows, if any; and what is to be said of it."""
     case = pair.case
     duration, step = case.step * case.steps, case.setting.get("step")
     wanted = float(LONG_RUNS) if step is None else LONG_STEPS * step / duration
@@ -131,8 +135,8 @@ def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
-    shorter = times < int(wanted)
-    return long, f"Of {wanted:.0f} times, as many as fit the time." if shorter else ""
+    shorter = f"Of {wanted:.0f} times, as many as fit the time."
+    return long, shorter if times < int(wanted) else ""
 
 
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
@@ -143,10 +147,9 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
     count = max(SAMPLES, samples_needed(len(able)))
     for k in range(count):
         report(f"samples {k + 1} of {count}")
-        for pair in able:
-            for side in SIDES if k % 2 == 0 else SIDES[::-1]:
-                if not pair.why:
-                    _sample(workers[side], pair, side)
+        for pair, side in product(able, SIDES if k % 2 == 0 else SIDES[::-1]):
+            if not pair.why:
+                _sample(workers[side], pair, side)
 
 
 def _sample(worker: Worker, pair: Pair, side: str) -> None:

@@ -9,47 +9,119 @@ raises suspicion, and the mean size that four further rounds of fresh processes 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.statistics.rank_test import LEVEL, p_value, relative_growth
 from reports.tables.number_format import plain
-from reports.tracking.rounds import SIDES, Pair
+from reports.tracking.gates import TIME
+from reports.tracking.rounds import Pair
 
 FEWEST = 3  # benchmarks
 SHARE = 0.5  # of the growth required of one benchmark
 FURTHER = 4  # rounds after a suspicious one
 CONFIRMS = 0.05  # largest p of a further round
 
+Samples = tuple[Sequence[float], Sequence[float]]  # of base and head
+
 
 @dataclass(frozen=True)
 class Together:
     """All timed benchmarks of one integrator.
 
-    name     of the integrator, as "package.module:Class"
-    growth   relative growth of times in each round that was made
-    alarm    a sentence, "" where it is not slower
-    note     a sentence, "" where it did not look slower
+    name        of the integrator, as "package.module:Class"
+    benchmarks  their names
+    rounds      means of those rounds that all benchmarks have
+    size        relative growth of times that is required
     """
 
     name: str
-    growth: tuple[float, ...]
-    alarm: str
-    note: str
+    benchmarks: frozenset[str]
+    rounds: tuple[Samples, ...]
+    size: float
+
+    @property
+    def growth(self) -> tuple[float, ...]:
+        """Relative growth of times in each round."""
+        return tuple(relative_growth(*samples) for samples in self.rounds)
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether it looks slower in all that was timed so far."""
+        return looks_slower(*self.rounds[0], self.size) and _by_rank(self.rounds[1:])
+
+    @property
+    def alarms(self) -> dict[str, str]:
+        """Its gate and a sentence, where it is slower."""
+        further = ", ".join(f"{100 * size:.1f} %" for size in self.growth[1:])
+        text = f"{self._slower}, in further rounds by {further}."
+        return {TIME: text} if self._is_slower else {}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence, where it looked slower and is not known to be."""
+        if self._is_slower or not looks_slower(*self.rounds[0], self.size):
+            return ()
+        refuted = len(self.rounds) > FURTHER or not self.suspicious
+        why = ", which further rounds did not confirm" if refuted else ""
+        return (f"Together {self._slower}{why}.",)
+
+    @property
+    def _is_slower(self) -> bool:
+        return looks_slower(*self.rounds[0], self.size) and is_slower(self.rounds[1:], self.size)
+
+    @property
+    def _slower(self) -> str:
+        p = plain(p_value(*self.rounds[0]), 2)
+        count, size = len(self.benchmarks), 100 * self.growth[0]
+        return f"its {count} timed benchmarks are slower by {size:.1f} % (p = {p})"
 
 
-def groups(pairs: Iterable[Pair]) -> dict[str, list[Pair]]:
-    """The timed benchmarks of each integrator of a project, where there are enough."""
+def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
+    """The times of each integrator of a project, where it has enough benchmarks."""
     timed: dict[str, list[Pair]] = {}
     for pair in pairs:
-        if pair.case.contender and pair.rounds and not pair.why:
+        if pair.case.contender and pair.timed:
             timed.setdefault(pair.case.contender, []).append(pair)
-    return {name: group for name, group in timed.items() if len(group) >= FEWEST}
+    return tuple(
+        Together(
+            name,
+            frozenset(pair.case.name for pair in group),
+            tuple(
+                means([pair.samples(at) for pair in group])
+                for at in range(min(len(pair.rounds) for pair in group))
+            ),
+            SHARE * max(pair.case.slower for pair in group),
+        )
+        for name, group in timed.items()
+        if len(group) >= FEWEST
+    )
 
 
-Samples = tuple[Sequence[float], Sequence[float]]  # of base and head
+def suspected(pairs: Iterable[Pair], red: set[str]) -> set[str]:
+    """Names of the benchmarks of integrators that look slower in all that was timed so far.
+
+    red  names of benchmarks that are slower by their own times: their integrators need no more
+    """
+    doubtful = [group for group in judge_together(pairs) if group.suspicious]
+    return {name for group in doubtful if not red & group.benchmarks for name in group.benchmarks}
+
+
+def looks_slower(base: Sequence[float], head: Sequence[float], size: float) -> bool:
+    """Whether a first round is suspicious: by rank and by size."""
+    return relative_growth(base, head) > size and p_value(base, head) < LEVEL
+
+
+def is_slower(further: Sequence[Samples], size: float) -> bool:
+    """Whether rounds after a suspicious one confirm it: each by rank, their mean by size."""
+    growth = [relative_growth(*samples) for samples in further]
+    return len(further) >= FURTHER and _by_rank(further) and float(np.mean(growth)) > size
+
+
+def _by_rank(further: Sequence[Samples]) -> bool:
+    return all(p_value(*samples) < CONFIRMS for samples in further)
 
 
 def means(samples: Sequence[Samples]) -> Samples:
@@ -61,71 +133,3 @@ def means(samples: Sequence[Samples]) -> Samples:
     middle = np.median(times, axis=(1, 2), keepdims=True)
     base, head = np.exp(np.mean(np.log(times / middle), axis=0))
     return base.tolist(), head.tolist()
-
-
-def looks_slower(base: Sequence[float], head: Sequence[float], size: float) -> bool:
-    """Whether a first round is suspicious: by rank and by size."""
-    return relative_growth(base, head) > size and p_value(base, head) < LEVEL
-
-
-def is_slower(further: Sequence[Samples], size: float) -> bool:
-    """Whether rounds after a suspicious one confirm it: each by rank, their mean by size."""
-    growth = [relative_growth(*both) for both in further]
-    return len(further) >= FURTHER and _by_rank(further) and float(np.mean(growth)) > size
-
-
-def _by_rank(further: Sequence[Samples]) -> bool:
-    return all(p_value(*both) < CONFIRMS for both in further)
-
-
-def suspected(pairs: Iterable[Pair], red: Collection[str]) -> set[str]:
-    """Names of the benchmarks of integrators that look slower in all that was timed so far.
-
-    red  names of benchmarks that are slower by their own times: their integrators need no more
-    """
-    return {
-        pair.case.name
-        for group in groups(pairs).values()
-        if _suspicious(group) and _by_rank(_rounds(group)[1:])
-        if not any(pair.case.name in red for pair in group)
-        for pair in group
-    }
-
-
-def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
-    """What the times of each integrator come to."""
-    return tuple(_judged(name, group) for name, group in groups(pairs).items())
-
-
-def _judged(name: str, group: Sequence[Pair]) -> Together:
-    rounds = _rounds(group)
-    growth = tuple(relative_growth(*both) for both in rounds)
-    first, *later = (f"{100 * size:.1f} %" for size in growth)
-    text = (
-        f"its {len(group)} timed benchmarks are slower by {first} "
-        f"(p = {plain(p_value(*rounds[0]), 2)})"
-    )
-    if not _suspicious(group):
-        return Together(name, growth, "", "")
-    if is_slower(rounds[1:], _size(group)):
-        return Together(name, growth, f"{text}, in further rounds by {', '.join(later)}.", "")
-    asked = len(later) >= FURTHER or not _by_rank(rounds[1:])
-    why = ", which further rounds did not confirm" if asked else ""
-    return Together(name, growth, "", f"Together {text}{why}.")
-
-
-def _suspicious(group: Sequence[Pair]) -> bool:
-    return looks_slower(*_rounds(group)[0], _size(group))
-
-
-def _size(group: Sequence[Pair]) -> float:
-    return SHARE * max(pair.case.slower for pair in group)
-
-
-def _rounds(group: Sequence[Pair]) -> list[Samples]:
-    """The means of those rounds that all benchmarks have."""
-    shared = min(len(pair.rounds) for pair in group)
-    return [
-        means([tuple(pair.rounds[at][side] for side in SIDES) for pair in group])  # type: ignore[misc]
-        for at in range(shared)
-    ]

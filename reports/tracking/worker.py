@@ -16,7 +16,7 @@ from typing import Any
 from benchmarks.store.foreign_texts import log_line
 from benchmarks.timings import worker
 from benchmarks.timings.case import Case
-from reports.tracking.project import Checkout
+from reports.tracking.checkouts import Checkout
 
 SECONDS = 600.0  # time limit of an answer of galvi, whose first call compiles
 CONTENDER_SECONDS = 60.0  # of another integrator
@@ -61,16 +61,15 @@ class Worker:
 
     def run(self, case: Case) -> dict[str, Any]:
         """Make the first call, which compiles; returns its results. Raises Failed."""
-        answer = self._ask({"do": "run", "case": asdict(case)})
-        found = Path(answer.pop("code"))
-        if self.checkout.folder.resolve() not in found.resolve().parents:
-            raise Failed(f"It ran {found}, not that of its own checkout.")
-        return answer
+        answer = self._ask("run", case)
+        code = Path(answer.pop("code"))
+        if not code.resolve().is_relative_to(self.checkout.folder.resolve()):
+            raise Failed(f"It ran {code}, not that of its own checkout.")
+        return answer | {"status": log_line(answer["status"])}
 
     def time(self, case: Case, repeats: int, attempts: int) -> float:
         """Processor time of one call in seconds. Raises Failed."""
-        order = {"do": "time", "case": asdict(case), "repeats": repeats, "attempts": attempts}
-        return float(self._ask(order)["processor"])
+        return float(self._ask("time", case, repeats=repeats, attempts=attempts)["processor"])
 
     def stop(self) -> None:
         """End the process, if it runs."""
@@ -81,7 +80,7 @@ class Worker:
             self.pipe.close()
             self.process = None
 
-    def _ask(self, order: dict[str, Any]) -> dict[str, Any]:
+    def _ask(self, request: str, case: Case, **numbers: int) -> dict[str, Any]:
         limit = self.patience.limit
         if self.patience.left <= 0:
             raise Failed(
@@ -89,6 +88,7 @@ class Worker:
             )
         process = self.process or self._start()
         try:
+            order = {"do": request, "case": asdict(case), **numbers}
             self.pipe.send_bytes(json.dumps(order).encode())
             if not self.pipe.poll(limit):
                 self.stop()
@@ -103,24 +103,22 @@ class Worker:
             raise Failed(f"Its process ended with status {status}.") from None
         if "raised" in answer:
             raise Failed(log_line(answer["raised"]))
-        if "status" in answer:
-            answer["status"] = log_line(answer["status"])
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:
         self.pipe, other = Pipe()
-        kept = {key: value for key, value in os.environ.items() if key not in CALLERS_OWN}
-        folders = self.checkout.places or (self.checkout.folder,)
-        places = [str(one.resolve()) for one in folders]
-        own = dict.fromkeys(ONE_THREAD, "1") | {"PYTHONPATH": os.pathsep.join(places)}
-        self.process = subprocess.Popen(
-            [self.checkout.python, "-P", str(worker.__file__), str(other.fileno())],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=kept | own,
-            pass_fds=[other.fileno()],
-            start_new_session=True,
-        )
-        other.close()
+        places = self.checkout.places or (self.checkout.folder,)
+        environment = {key: text for key, text in os.environ.items() if key not in CALLERS_OWN}
+        environment |= dict.fromkeys(ONE_THREAD, "1")
+        environment["PYTHONPATH"] = os.pathsep.join(str(place.resolve()) for place in places)
+        with other:
+            self.process = subprocess.Popen(
+                [self.checkout.python, "-P", str(worker.__file__), str(other.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env=environment,
+                pass_fds=[other.fileno()],
+                start_new_session=True,
+            )
         return self.process

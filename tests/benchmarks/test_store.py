@@ -1,10 +1,9 @@
-"""What is kept: provenance, versions, unfinished benchmarks, the catalogue of timings."""
+"""What is kept: provenance, versions, benches, the catalogue of timings."""
 
 from __future__ import annotations
 
 import json
 import math
-import os
 import subprocess
 import sys
 from dataclasses import asdict, replace
@@ -15,7 +14,6 @@ import pytest
 
 import galvi
 from benchmarks.store import provenance
-from benchmarks.store.result_cache import ResultCache, digest_of_sources
 from benchmarks.timings.case import ROUND_OFF, STEP, TRAJECTORY, Case
 from benchmarks.timings.catalogue import CASES
 from benchmarks.timings.truth import Unknown, error_of, true_ends
@@ -69,49 +67,21 @@ def test_an_engine_that_is_absent_is_said_to_be(monkeypatch: pytest.MonkeyPatch)
 
 
 ROOT = Path(__file__).parents[2]
-STOPPED = """
-import os
-done = []
-def pytest_runtest_logreport(report):
-    if report.when == "teardown":
-        done.append(report)
-        if len(done) == 2:
-            os._exit(9)
-"""
 
 
 @pytest.mark.slow(
-    beside="tests/reports/test_unfinished_builds.py::test_a_build_that_was_stopped_resumes_with_what_it_was_measuring"
+    beside="tests/reports/test_track_history.py::test_each_quantity_of_each_bench_is_a_row"
 )
-def test_a_bench_that_was_stopped_is_resumed(tmp_path: Path) -> None:
-    """Two of its rows are known when it is ended; the next measures the others, and saves all."""
-    (tmp_path / "stopper.py").write_text(STOPPED)
-
-    def bench(*more: str) -> subprocess.CompletedProcess[str]:
-        words = ["-m", "pytest", "benchmarks/timings", "-q", "-k", "closed", "-p", "no:randomly"]
-        words += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
-        words += [f"--benchmark-storage=file://{tmp_path / 'store'}", *more]
-        path = {"PYTHONPATH": str(tmp_path)}
-        return subprocess.run(
-            [sys.executable, *words],
-            cwd=ROOT,
-            env=os.environ | path,
-            capture_output=True,
-            text=True,
-        )
-
-    assert bench("-p", "stopper").returncode == 9
-    kept = ResultCache(tmp_path / "store", digest_of_sources()).results()
-    assert len(kept) == 2
-    times = [row["stats"]["median"] for row in kept.values()]
-    done = bench()
-    assert done.returncode == 0 and "2 skipped" in done.stdout
-    (whole,) = (tmp_path / "store").rglob("*.json")
-    rows = json.loads(whole.read_text())["benchmarks"]
-    assert len(rows) == len({row["name"] for row in rows}) > 2
-    assert set(times) < {row["stats"]["median"] for row in rows}
+def test_a_bench_is_stored_with_what_is_read_of_it(tmp_path: Path) -> None:
+    words = ["-m", "pytest", "benchmarks/timings", "-q", "-k", "oscillator and closed"]
+    words += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
+    words += [f"--benchmark-storage=file://{tmp_path}"]
+    subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, check=True)
+    (path,) = tmp_path.rglob("*.json")
+    rows = json.loads(path.read_text())["benchmarks"]
+    assert rows and len(rows) == len({row["name"] for row in rows})
     for row in rows:
-        assert row["extra_info"]["yardstick"]["seconds"] > 0.0
+        assert row["extra_info"]["yardstick"]["seconds"] > 0.0 and row["stats"]["data"]
         assert {"error", "counts", "status", "settings", "versions"} < set(row["extra_info"])
 
 

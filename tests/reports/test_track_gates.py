@@ -18,9 +18,9 @@ import pytest
 from benchmarks.timings.case import LONG, ROUND_OFF, TRAJECTORY, Case
 from reports.tracking import against
 from reports.tracking.against import compare
+from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge
 from reports.tracking.outcome import FAMILIES, Outcome, as_json, as_junit, summary
-from reports.tracking.project import Checkout
 from reports.tracking.rounds import Pair
 from reports.tracking.worker import Failed
 
@@ -95,8 +95,8 @@ def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
     assert not outcome.worse
     assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
     assert outcome.findings[0].moved == 0.0
-    assert "(smallest growth visible here: 10 %)" in str(outcome)
-    assert outcome.table()["visible from"].tolist() == ["10 %"]
+    assert "(smallest growth visible here: 11 %)" in str(outcome)
+    assert outcome.table()["visible from"].tolist() == ["11 %"]
 
 
 @pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])
@@ -216,7 +216,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(compa
 
 def test_a_head_whose_ends_are_not_finite_is_red_without_a_truth() -> None:
     lost = Fake(ends=[[math.nan, 0.0]])
-    pair = Pair(CASE, {"base": Fake().run(CASE), "head": lost.run(CASE)})
+    pair = Pair(CASE, {"base": [Fake().run(CASE)] * 2, "head": [lost.run(CASE)] * 2})
     (finding,) = judge([pair], {"orbit": "no engine."})
     assert set(finding.alarms) == {"error"}
 
@@ -372,7 +372,7 @@ def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
 
 
 def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:
-    pair = Pair(CASE, {"base": Fake().run(CASE), "head": Fake().run(CASE)})
+    pair = Pair(CASE, {"base": [Fake().run(CASE)] * 2, "head": [Fake().run(CASE)] * 2})
     (finding,) = judge([pair], {"orbit": "no engine."})
     assert finding.compared and finding.notes == ("Its error is not known: no engine.",)
     assert math.isnan(finding.errors[1]) and finding.alarms == {}

@@ -10,12 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.statistics.rank_test import slower
-from benchmarks.statistics.smallest_change import smallest_change
+from benchmarks.statistics.rank_test import slower, smallest_visible
 from benchmarks.timings.catalogue import CASES
-from reports.tracking.outcome import KnownChange, known_changes, reason_of
-from reports.tracking.record import track
-from reports.tracking.series import COLUMNS, TIME, all_series, read_history
+from reports.tracking.benches import COLUMNS, TIME, read_history
+from reports.tracking.record import Place, history, track
 from reports.tracking.together import FURTHER, Samples, is_slower, looks_slower, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
@@ -103,27 +101,9 @@ def test_code_that_is_slower_is_seen_in_the_same_samples():
 def test_the_smallest_visible_change_grows_with_the_scatter_and_is_above_the_gate():
     random = np.random.Generator(np.random.Philox(9))
     quiet, loud = (1.0 + scatter * random.random((2, 14)) for scatter in (1e-3, 0.2))
-    one, other = (smallest_change(*sides, 0.10, 17) for sides in (quiet, loud))
+    one, other = (smallest_visible(*sides, 17, 0.10) for sides in (quiet, loud))
     assert 0.10 < one <= 0.12 < other
-    assert smallest_change(*quiet, 0.0, 17) <= 0.02
-
-
-def test_a_known_change_needs_a_reason_and_explains_its_commit_alone(tmp_path):
-    assert all(one.reason for one in known_changes())
-    known = (KnownChange("Kepler", "iterations", "0123456", "the guess was changed"),)
-    why = "the guess was changed"
-    assert reason_of(known, "Kepler, degree 8", "iterations", "0123456789ab") == why
-    for benchmark, quantity, commit in (
-        ("heavy top", "iterations", "0123456789ab"),
-        ("Kepler, degree 8", "error", "0123456789ab"),
-        ("Kepler, degree 8", "iterations", "1123456789ab"),
-    ):
-        assert reason_of(known, benchmark, quantity, commit) == ""
-    file = tmp_path / "known.csv"
-    for row in ("Kepler,error,0123456,", "Kepler,error,0123,because"):
-        file.write_text(f"benchmark,quantity,commit,reason\n{row}\n")
-        with pytest.raises(ValueError, match="a change needs a reason"):
-            known_changes(file)
+    assert smallest_visible(*quiet, 17, 0.0) <= 0.02
 
 
 NAME = "test_a_run_of_galvi[Kepler, degree 8]"
@@ -143,7 +123,9 @@ def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, 
     return {
         "machine_info": {"cpu": {"brand_raw": cpu}, "system": "S", "python_version": "3"},
         "commit_info": {"id": f"{k:012}", "dirty": k % 2 == 1},
-        "benchmarks": [{"name": NAME, "stats": {"median": time}, "extra_info": info | extra}],
+        "benchmarks": [
+            {"name": NAME, "stats": {"median": time, "mean": time}, "extra_info": info | extra}
+        ],
         "datetime": f"2026-01-{k + 1:02}T00:00:00+00:00",
         "version": "5",
     }
@@ -159,6 +141,12 @@ def store(folder: Path, name: str, content: Any) -> Path:
 def read(folder: Path) -> tuple[pd.DataFrame, list[str]]:
     said: list[str] = []
     return read_history(folder / "benchmarks", said.append), said
+
+
+def places(folder: Path) -> tuple[Place, ...]:
+    record = history(folder)
+    assert record is not None
+    return record.places
 
 
 def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
@@ -180,7 +168,7 @@ def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
         {"version": "0.1", "things": []},
         [],
         bench(1) | {"benchmarks": [{"name": "x"}]},
-        bench(1, time=-1.0),
+        bench(1) | {"machine_info": {}},
     ],
 )
 def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(tmp_path: Path, content: Any) -> None:
@@ -188,23 +176,20 @@ def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(tmp_path: Path, con
     store(tmp_path, "good.json", bench(1))
     frame, said = read(tmp_path)
     assert set(frame["file"]) == {"good.json"} and path.exists()
-    assert len(said) == 1 and said[0].startswith("other.json is left out: it is not a bench")
+    assert len(said) == 1
+    assert said[0].startswith("Failed to load ") and "other.json: " in said[0]
 
 
-def test_rows_of_a_bench_that_did_not_end_are_no_bench(tmp_path: Path) -> None:
-    path = tmp_path / "benchmarks" / "unfinished" / "of-these-sources" / "row.json"
-    path.parent.mkdir(parents=True)
-    path.write_text("{}")
+def test_benches_of_somebody_else_have_seconds_and_nothing_invented(tmp_path: Path) -> None:
+    for k in range(2):
+        plain = bench(k)
+        plain["benchmarks"][0]["extra_info"] = {}
+        store(tmp_path, f"{k}.json", plain)
     frame, said = read(tmp_path)
-    assert frame.empty and said == []
-
-
-def test_a_bench_of_somebody_else_has_seconds_and_nothing_invented(tmp_path: Path) -> None:
-    plain = bench(1)
-    plain["benchmarks"][0]["extra_info"] = {}
-    store(tmp_path, "plain.json", plain)
-    frame, said = read(tmp_path)
-    assert list(frame["quantity"]) == ["seconds"] and said == []
+    assert list(frame["quantity"]) == ["seconds"] * 2 and said == []
+    (place,) = places(tmp_path)
+    assert place.benches == 2 and place.extremes == "" and place.pictures == ()
+    assert place.rows["changes"].tolist() == ["too few runs"]
 
 
 @pytest.mark.parametrize(
@@ -219,18 +204,22 @@ def test_another_machine_or_version_is_another_series(tmp_path: Path, other: Any
     for k in range(6):
         store(tmp_path, f"{k}.json", bench(k))
         store(tmp_path, f"{k}-other.json", bench(k, 9.0, **other))
-    found = [one for one in all_series(read(tmp_path)[0]) if one.quantity == TIME]
-    assert [len(one.values) for one in found] == [6, 6]
-    assert all(np.ptp(one.values) == 0.0 and not one.changes for one in found)
-    assert found[0].place != found[1].place
+    one, two = sorted(places(tmp_path), key=lambda place: place.rows[TIME].iloc[0])
+    assert one.name != two.name
+    for place, time in ((one, 2.0), (two, 18.0)):
+        assert place.benches == 6 and not place.changes
+        (row,) = place.rows.to_dict("records")
+        assert (row["runs"], row[TIME], row["over the median of earlier runs"]) == (6, time, 1.0)
+        assert place.commits["time, relative"].tolist() == [1.0] * 6
 
 
 def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> None:
     for k in range(20):
         late = {"counts": {"iterations": 101}, "error": 2e-9} if k >= 15 else {}
         store(tmp_path, f"{k}.json", bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **late))
-    said = [line for one in all_series(read(tmp_path)[0]) for _, line in one.sentences()]
-    assert said == [
+    (place,) = places(tmp_path)
+    assert place.rows["changes"].tolist() == [3]
+    assert list(place.changes) == [
         "Kepler, degree 8: time over yardstick +30.0 % near 000000000010",
         "Kepler, degree 8: iterations +1.0 % near 000000000015+",
         "Kepler, degree 8: error +100.0 % near 000000000015+",
@@ -240,13 +229,10 @@ def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> No
 def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> None:
     for k in range(6):
         store(tmp_path, f"{k}.json", bench(k, error=None if k in (0, 3) else 0.0 if k < 5 else 1.0))
-    series = {one.quantity: one for one in all_series(read(tmp_path)[0])}
-    values, changes = series["error"].among(series[TIME].files)
-    assert np.array_equal(values, [np.nan, 0.0, 0.0, np.nan, 0.0, 1.0], equal_nan=True)
-    assert changes == [5]
-    assert series["error"].sentences() == [
-        ("000000000005+", "Kepler, degree 8: error 0 became 1 near 000000000005+"),
-    ]
+    (place,) = places(tmp_path)
+    assert place.changes == ("Kepler, degree 8: error 0 became 1 near 000000000005+",)
+    (row,) = place.rows.to_dict("records")
+    assert (row["runs"], row["error"], row["changes"]) == (6, 1.0, 1)
 
 
 def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None:
@@ -266,7 +252,7 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
     said: list[str] = []
     track(tmp_path, {"command": "x"}, said.append)
     page = (tmp_path / "history.html").read_text()
-    assert "Quite another" in page and "bad.json is left out" in page
+    assert "Quite another" in page and "bad.json: " in page
     assert page.count("<img ") == 2 and "shown apart" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")
@@ -274,11 +260,7 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    known = (KnownChange("Kepler", "iterations", "000000000001", "another guess"),)
-    monkeypatch.setattr("reports.tracking.record.known_changes", lambda: known)
+def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(tmp_path: Path) -> None:
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
@@ -290,6 +272,4 @@ def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
     assert "fastest: 000000000003+" in page
     for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
-    place = page[page.index("Known changes:") :]
-    assert "iterations +1.0 % near 000000000001+: another guess" in place
-    assert "Changes of level" not in page
+    assert "iterations +1.0 % near 000000000001+" in page[page.index("Changes of level") :]

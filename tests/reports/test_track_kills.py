@@ -1,4 +1,4 @@
-"""kill -9 at random moments of bench, track and build: nothing damaged, and it goes on.
+"""kill -9 at random moments of track and build: nothing damaged, and it goes on.
 
 `python -m pytest tests/reports/test_track_kills.py -m slow -s` prints the table; KILLS sets how
 many.
@@ -10,7 +10,6 @@ import json
 import os
 import random
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -21,8 +20,7 @@ import pytest
 
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER
-from reports.tracking.project import seed_kernels
-from reports.tracking.series import read_history
+from reports.tracking.checkouts import copy_kernels, copy_working_tree
 
 RESUMING = re.compile(r"^Resuming: (\d+) results? of the build of [^;]*; --anew", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))
@@ -33,12 +31,8 @@ pytestmark = pytest.mark.slow(
 
 def commands(out: Path) -> dict[str, tuple[list[str], float]]:
     """Each command, and the seconds within which it is killed."""
-    python, reports = sys.executable, [sys.executable, "-m", "reports"]
-    bench = [python, "-m", "pytest", "benchmarks/timings", "-q", "-k", "closed"]
-    bench += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
-    bench += [f"--benchmark-storage=file://{out / 'benchmarks'}"]
+    reports = [sys.executable, "-m", "reports"]
     return {
-        "bench": (bench, 6.0),
         "track": ([*reports, "track", "--out", str(out)], 8.0),
         "build": ([*reports, "build", "--quick", "--claims", "V1", "--out", str(out)], 40.0),
     }
@@ -67,14 +61,9 @@ def whole(path: Path) -> bool:
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
     """A copy of the checkout, whose sources stay the same until the end."""
-    listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
-    names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     copy = tmp_path / "checkout"
-    for name in filter(None, names.split("\0")):
-        if (ROOT / name).is_file():
-            (copy / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, copy / name)
-    seed_kernels(ROOT, copy)
+    copy_working_tree(ROOT, copy)
+    copy_kernels(ROOT, copy)
     return copy
 
 
@@ -93,11 +82,11 @@ def go_on(name: str, words: list[str], checkout: Path, out: Path, kept: int) -> 
 
 def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    table, moments, kept, parts = [], random.Random(5), 0, [0]
+    table, moments, parts = [], random.Random(5), [0]
     said = tmp_path / "said"
     known = commands(out)
     for k in range(KILLS):
-        name = ("bench", "track", "bench", "build")[k % 4]
+        name = ("track", "build")[k % 2]
         words, longest = known[name]
         moment = moments.uniform(0.5, longest)
         with (
@@ -116,8 +105,6 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
             assert parts[-1] >= parts[-2] or ended is not None
         files = [path for path in out.rglob("*") if path.is_file() and path.name[0] != "."]
         bad = [path.name for path in files if not whole(path)]
-        kept = max(kept, results_kept(out / "benchmarks"))
-        frame = read_history(out / "benchmarks", lambda sentence: None)
         table.append(
             {
                 "killed": name,
@@ -125,17 +112,12 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
                 "was": "running" if ended is None else f"done ({ended})",
                 "files": len(files),
                 "damaged": len(bad),
-                "benches": frame["file"].nunique(),
-                "rows kept": results_kept(out / "benchmarks"),
                 "parts kept": parts[-1],
             }
         )
         assert bad == []
     print("\n" + pd.DataFrame(table).to_string(index=False, float_format="%.1f"))
     assert max(parts) > 0, "no build was killed between two of its parts"
-    for name in ("bench", "track", "build"):
+    for name in ("track", "build"):
         go_on(name, known[name][0], checkout, out, parts[-1])
     assert not (out / FOLDER).exists()
-    assert results_kept(out / "benchmarks") == 0
-    assert read_history(out / "benchmarks")["file"].nunique() >= 1
-    assert kept > 0, "no bench was killed between two of its rows"

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from reports.cli.track import track_command
-from reports.tracking.project import PROBLEMS
+from reports.tracking.tracked_problems import PROBLEMS
 from tests.reports.test_track_against import git
 
 DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
@@ -238,10 +238,6 @@ def test_each_problem_tracked_is_one_that_moves_at_its_start() -> None:
     """At rest, a reversed time gives the same motion."""
     from benchmarks.timings.worker import problem_of
 
-    for tracked in PROBLEMS:
-        problem = problem_of({"problem": tracked.name, "arguments": tracked.arguments})
-        assert abs(problem.v0).max() > 0.0, tracked.name
-    assert any(
-        problem_of({"problem": tracked.name, "arguments": tracked.arguments}).t0
-        for tracked in PROBLEMS
-    )
+    problems = {case.name: problem_of(vars(case)) for case in PROBLEMS}
+    assert all(abs(problem.v0).max() > 0.0 for problem in problems.values())
+    assert any(problem.t0 for problem in problems.values())

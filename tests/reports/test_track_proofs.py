@@ -22,8 +22,8 @@ from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from reports.results.progress import Studies
 from reports.tracking.against import compare
+from reports.tracking.checkouts import Checkout, copy_kernels, copy_working_tree
 from reports.tracking.outcome import Outcome
-from reports.tracking.project import Checkout, working_tree
 
 COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
 
@@ -134,7 +134,10 @@ def compared(base: Path, head: Path, cases: tuple[Case, ...]) -> Outcome:
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the working tree, so that edits of the checkout do not reach a comparison."""
-    return working_tree(ROOT, tmp_path_factory.mktemp("tree")).folder
+    folder = tmp_path_factory.mktemp("tree")
+    copy_working_tree(ROOT, folder)
+    copy_kernels(ROOT, folder)
+    return folder
 
 
 def plant(fault: Fault, folder: Path) -> None:

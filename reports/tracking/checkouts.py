@@ -1,0 +1,183 @@
+"""Two copies of a repository in temporary folders: a revision, the base, and the working tree, the
+head. Edits during a comparison have no effect on them.
+
+Of galvi's own, each has its own kernel cache, initially a copy of the working tree's; galvi loads
+only kernels compiled from identical sources.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import galvi
+from benchmarks.store.isolated_environment import NotHere, finished
+from galvi.command import places_in
+from galvi.kernels.compile.cache import KERNELS_FOLDER
+
+PACKAGE = "galvi"
+KERNELS = f"__pycache__/{KERNELS_FOLDER}"
+CONSTRAINTS = "constraints.txt"
+
+
+class CannotCompare(Exception):
+    """Nothing can be compared; the message gives the reason and the remedy."""
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A copy of a repository.
+
+    folder   of the copy
+    commit   in full
+    changed  whether it is not exactly that commit
+    places   where Python imports from; () for the folder alone
+    python   interpreter to run it with
+    """
+
+    folder: Path
+    commit: str
+    changed: bool = False
+    places: tuple[Path, ...] = ()
+    python: str = sys.executable
+
+    @property
+    def name(self) -> str:
+        """For messages, e.g. "a1b2c3d4e5f6"."""
+        digits = self.commit[:12]
+        return f"the working tree ({digits} with changes)" if self.changed else digits
+
+
+@contextmanager
+def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
+    """The revision and the working tree of galvi's repository at root; both are removed afterwards.
+
+    Raises CannotCompare for a revision that git does not know, for one without galvi, and when the
+    current folder belongs to another repository, whose HEAD would be mistaken for galvi's.
+    """
+    top, here = top_of(root), top_of(Path.cwd())
+    theirs = "another project's integrators need --contender package.module:Class"
+    if top is None:
+        raise CannotCompare(
+            f"track --against needs a git checkout of galvi, and {root} is none; {theirs}."
+        )
+    if top != here:
+        raise CannotCompare(
+            f"track --against compares revisions of its own checkout: expected to be run in {top}, "
+            f"received {here or Path.cwd()}; change to {top} first, or, as {theirs}, give that."
+        )
+    with _copies(revision, top) as both:
+        if not (both[0].folder / PACKAGE).is_dir():
+            raise CannotCompare(
+                f"--against expects a revision that has {PACKAGE}; {both[0].name} has none."
+            )
+        for side in both:
+            copy_kernels(top, side.folder)
+        yield both
+
+
+@contextmanager
+def project_checkouts(revision: str, here: Path) -> Iterator[tuple[Checkout, Checkout]]:
+    """The same of the repository around a folder.
+
+    Python imports galvi from where it is, and else from this folder, the repository's root and a
+    ``src`` in either, as copied. Raises CannotCompare outside of a repository, and for a revision
+    that git does not know.
+    """
+    top = top_of(here)
+    if top is None:
+        raise CannotCompare(f"track --against needs a git repository; {here} is in none.")
+    inner = here.resolve().relative_to(top.resolve())
+    with _copies(revision, top) as both, tempfile.TemporaryDirectory(prefix="galvi-track-") as ours:
+        # galvi alone, before a file of that name in the repository
+        (Path(ours) / PACKAGE).symlink_to(Path(galvi.__file__).parent, target_is_directory=True)
+        base, head = (
+            replace(side, places=(Path(ours), *places_in(side.folder, inner))) for side in both
+        )
+        yield base, head
+
+
+@contextmanager
+def _copies(revision: str, top: Path) -> Iterator[tuple[Checkout, Checkout]]:
+    try:
+        name = f"{revision}^{{commit}}"
+        commit = git(top, "rev-parse", "--verify", "--quiet", "--end-of-options", name).strip()
+    except subprocess.CalledProcessError:
+        raise CannotCompare(
+            f"--against expects a revision that git knows; received {revision!r}. "
+            "Name a commit, a branch or a tag; in a shallow clone, fetch it first."
+        ) from None
+    with tempfile.TemporaryDirectory(prefix="galvi-track-") as folder:
+        base, head = Path(folder) / "base", Path(folder) / "head"
+        files = io.BytesIO(git(top, "archive", "--format=tar", commit.decode()))
+        with tarfile.open(fileobj=files) as archive:
+            safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # before 3.11.4
+            archive.extractall(base, **safe)  # type: ignore[arg-type]
+        copy_working_tree(top, head)
+        changed = bool(git(top, "status", "--porcelain"))
+        latest = git(top, "rev-parse", "HEAD").decode().strip()
+        yield Checkout(base, commit.decode()), Checkout(head, latest, changed)
+
+
+def copy_working_tree(top: Path, folder: Path) -> None:
+    """Copy the files that git knows, or would: neither ignored nor removed."""
+    listed = git(top, "ls-files", "-z", "--cached", "--others", "--exclude-standard").decode()
+    for name in filter(None, listed.split("\0")):
+        if (top / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(top / name, folder / name)
+
+
+def copy_kernels(root: Path, folder: Path) -> None:
+    """Copy galvi's compiled kernels; another process may remove some of them meanwhile."""
+    for cache in (root / PACKAGE).rglob(KERNELS):
+        to = folder / cache.relative_to(root)
+        if to.parent.parent.is_dir():
+            with suppress(OSError):  # shutil.Error is one
+                shutil.copytree(cache, to, dirs_exist_ok=True)
+
+
+def isolated(checkout: Checkout) -> Checkout:
+    """The checkout with the Python of a new virtual environment in its folder.
+
+    Raises CannotCompare when the installation fails.
+    """
+    environment = checkout.folder / "environment"
+    python = str(environment / "bin" / "python")
+    pip = [python, "-I", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    constraints = checkout.folder / CONSTRAINTS
+    pip += ["-c", str(constraints)] if constraints.is_file() else []
+    try:
+        finished([sys.executable, "-I", "-m", "venv", str(environment)])
+        finished([*pip, str(checkout.folder)])
+    except NotHere as error:
+        raise CannotCompare(
+            f"--isolate could not install {checkout.name}: {error}. Without it, both sides share "
+            "the packages installed here."
+        ) from None
+    return replace(checkout, python=python)
+
+
+def top_of(folder: Path) -> Path | None:
+    """The root of the repository that contains a folder; None outside of any."""
+    try:
+        return Path(git(folder, "rev-parse", "--show-toplevel").decode().strip())
+    except subprocess.CalledProcessError:
+        return None
+
+
+def git(folder: Path, *arguments: str) -> bytes:
+    """What git prints. Raises CannotCompare without git, CalledProcessError where git fails."""
+    try:
+        done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True)
+    except FileNotFoundError:
+        raise CannotCompare("track --against needs git, which is not installed.") from None
+    return done.stdout

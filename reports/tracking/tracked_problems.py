@@ -1,0 +1,89 @@
+"""The problems that another project's integrators are compared on, and the benchmarks there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.timings.case import LEAST_ERROR, TRAJECTORY, Case, Thresholds
+from benchmarks.timings.worker import problem_of
+from benchmarks.work_precision.participants import finest
+from reports.tracking.checkouts import CannotCompare
+
+
+def tracked(
+    problem: str,
+    duration: float,
+    truth: str,
+    arguments: Mapping[str, Any] | None = None,
+    tight: float = 0.0,
+    accuracy: float = 1.0,
+) -> Case:
+    """A problem that every integrator which supports it is compared on.
+
+    problem    its name in galvi.problems, called with the arguments
+    duration   in the problem's unit of time
+    truth      name of a reference, at its tolerance `tight`; 0 for its default
+    accuracy   times the least error that is compared: how large the motion is, or how much less
+               accurate the truth
+    """
+    return Case(
+        problem, TRAJECTORY, problem, 0, 0, duration, 1, truth, arguments or {},
+        truth_tolerance=tight, rounding=LEAST_ERROR * accuracy,
+    )  # fmt: skip
+
+
+# All start in motion, so that a reversed time shows.
+PROBLEMS: tuple[Case, ...] = (
+    tracked("harmonic_oscillator", 5.0, "oscillator, closed form", {"velocity": 0.5}),
+    tracked("kepler", 5.0, "Kepler, closed form", {"eccentricity": 0.3}),
+    tracked("planar_pendulum", 5.0, "pendulum, closed form", {"rate": -0.5}),
+    tracked("henon_heiles", 5.0, "SciPy DOP853", tight=1e-13, accuracy=10.0),
+    tracked("driven_oscillator", 5.0, "SciPy DOP853", tight=1e-13, accuracy=10.0),
+    tracked("outer_solar_system", 7305.0, "REBOUND IAS15", accuracy=100.0),
+    tracked("free_rigid_body", 5.0, "free rigid body, closed form"),
+    tracked("pendulum_3d", 5.0, "stored truth, rigid bodies", accuracy=10.0),
+    tracked("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13,
+            30.0),
+)  # fmt: skip
+FEWEST = 100  # steps of an integrator that offers no settings
+
+
+def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
+    """Its finest setting on each problem that an integrator supports, in the working tree.
+
+    paths  "package.module:Class"
+    limit  of each answer, in seconds
+
+    Raises ContenderError for one that cannot be loaded, CannotCompare where none takes a problem,
+    and where one fails to say which it takes.
+    """
+    cases = []
+    for path in dict.fromkeys(paths):
+        external = ExternalIntegrator.open(path, limit)
+        try:
+            for case in PROBLEMS:
+                problem = problem_of(vars(case))
+                setting = finest(external, problem, case.step, 1, FEWEST)
+                if external.faults:
+                    raise CannotCompare(external.faults[0])
+                if setting is not None:
+                    mine = replace(
+                        case,
+                        name=f"{external.name}, {problem.name}",
+                        contender=path,
+                        setting=dict(setting),
+                        slower=thresholds.slower,
+                        error_tolerance=thresholds.less_accurate,
+                    )
+                    cases.append(mine)
+        finally:
+            external.close()
+    if not cases:
+        raise CannotCompare(
+            f"{' and '.join(paths)} take none of the problems compared on: "
+            f"{', '.join(case.name for case in PROBLEMS)}."
+        )
+    return tuple(cases)
