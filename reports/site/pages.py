@@ -107,8 +107,8 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        file_table, html_table, in_text, label_of, motions, mujoco_overhead, of_mujoco, readable_cost,
-        readable_ratios, readable_targets, sentences, slug, without_common,
+        file_table, html_table, in_text, label_of, motions, mujoco_overhead, of_mujoco,
+        readable_cost, readable_ratios, readable_targets, sentences, slug, without_common,
         comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})
