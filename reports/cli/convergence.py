@@ -27,7 +27,7 @@ from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
 from reports.cli.handed_over import handed_over, show_progress
 from reports.cli.option_groups import Convergence
 from reports.figures.picture import WIDTHS, sized
-from reports.figures.plots.orders import orders
+from reports.figures.plots.convergence import orders
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure
 from reports.tables.latex import escape

@@ -20,7 +20,7 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
-from reports.figures.style.layout import Canvas, panels, spread, wrapped
+from reports.figures.style.layout import Canvas, panels, wrapped
 from reports.figures.track_record import track_record
 from reports.results.section import Figure
 from tests.reports.study_frames import FRAMES
@@ -150,13 +150,6 @@ def test_text_on_text_and_beyond_the_edge_is_seen():
     canvas = laid_out(Figure("f", "f", careless), pd.DataFrame(), 6.3)
     found = list(faults(canvas))
     assert any("is on" in one for one in found) and any("beyond" in one for one in found)
-
-
-def test_labels_do_not_overlap_and_stay_below_the_top_where_there_is_room():
-    places = spread([0.0, 1.0, 1.0, 99.0, 100.0], [10.0] * 5, 0.0, 100.0)
-    assert np.all(np.diff(places) >= 10.0 - 1e-12)
-    assert places[-1] <= 100.0
-    assert spread([10.0, 50.0], [10.0, 10.0], 0.0, 100.0) == [10.0, 50.0]
 
 
 def test_lines_break_between_words_and_not_within_mathematics():
