@@ -125,16 +125,16 @@ def drawable(
             yield comparison_figure(str(problem), runs), runs
     for headline in (*HEADLINES, *PROFILES):
         yield headline, table
-    for one in sections:
-        for figure in one.section.figures:
-            yield figure, one.frame
+    for result in sections:
+        for figure in result.section.figures:
+            yield figure, result.frame
 
 
 def save(gallery: Gallery, folder: Path) -> None:
     """Write NAME.svg, NAME.png and NAME-narrow.svg, and remove the earlier files of figures that
     are missing now."""
-    for one in gallery.pictures.values():
-        write_files(one, folder)
+    for drawn in gallery.pictures.values():
+        write_files(drawn, folder)
     for name in gallery.missing:
         for end in ENDS:
             (folder / f"{name}{end}").unlink(missing_ok=True)

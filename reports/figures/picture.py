@@ -61,8 +61,8 @@ class Picture:
 
 def pixels(svg: bytes) -> tuple[int, int]:
     """Width and height in pixels of CSS; (0, 0) where it has none."""
-    found = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
-    width, height = (float(part) for part in found.groups()) if found else (0.0, 0.0)
+    sides = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
+    width, height = map(float, sides.groups()) if sides else (0.0, 0.0)
     return round(PIXELS * width), round(PIXELS * height)
 
 
@@ -73,12 +73,12 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
         svg = animated(saved(canvas, "svg"))
         hide_all_but_last(canvas)
         png = saved(canvas, "png")
-        words = describe(canvas)
+        description = describe(canvas)
         slim = figure.least < NARROW
         narrow = animated(saved(drawn(figure, frame, NARROW), "svg")) if slim else b""
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     return Picture(figure.name, title, figure.caption, svg, png,
-                   f"{figure.title}. {words}".strip(), narrow)  # fmt: skip
+                   f"{figure.title}. {description}".strip(), narrow)  # fmt: skip
 
 
 def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
@@ -115,10 +115,10 @@ def slug(problem: str) -> str:
     return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
-def write_files(one: Picture, folder: Path) -> None:
+def write_files(picture: Picture, folder: Path) -> None:
     """Write the files of a picture, and remove an earlier narrow one where it has none."""
-    for end, content in zip(ENDS, (one.svg, one.png, one.narrow), strict=True):
+    for end, content in zip(ENDS, (picture.svg, picture.png, picture.narrow), strict=True):
         if content:
-            write(folder / f"{one.name}{end}", content)
+            write(folder / f"{picture.name}{end}", content)
         else:
-            (folder / f"{one.name}{end}").unlink(missing_ok=True)
+            (folder / f"{picture.name}{end}").unlink(missing_ok=True)

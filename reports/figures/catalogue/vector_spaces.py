@@ -147,14 +147,14 @@ FINITE_SMOOTHNESS: tuple[Figure, ...] = (
         options={
             "rates": tuple(
                 Rate(
-                    v28.named(place, b),
+                    v28.named(t, b),
                     v28.BEST,
-                    f"$t^*={place:g}$, $b={b:g}$",
+                    f"$t^*={t:g}$, $b={b:g}$",
                     v28.FLOOR,
                     claimed=2.0,
                     algebraic=True,
                 )
-                for place, b in SHOWN
+                for t, b in SHOWN
             ),
             "ylabel": "$|u - v|_X$",
         },

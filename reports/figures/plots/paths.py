@@ -62,8 +62,10 @@ def paths(
             if panel.stops:
                 plane.plot(x[-1], y[-1], "X", color=color, markersize=6, markeredgecolor="white",
                            markeredgewidth=0.5, zorder=3)  # fmt: skip
-                plane.plot([], [], "X", color=GUIDE, label="the solver stops")
         plane.plot(0.0, 0.0, "o", color=SUN, markeredgecolor=INK, markeredgewidth=0.5, markersize=5)
+        if panel.stops:
+            cross = Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6)
+            legend(plane, [cross], ["the solver stops"])
         if panel.half:
             plane.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
 

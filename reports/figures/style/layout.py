@@ -27,11 +27,12 @@ class NoData(Exception):
 
 LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes
-WIDE, BESIDE = 5.0, 0.27  # inches from which a legend may take this part of the width
+WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width
 AROUND = (0.85, 0.6)  # inches of a panel's width and height that labels take
 LETTER = 0.56  # width of a letter over the size of its font, on average
 SHOWN = 6  # markers of an entry that stands for several names
 BELOW, RIGHT = "outside lower center", "outside right upper"
+MATHEMATICS = re.compile(r"\\[a-z]+|[${}^_]")  # which is not drawn
 UNBROKEN = "\u00a0"
 
 
@@ -92,8 +93,8 @@ def contender_legend(axes: Axes, names: Iterable[str]) -> None:
     """Entries of `grouped`; one of several names shows some of their markers, of galvi's one for
     each degree."""
     for label, members in grouped(names):
-        looks = [identity(name).style for name in members]
-        styles = list({(look["color"], look["marker"]): look for look in looks}.values())
+        looks = [identity(name).style for name in reversed(members)]
+        styles = list({(look["color"], look["marker"]): look for look in looks}.values())[::-1]
         some = styles[:: -(-len(styles) // SHOWN)]
         legend(axes, [tuple(Line2D([], [], markersize=5.0, **style) for style in some)], [label])
 
@@ -116,7 +117,8 @@ def finish(canvas: Canvas) -> None:
         for text in (axes.title, axes._left_title, axes.xaxis.label):  # type: ignore[attr-defined]
             _break(text, width, "width")
         _break(axes.yaxis.label, height, "height")
-    canvas.draw_without_rendering()
+    for _ in range(2):  # axes in three dimensions take two to settle
+        canvas.draw_without_rendering()
     canvas.set_layout_engine("none")
 
 
@@ -124,17 +126,20 @@ def _legend(canvas: Canvas) -> float:
     """Draw it below the axes where it is one row, else right of them where these have the room,
     else below in as many columns as fit; returns the width in inches that it takes from the axes.
     """
-    entries: dict[str, Any] = {}
-    for axes in canvas.axes:
-        handles, labels = axes.get_legend_handles_labels()
-        entries |= dict(zip(labels, handles, strict=True))
+    labelled = [axes.get_legend_handles_labels() for axes in canvas.axes]
+    pairs = [pair for handles, labels in labelled for pair in zip(labels, handles, strict=True)]
+    entries = {label: handle for label, handle in pairs if label not in canvas.entries}
     entries |= canvas.entries
     if not entries:
         return 0.0
     across, high = canvas.get_size_inches()
     letters = int(72.0 * across / (LETTER * rcParams["legend.fontsize"])) - 6
-    labels = [label if "\n" in label else wrapped(label, letters) for label in entries]
-    markers = max(len(one) if isinstance(one, tuple) else 1 for one in entries.values())
+    labels = [
+        label if "\n" in label or len(MATHEMATICS.sub("", label)) <= letters
+        else wrapped(label, letters)
+        for label in entries
+    ]  # fmt: skip
+    markers = max(len(handle) if isinstance(handle, tuple) else 1 for handle in entries.values())
     below = [(BELOW, columns) for columns in range(min(4, len(entries)), 0, -1)]
     right = [(RIGHT, 1)] if across > WIDE else []
     for loc, columns in (*below[:1], *right, *below) if len(entries) <= 4 else (*right, *below):
