@@ -20,6 +20,7 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
+from reports.figures.style.decades import readable
 from reports.figures.style.layout import Canvas, panels, wrapped
 from reports.figures.track_record import track_record
 from reports.results.section import Figure
@@ -137,6 +138,20 @@ def test_comparisons_fit_in_any_width(make_suite):
                               (tracked, history),
                               *((one, compared(one)) for one in HEADLINES)):  # fmt: skip
             assert not list(faults(laid_out(figure, frame, width)))
+
+
+def decades_of_time(axes, frame, *, span):
+    for panel in panels(axes, 2):
+        panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
+        panel.set(xscale="log", ylabel="error")
+        readable(panel.xaxis)
+
+
+@pytest.mark.parametrize("span", [0.4, 1.3, 2.4, 2.9, 6.0])
+def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
+    figure = Figure("f", "f", decades_of_time, options={"span": span}, size=(9.0, 3.9))
+    for width in ALL.values():
+        assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
 
 
 def careless(axes, frame):

@@ -12,6 +12,7 @@ from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTI
 from reports.tables.number_format import MINUS, SUPERSCRIPT
 
 FEW = 3.0  # decades of an axis, below which its ticks are round numbers
+ROOM = 0.7  # of the ticks that matplotlib finds room for: these have longer labels
 
 
 def decades(axis: Axis) -> None:
@@ -32,14 +33,14 @@ def power_of_ten(x: float, _: Any = None) -> str:
 
 def readable(axis: Axis) -> None:
     """Ticks at 1, 2 and 5 or at 1 and 3 of each decade, written out, where the axis spans few
-    decades; else powers of ten."""
+    decades and there is room; else powers of ten."""
     low, high = sorted(axis.get_view_interval())
     span = math.log10(high / low)
     decades(axis)
-    if span < FEW:
-        subs = (1.0, 2.0, 5.0) if span < 0.5 * FEW else (1.0, 3.0)
-        axis.set_major_locator(LogLocator(subs=subs, numticks=20))
-        axis.set_major_formatter("{x:g}")
+    for subs in ((1.0, 3.0), (1.0, 2.0, 5.0)):
+        if span < FEW and span * len(subs) + 1.0 < ROOM * axis.get_tick_space():
+            axis.set_major_locator(LogLocator(subs=subs, numticks=20))
+            axis.set_major_formatter("{x:g}")
 
 
 WORDS = {

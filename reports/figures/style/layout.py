@@ -27,7 +27,8 @@ class NoData(Exception):
 
 LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes
-WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width
+WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width,
+PANEL = 2.7  # inches, and leaves as much to each panel
 AROUND = (0.85, 0.6)  # inches of a panel's width and height that labels take
 LETTER = 0.56  # width of a letter over the size of its font, on average
 SHOWN = 6  # markers of an entry that stands for several names
@@ -140,6 +141,7 @@ def _legend(canvas: Canvas) -> float:
         for label in entries
     ]  # fmt: skip
     markers = max(len(handle) if isinstance(handle, tuple) else 1 for handle in entries.values())
+    columns_of_panels = max(axes.get_subplotspec().get_gridspec().ncols for axes in canvas.axes)
     below = [(BELOW, columns) for columns in range(min(4, len(entries)), 0, -1)]
     right = [(RIGHT, 1)] if across > WIDE else []
     for loc, columns in (*below[:1], *right, *below) if len(entries) <= 4 else (*right, *below):
@@ -150,7 +152,8 @@ def _legend(canvas: Canvas) -> float:
         )  # fmt: skip
         box = drawn.get_window_extent()
         width, height = box.width / canvas.dpi, box.height / canvas.dpi
-        if loc == RIGHT and width < BESIDE * across and height < high:
+        fits = width < BESIDE * across and (across - width) / columns_of_panels > PANEL
+        if loc == RIGHT and fits and height < high:
             return width
         if loc == BELOW and (columns == 1 or width < across - 4.0 * PAD):
             break
