@@ -13,6 +13,7 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
@@ -134,7 +135,8 @@ def _legend(canvas: Canvas) -> float:
     if not entries:
         return 0.0
     across, high = canvas.get_size_inches()
-    letters = int(72.0 * across / (LETTER * rcParams["legend.fontsize"])) - 6
+    points = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
+    letters = int(72.0 * across / (LETTER * points)) - 6
     labels = [
         label if "\n" in label or len(MATHEMATICS.sub("", label)) <= letters
         else wrapped(label, letters)
