@@ -45,7 +45,7 @@ report: $(STAMP) ## verify and compare; write tables, figures and the site to re
 	$(BIN)/python -m reports $(if $(FULL),,--quick)
 
 docs: $(STAMP) ## write the site with the tutorials run, around whatever rows there are; a warning fails
-	$(BIN)/python -m reports.site
+	$(BIN)/python -m reports build --kept --tutorials
 
 studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 	$(BIN)/python -m reports studies

@@ -25,7 +25,7 @@ from benchmarks.work_precision.problem import galvi_label
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
 from reports.cli.export import PICTURES, write_figure
 from reports.cli.handed_over import show_progress
-from reports.figures.plots.orders import orders
+from reports.figures.plots.convergence import orders
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure
 from reports.tables.orders import OrderTable, caption, sentences, write_orders

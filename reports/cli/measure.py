@@ -130,6 +130,13 @@ def build_all(
     single: Annotated[
         bool, typer.Option("--single-file", help="Also write all pages into one file.")
     ] = False,
+    tutorials: Annotated[
+        bool,
+        typer.Option(
+            "--tutorials",
+            help="With --kept: also run the tutorials' code, and exit 1 when Sphinx warns.",
+        ),
+    ] = False,
     out: Out = OUT,
 ) -> int:
     """Measure everything and write the pages. Resumes an interrupted build."""
@@ -139,8 +146,10 @@ def build_all(
     known = context.obj.load()
     if kept:
         with as_usage_error(ValueError, before="--kept: "):
-            build_kept(known, options_of(context, known, out, quick=quick), single)
-        return 0
+            warnings = build_kept(known, options_of(context, known, out), single, tutorials)
+        return int(tutorials and bool(warnings))
+    if tutorials:
+        raise typer.BadParameter("--tutorials requires --kept.")
     with joined(known, contender or (), timeout) as suite:
         options = options_of(
             context, suite, out, claims, require, quick=quick, contenders=tuple(contender or ()),

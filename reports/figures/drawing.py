@@ -14,7 +14,7 @@ from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
-from reports.figures.picture import Picture, picture, slug, write_files
+from reports.figures.picture import ENDS, Picture, picture, slug, write_files
 from reports.figures.profiles import PROFILES
 from reports.figures.style.decades import error_label
 from reports.figures.work_precision import work_precision
@@ -73,8 +73,8 @@ def _of_drawn(runs: pd.DataFrame) -> str:
     """Sentences of the caption on what not every such figure shows."""
     counted = dependable(runs)
     measured = counted[(counted["error"] > 0) & (counted["seconds"] > 0)]
-    names = list(dict.fromkeys(measured["contender"]))
-    said = {
+    names = list(measured["contender"].unique())
+    sentences = {
         "An open mark with an arrow: a bound, ten times the truth's own error.": bool(
             measured["error_is_bound"].any()
         ),
@@ -84,12 +84,12 @@ def _of_drawn(runs: pd.DataFrame) -> str:
         'The general kernel is galvi\'s with solver="newton".': any(
             name.endswith("general kernel") for name in names
         ),
-        "heyoka without its compact mode.": any(name in NOT_COMPACT for name in names),
+        "heyoka without its compact mode.": not set(NOT_COMPACT).isdisjoint(names),
         "The dotted vertical line marks the time of the run that is the reference.": bool(
             (runs["is_truth"] & (runs["seconds"] > 0)).any()
         ),
     }
-    return " ".join(sentence for sentence, so in said.items() if so)
+    return " ".join(sentence for sentence, holds in sentences.items() if holds)
 
 
 def draw(
@@ -103,16 +103,17 @@ def draw(
     each  map, or one that does the same in several processes
     """
     wanted = list(drawable(checked, comparison, sections))
-    known = [(figure, frame) for figure, frame in wanted if frame is not None]
-    found = dict(zip((figure.name for figure, _ in known), each(_drawn, known), strict=True))
-    gallery = Gallery({}, {})
-    for figure, _ in wanted:
-        drawn = found.get(figure.name, "what it shows was not run.")
-        if isinstance(drawn, Picture):
-            gallery.pictures[figure.name] = drawn
-        else:
-            gallery.missing[figure.name] = f"{figure.source or figure.title} is not drawn: {drawn}"
-    return gallery
+    measured = [(figure, frame) for figure, frame in wanted if frame is not None]
+    pictures = {figure.name: "what it shows was not run." for figure, _ in wanted}
+    pictures |= zip((figure.name for figure, _ in measured), each(_drawn, measured), strict=True)
+    return Gallery(
+        {name: drawn for name, drawn in pictures.items() if isinstance(drawn, Picture)},
+        {
+            figure.name: f"{figure.source or figure.title} is not drawn: {pictures[figure.name]}"
+            for figure, _ in wanted
+            if isinstance(pictures[figure.name], str)
+        },
+    )
 
 
 def drawable(
@@ -130,18 +131,18 @@ def drawable(
             yield comparison_figure(str(problem), runs), runs
     for headline in (*HEADLINES, *PROFILES):
         yield headline, table
-    for one in sections:
-        for figure in one.section.figures:
-            yield figure, one.frame
+    for result in sections:
+        for figure in result.section.figures:
+            yield figure, result.frame
 
 
 def save(gallery: Gallery, folder: Path) -> None:
     """Write NAME.svg, NAME.png and NAME-narrow.svg, and remove the earlier files of figures that
     are missing now."""
-    for one in gallery.pictures.values():
-        write_files(one, folder)
+    for drawn in gallery.pictures.values():
+        write_files(drawn, folder)
     for name in gallery.missing:
-        for end in (".svg", ".png", "-narrow.svg"):
+        for end in ENDS:
             (folder / f"{name}{end}").unlink(missing_ok=True)
 
 

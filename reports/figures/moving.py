@@ -6,8 +6,8 @@ too; where it is not followed, and in the PNG, the last frame is shown.
 
 from __future__ import annotations
 
-import itertools
 import re
+from collections.abc import Iterable
 
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
@@ -17,21 +17,17 @@ NAME = re.compile(r"frame-(\d+)-of-(\d+)-")
 GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
 
 
-def in_frame(artist: Artist, frame: int, frames: int) -> None:
-    """Show the artist in a frame only, counted from 0."""
-    known = len(_moving(artist.get_figure(root=True)))
-    artist.set_gid(f"frame-{frame}-of-{frames}-{known}")
-
-
-def _moving(figure: Figure) -> list[Artist]:
-    return [one for one in figure.findobj() if NAME.match(one.get_gid() or "")]
+def in_frame(artists: Iterable[Artist], frame: int, frames: int) -> None:
+    """Show the artists in a frame only, counted from 0."""
+    for k, artist in enumerate(artists):
+        artist.set_gid(f"frame-{frame}-of-{frames}-{k}")
 
 
 def hide_all_but_last(figure: Figure) -> None:
     """Before the PNG is written."""
-    for artist in _moving(figure):
-        found = NAME.match(artist.get_gid() or "")
-        artist.set_visible(int(found[1]) == int(found[2]) - 1)
+    for artist in figure.findobj(lambda artist: NAME.match(artist.get_gid() or "")):
+        frame, frames = map(int, NAME.match(artist.get_gid()).groups())
+        artist.set_visible(frame == frames - 1)
 
 
 def animated(svg: bytes) -> bytes:
@@ -41,17 +37,11 @@ def animated(svg: bytes) -> bytes:
 
 def _timed(group: re.Match[bytes]) -> bytes:
     frame, frames = int(group[1]), int(group[2])
-    edges = [0.0, frame / frames, (frame + 1) / frames]
-    values = ["hidden", "visible", "hidden"]
-    if frame == 0:
-        edges, values = [0.0, edges[2]], values[1:]
-    if frame == frames - 1:
-        edges, values = edges[: len(edges) - 1], values[: len(values) - 1]
-    kept = [edge for edge, _ in itertools.groupby(edges)]
-    times = ";".join(f"{edge:.6f}" for edge in kept)
-    last = b"visible" if frame == frames - 1 else b"hidden"
+    begin, end = f"{frame / frames:.6f}", f"{(frame + 1) / frames:.6f}"
+    visibility = "visible" if frame == frames - 1 else "hidden"
     animation = (
-        f'<animate attributeName="visibility" calcMode="discrete" dur="{frames * SECONDS:g}s" '
-        f'repeatCount="indefinite" keyTimes="{times}" values="{";".join(values)}"/>'
+        f' visibility="{visibility}"><animate attributeName="visibility" calcMode="discrete" '
+        f'dur="{frames * SECONDS:g}s" repeatCount="indefinite" keyTimes="0;{begin};{end}" '
+        'values="hidden;visible;hidden"/>'
     )
-    return group[0][:-1] + b' visibility="' + last + b'">' + animation.encode()
+    return group[0][:-1] + animation.encode()

@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import matplotlib.style
 import pandas as pd
 
@@ -17,34 +16,21 @@ from reports.figures.moving import animated, hide_all_but_last
 from reports.figures.style.layout import Canvas, NoData, finish
 from reports.results.section import Figure
 
-WIDTHS = {"column": 3.3, "page": 6.9}  # inches
-EMBEDDED = {"pdf.fonttype": 42, "svg.fonttype": "path", "savefig.dpi": 300}
-SMALL = {
-    "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
-    "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
-}  # fmt: skip
-
-
-def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
-    """The file of a figure that is `width` inches wide.
-
-    form  pdf, svg or png
-    """
-    with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 3.6 else {}]):
-        canvas = drawn(figure, frame, width)
-        hide_all_but_last(canvas)
-        return saved(canvas, form)
-
-
-matplotlib.use("Agg")
 STYLE = Path(__file__).with_name("galvi.mplstyle")
 METADATA = {
     "svg": dict.fromkeys(("Creator", "Date", "Format", "Type")),
     "png": {"Software": None},
     "pdf": dict.fromkeys(("Creator", "Producer", "CreationDate")),
 }
+ENDS = (".svg", ".png", "-narrow.svg")  # of the names of a picture's files
 PIXELS = 96 / 72  # of CSS, per point
 NARROW = 3.75  # inches, on a telephone of 400 pixels with its margins
+WIDTHS = {"column": 3.3, "page": 6.9}  # inches
+EMBEDDED = {"pdf.fonttype": 42, "svg.fonttype": "path", "savefig.dpi": 300}
+SMALL = {
+    "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -75,8 +61,8 @@ class Picture:
 
 def pixels(svg: bytes) -> tuple[int, int]:
     """Width and height in pixels of CSS; (0, 0) where it has none."""
-    found = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
-    width, height = (float(part) for part in found.groups()) if found else (0.0, 0.0)
+    sides = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
+    width, height = map(float, sides.groups()) if sides else (0.0, 0.0)
     return round(PIXELS * width), round(PIXELS * height)
 
 
@@ -87,13 +73,23 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
         svg = animated(saved(canvas, "svg"))
         hide_all_but_last(canvas)
         png = saved(canvas, "png")
-        words = describe(canvas)
-        narrow = b""
-        if figure.least < NARROW:
-            narrow = animated(saved(drawn(figure, frame, NARROW), "svg"))
+        description = describe(canvas)
+        slim = figure.least < NARROW
+        narrow = animated(saved(drawn(figure, frame, NARROW), "svg")) if slim else b""
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     return Picture(figure.name, title, figure.caption, svg, png,
-                   f"{figure.title}. {words}".strip(), narrow)  # fmt: skip
+                   f"{figure.title}. {description}".strip(), narrow)  # fmt: skip
+
+
+def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
+    """The file of a figure that is `width` inches wide.
+
+    form  pdf, svg or png
+    """
+    with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 3.6 else {}]):
+        canvas = drawn(figure, frame, width)
+        hide_all_but_last(canvas)
+        return saved(canvas, form)
 
 
 def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
@@ -119,12 +115,10 @@ def slug(problem: str) -> str:
     return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
-def write_files(one: Picture, folder: Path) -> None:
-    """Write the files of a picture."""
-    write(folder / f"{one.name}.svg", one.svg)
-    write(folder / f"{one.name}.png", one.png)
-    narrow = folder / f"{one.name}-narrow.svg"
-    if one.narrow:
-        write(narrow, one.narrow)
-    else:
-        narrow.unlink(missing_ok=True)
+def write_files(picture: Picture, folder: Path) -> None:
+    """Write the files of a picture, and remove an earlier narrow one where it has none."""
+    for end, content in zip(ENDS, (picture.svg, picture.png, picture.narrow), strict=True):
+        if content:
+            write(folder / f"{picture.name}{end}", content)
+        else:
+            (folder / f"{picture.name}{end}").unlink(missing_ok=True)

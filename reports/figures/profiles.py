@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from benchmarks.work_precision.profiles import profile
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import OURS, blue, identity, in_order
-from reports.figures.style.layout import NoData, legend, panels, share_y_label
+from reports.figures.style.layout import NoData, panels, share_y_label
 from reports.results.section import Figure
 from reports.tables.comparison_tables import heading
 from reports.tables.profiles import FEWEST, costs_at
@@ -24,36 +23,33 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
 
     value  "ratio", from 1, or "cost", in seconds
     """
-    found = {error: table for error, table in costs_at(frame).items() if len(table)}
-    if not found:
+    tables = {error: table for error, table in costs_at(frame).items() if len(table)}
+    if not tables:
         raise NoData("nothing was run to these errors.")
-    whole = pd.concat(found.values())
-    each = [table.groupby("code")["problem"].nunique() for table in found.values()]
-    counts = pd.concat(each, axis=1).min(axis=1, skipna=False).dropna().astype(int)
-    solve = whole.loc[np.isfinite(whole["cost"]), "code"].unique()
-    names = drawn(counts[counts.index.isin(solve)])
+    costs = pd.concat(tables)
+    by_error = costs.groupby([costs.index.get_level_values(0), "code"], sort=False)
+    run = by_error["problem"].nunique().unstack()
+    solves = costs.loc[np.isfinite(costs["cost"]), "code"]
+    names = drawn(run.min(skipna=False).filter(solves.unique()))
     if not names:
         raise NoData(f"no code solves any of {FEWEST} problems.")
-    places = panels(axes, len(found))
-    share_y_label(places, "share of a code's problems [1]")
-    known = whole.loc[np.isfinite(whole[value]), value]
-    bounds = np.geomspace(known.min(), 1.2 * known.max(), POINTS)
-    for one, (error, table) in zip(places, found.items(), strict=True):
-        one.set(xscale="log", xlabel=xlabel, ylim=(-0.02, 1.04), title=f"error {heading(error)}")
+    shares = panels(axes, len(tables))
+    share_y_label(shares, "share of a code's problems [1]")
+    finite = costs.loc[np.isfinite(costs[value]), value]
+    bounds = np.geomspace(finite.min(), 1.2 * finite.max(), POINTS)
+    for panel, (error, table) in zip(shares, tables.items(), strict=True):
+        panel.set(xscale="log", xlabel=xlabel, ylim=(-0.02, 1.04), title=f"error {heading(error)}")
         for name in names:
-            color, style = _look(name)
-            shares = np.array(profile(table[table["code"] == name][value], bounds.tolist()))
-            low, middle, high = shares.T
-            one.fill_between(bounds, low, high, step="post", color=color, alpha=0.1, lw=0.0)
-            one.plot(bounds, middle, drawstyle="steps-post", **style)
-        decades(one.xaxis)
-    lines = [Line2D([], [], **_look(name)[1]) for name in names]
-    legend(one, lines, [f"{name} (of {_numbers(name, each)})" for name in names])
-
-
-def _numbers(name: str, each: list[pd.Series]) -> str:
-    """Of problems, in the panels' order; one where they are the same."""
-    return ", ".join(dict.fromkeys(str(one[name]) for one in each))
+            problems = ", ".join(dict.fromkeys(f"{number:.0f}" for number in run[name]))
+            color = blue(8) if name == OURS else identity(name).color
+            low, middle, high = np.array(
+                profile(table[table["code"] == name][value], bounds.tolist())
+            ).T
+            panel.fill_between(bounds, low, high, step="post", color=color, alpha=0.1, lw=0.0)
+            panel.plot(bounds, middle, drawstyle="steps-post", color=color,
+                       linestyle=identity(name).dash, linewidth=2.2 if name == OURS else 1.3,
+                       label=f"{name} (of {problems})")  # fmt: skip
+        decades(panel.xaxis)
 
 
 def drawn(counts: pd.Series) -> list[str]:
@@ -63,13 +59,6 @@ def drawn(counts: pd.Series) -> list[str]:
     """
     chosen = counts[counts >= FEWEST].sort_values(ascending=False, kind="stable").index[:MOST]
     return in_order(map(str, chosen))
-
-
-def _look(name: str) -> tuple[str, dict[str, object]]:
-    """Colour, and keywords of a line without markers."""
-    look, ours = identity(name), name == OURS
-    color = blue(8) if ours else look.color
-    return color, {"color": color, "linestyle": look.dash, "linewidth": 2.2 if ours else 1.3}
 
 
 BANDS = (

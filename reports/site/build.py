@@ -25,9 +25,9 @@ from urllib.parse import unquote, urlsplit
 
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.run import problems
-from reports.contents import CHECKS, SECTIONS
 from reports.figures.picture import slug
-from reports.site import commands, defects, peers
+from reports.results.suite import Suite
+from reports.site import defects, peers
 from reports.site.pages import DOCS, RESULTS, rendered, single_file
 from reports.site.report import Report
 
@@ -94,7 +94,7 @@ class SiteBuilder:
         said = text.splitlines()
         if not self.only_results:
             files = [Path(site.builder.get_outfilename(name)) for name in site.env.found_docs]
-            said += broken(report.out, files, anchors_of_results())
+            said += broken(report.out, files, anchors_of_results(report.suite))
         return said
 
     def _settings(self) -> dict[str, Any]:
@@ -130,12 +130,12 @@ class Page(HTMLParser):
                 self.targets.add(value)
 
 
-def anchors_of_results() -> dict[str, set[str]]:
+def anchors_of_results(suite: Suite) -> dict[str, set[str]]:
     """Page of results -> its places that other pages may link, shown or not in a report."""
     return {
-        f"{RESULTS}/claims.html": {claim.id for claim in CHECKS},
+        f"{RESULTS}/claims.html": {claim.id for claim in suite.claims},
         f"{RESULTS}/comparisons.html": {slug(name) for name in problems()},
-        f"{RESULTS}/studies.html": {section.anchor for section in SECTIONS},
+        f"{RESULTS}/studies.html": {section.anchor for section in suite.sections},
     }
 
 
@@ -170,7 +170,7 @@ def broken(
 
 def write_pages(source: Path) -> None:
     """Write every generated page whose text has changed."""
-    for name, text in chain(commands.pages(), peers.pages(), defects.pages()):
+    for name, text in chain(peers.pages(), defects.pages()):
         path = source / GENERATED / name
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             write(path, text)

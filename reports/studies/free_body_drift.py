@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.studies import free_body_drift
-from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.decades import decades
-from reports.figures.style.identities import identity, in_order
+from reports.figures.style.identities import CHART_LEGEND, identity, in_order
 from reports.figures.style.layout import (
     NoData,
     legend,
@@ -170,7 +169,7 @@ FREE_BODY_DRIFT = Section(
             title="Free rigid body: energy and angular momentum over many turns",
             draw=errors_over_turns,
             options={"problem": "free rigid body"},
-            caption=f"Blue: galvi; {CHART_LINES}; dashed: other codes, "
+            caption=f"Blue: galvi; {CHART_LEGEND}; dashed: other codes, "
             "MuJoCo on a free joint; integrators that differ by less than 5 % share a line. A "
             "cross: the run failed after it.",
             size=(9.6, 4.2),

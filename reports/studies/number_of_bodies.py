@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 
 from benchmarks.studies.scaling import FEW_HEAVY, scaling
 from benchmarks.work_precision.fronts import NOT_REACHED
-from reports.figures.style.decades import decades, round_numbers
+from reports.figures.style.decades import decades
+from reports.figures.style.decades import readable as ticks
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import NoData, legend
+from reports.figures.style.layout import NoData
 from reports.results.section import Figure, Section
 from reports.tables.comparison_tables import is_ours
 from reports.tables.number_format import TIMES, known, readable, seconds
@@ -34,9 +35,8 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
         xscale="log", yscale="log", xlabel="number of bodies",
         ylabel="time for an orbit of the innermost planet [ms]",
     )  # fmt: skip
-    round_numbers(axes.xaxis)
+    ticks(axes.xaxis)
     decades(axes.yaxis)
-    legend(axes)
 
 
 def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
@@ -53,8 +53,7 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
     axes.set(
         xscale="log", xlabel="number of bodies", ylabel="share of the limit [1]", ylim=(0.0, 1.08)
     )
-    round_numbers(axes.xaxis)
-    legend(axes)
+    ticks(axes.xaxis)
 
 
 def _style(name: str) -> dict[str, Any]:

@@ -11,19 +11,18 @@ import pandas as pd
 from benchmarks.applications.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
 from reports.figures.picture import STYLE, drawn
-from reports.figures.plots.clouds import clouds, moving_cloud
-from reports.figures.plots.convergence import (
-    convergence_in_degree,
-    convergence_in_h,
-    convergence_in_n,
+from reports.figures.plots.convergence import convergence
+from reports.figures.plots.lines import (
+    departures,
+    energies,
+    history,
+    jumps,
+    limits,
+    lines,
+    sampling,
 )
-from reports.figures.plots.energies import departures, energies, history
-from reports.figures.plots.jumps import jumps
-from reports.figures.plots.limits import limits
-from reports.figures.plots.momentum_spheres import momentum_spheres
-from reports.figures.plots.paths import paths, sphere
-from reports.figures.plots.sampling import sampling
-from reports.figures.plots.traces import traces
+from reports.figures.plots.paths import clouds, moving_cloud, paths
+from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
 from reports.results.section import Figure
 
 
@@ -35,33 +34,7 @@ def lay_out(figure: Figure, frame: pd.DataFrame) -> None:
 
 def frame_for(figure: Figure) -> pd.DataFrame:
     """By what draws it."""
-    if figure.draw in (convergence_in_n, convergence_in_h, convergence_in_degree):
-        rows = [one for rate in figure.options["rates"] for one in _errors(rate)]
-    elif figure.draw is history:
-        rows = _history(figure.options["quantity"], figure.options.get("rounding", False))
-    elif figure.draw is energies:
-        rows = _energies(figure.options)
-    elif figure.draw is paths:
-        rows = _paths(figure.options)
-    elif figure.draw is sphere:
-        rows = _on_spheres(figure.options)
-    elif figure.draw is momentum_spheres:
-        rows = _momenta(figure.options)
-    elif figure.draw is departures:
-        rows = _departures(figure.options)
-    elif figure.draw is jumps:
-        rows = _jumps(figure.options)
-    elif figure.draw is limits:
-        rows = _limits(figure.options)
-    elif figure.draw in (clouds, moving_cloud):
-        rows = _clouds(figure.options)
-    elif figure.draw is sampling:
-        rows = _statistics(figure.options)
-    elif figure.draw is traces:
-        rows = _traces(figure.options)
-    else:
-        rows = _orbits(figure.options)
-    return frame(rows)
+    return frame(ROWS[figure.draw](figure.options))
 
 
 def _clouds(options: Mapping[str, object]) -> list[dict[str, object]]:
@@ -89,6 +62,10 @@ def _statistics(options: Mapping[str, object]) -> list[dict[str, object]]:
     return rows
 
 
+def _convergence(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [one for rate in options["rates"] for one in _errors(rate)]
+
+
 def _errors(rate) -> list[dict[str, object]]:
     where = {"study": rate.study, "quantity": rate.quantity}
     if rate.algebraic:
@@ -108,10 +85,10 @@ def _errors(rate) -> list[dict[str, object]]:
     ]
 
 
-def _history(quantity: str, rounding: bool) -> list[dict[str, object]]:
-    size = 1e-14 if rounding else 0.01
+def _history(options: Mapping[str, object]) -> list[dict[str, object]]:
+    size = 1e-14 if options.get("rounding") else 0.01
     return [
-        row(study="history", quantity=quantity, t=2.0 * k, value=size * np.sin(k))
+        row(study="history", quantity=options["quantity"], t=2.0 * k, value=size * np.sin(k))
         for k in range(100)
     ]
 
@@ -119,20 +96,22 @@ def _history(quantity: str, rounding: bool) -> list[dict[str, object]]:
 def _energies(options: Mapping[str, object]) -> list[dict[str, object]]:
     """One falls and ends early, the others go on."""
     return [
-        row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t)
+        row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t,
+            status="" if k else "It failed.")
         for k, study in enumerate(options["labels"])
         for t in range(40 if k else 20)
-    ]
+    ]  # fmt: skip
 
 
 def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
     return [
-        row(study=study, quantity="position", label=body, t=t, x=k + np.cos(t), y=np.sin(t), z=0.0)
+        row(study=panel.study, quantity=quantity, label=body, t=t, x=k * np.cos(t),
+            y=k * np.sin(t), z=0.0)
         for panel in options["panels"]
-        for k, study in enumerate((panel.study,))
-        for body in options["bodies"]
-        for t in np.linspace(0.0, 6.0, 50)
-    ]
+        for quantity, count in ((panel.quantity, 200), (panel.ends, 20))
+        for k, body in enumerate(options["bodies"], start=1)
+        for t in np.linspace(0.0, 6.0, count)
+    ]  # fmt: skip
 
 
 def _on_spheres(options: Mapping[str, object]) -> list[dict[str, object]]:
@@ -182,7 +161,7 @@ def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
     return rows
 
 
-def _traces(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _lines(options: Mapping[str, object]) -> list[dict[str, object]]:
     rows = []
     for k, study in enumerate(options["labels"]):
         for steps in 2.0 ** np.arange(3.0, 9.0):
@@ -203,10 +182,18 @@ def _limits(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]  # fmt: skip
 
 
-def _orbits(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(quantity=options[kind], label=body, t=t, x=k * np.cos(t), y=k * np.sin(t), z=0.0)
-        for kind, count in (("curve", 200), ("ends", 20))
-        for k, body in enumerate((options["centre"], *options["bodies"]))
-        for t in np.linspace(0.0, 6.0, count)
-    ]
+ROWS = {
+    convergence: _convergence,
+    history: _history,
+    energies: _energies,
+    lines: _lines,
+    departures: _departures,
+    jumps: _jumps,
+    limits: _limits,
+    sampling: _statistics,
+    paths: _paths,
+    clouds: _clouds,
+    moving_cloud: _clouds,
+    momentum_spheres: _momenta,
+    pendulum_spheres: _on_spheres,
+}

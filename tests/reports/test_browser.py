@@ -39,7 +39,7 @@ DOCS = (  # a page of each kind, and those with what is widest
     "reference/index",
     "reference/run",
     "reference/systems",
-    "generated/commands",
+    "commands",
     "generated/peers/index",
     "generated/peers/galvi",
     "genindex",

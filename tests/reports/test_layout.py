@@ -20,7 +20,8 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
 from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
-from reports.figures.style.layout import Canvas, panels, spread, wrapped
+from reports.figures.style.decades import readable
+from reports.figures.style.layout import Canvas, panels, wrapped
 from reports.figures.track_record import track_record
 from reports.results.section import Figure
 from tests.reports.study_frames import FRAMES
@@ -139,6 +140,20 @@ def test_comparisons_fit_in_any_width(make_suite):
             assert not list(faults(laid_out(figure, frame, width)))
 
 
+def decades_of_time(axes, frame, *, span):
+    for panel in panels(axes, 2):
+        panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
+        panel.set(xscale="log", ylabel="error")
+        readable(panel.xaxis)
+
+
+@pytest.mark.parametrize("span", [0.4, 1.3, 2.4, 2.9, 6.0])
+def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
+    figure = Figure("f", "f", decades_of_time, options={"span": span}, size=(9.0, 3.9))
+    for width in ALL.values():
+        assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
+
+
 def careless(axes, frame):
     left, right = panels(axes, 2, columns=2)
     left.text(0.1, 0.5, "a text", in_layout=False)
@@ -150,13 +165,6 @@ def test_text_on_text_and_beyond_the_edge_is_seen():
     canvas = laid_out(Figure("f", "f", careless), pd.DataFrame(), 6.3)
     found = list(faults(canvas))
     assert any("is on" in one for one in found) and any("beyond" in one for one in found)
-
-
-def test_labels_do_not_overlap_and_stay_below_the_top_where_there_is_room():
-    places = spread([0.0, 1.0, 1.0, 99.0, 100.0], [10.0] * 5, 0.0, 100.0)
-    assert np.all(np.diff(places) >= 10.0 - 1e-12)
-    assert places[-1] <= 100.0
-    assert spread([10.0, 50.0], [10.0, 10.0], 0.0, 100.0) == [10.0, 50.0]
 
 
 def test_lines_break_between_words_and_not_within_mathematics():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import metadata
 from itertools import chain
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,14 +13,16 @@ import typer
 
 from benchmarks.work_precision.problems import work_precision_problems
 from reports.cli.commands import application
+from reports.cli.commands_page import commands_page
 from reports.contents import SECTIONS
 from reports.figures.style.identities import OURS, TABLE, identity
-from reports.site import build, commands, defects, peers
+from reports.site import build, defects, peers
 from reports.site.build import write_pages
 
 ROOT = Path(__file__).parents[2]
-((_, COMMANDS),) = commands.pages()
+COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 PEERS = dict(peers.pages())
+PINS = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.M))
 A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
 
 
@@ -35,6 +38,13 @@ def test_the_page_of_commands_holds_every_command_option_and_exit_status() -> No
     for code in (0, 1, 2, 130):
         assert f"`{code}`\n: " in COMMANDS
     assert not re.search(r"^\* `[^`]*`$", COMMANDS, re.M)  # every option says what it does
+
+
+def test_the_page_of_commands_is_what_the_commands_say() -> None:
+    """`python -m reports.cli.commands_page > docs/commands.md` renews it."""
+    if metadata.version("typer") != PINS["typer"]:
+        pytest.skip("another typer says it in other words")
+    assert commands_page() == COMMANDS
 
 
 def test_each_contender_of_a_comparison_has_a_page_that_names_its_comparisons() -> None:
@@ -73,7 +83,7 @@ def test_settings_are_said_in_short() -> None:
 
 
 def test_no_generated_page_names_a_place_of_this_machine() -> None:
-    for file, text in chain(commands.pages(), peers.pages()):
+    for file, text in chain([("commands.md", COMMANDS)], peers.pages()):
         assert not A_MACHINE.search(text) and str(ROOT) not in text, file
 
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from reports.figures.catalogue.brownout import BROWNOUT_FIGURES
-from reports.figures.catalogue.finite_smoothness import FINITE_SMOOTHNESS
+from reports.figures.catalogue.lie_groups import PENDULUM_FIGURES, RIGID_BODIES
 from reports.figures.catalogue.oscillator_and_planets import OSCILLATOR_AND_PLANETS
-from reports.figures.catalogue.pendulum import PENDULUM_FIGURES
-from reports.figures.catalogue.rigid_bodies import RIGID_BODIES
-from reports.figures.catalogue.vector_spaces import VECTOR_FIGURES
+from reports.figures.catalogue.vector_spaces import FINITE_SMOOTHNESS, VECTOR_FIGURES
 from reports.results.section import Figure
 
 FIGURES: tuple[Figure, ...] = (

@@ -8,10 +8,9 @@ from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, ERROR, EULER
-from reports.figures.plots.clouds import clouds, moving_cloud
-from reports.figures.plots.convergence import Rate, convergence_in_h
-from reports.figures.plots.sampling import sampling
-from reports.figures.plots.traces import STEP, traces
+from reports.figures.plots.convergence import Rate, convergence
+from reports.figures.plots.lines import STEP, lines, sampling
+from reports.figures.plots.paths import clouds, moving_cloud
 from reports.results.section import Figure
 
 SOURCE = "M fig. 3"
@@ -43,7 +42,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             source=SOURCE,
             title=f"A sand particle in a rotor's wind, {title}",
             claims=("V23",),
-            draw=convergence_in_h,
+            draw=convergence,
             options={"rates": _rates(start), "ylabel": PLACE, "unit": "s"},
             caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
             size=(6.4, 4.4),
@@ -71,7 +70,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         source=SOURCE,
         title=f"A sand particle, N = {v23.SATURATING}: the solve stopped early",
         claims=("V23",),
-        draw=traces,
+        draw=lines,
         options={
             "quantity": ERROR,
             "against": STEP,
@@ -89,7 +88,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         source=SOURCE,
         title="A sand particle: error against time",
         claims=("V24",),
-        draw=traces,
+        draw=lines,
         options={
             "quantity": ERROR,
             "against": v24.SECONDS,

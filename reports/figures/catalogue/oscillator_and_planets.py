@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from benchmarks.claims.vector_spaces import v01_oscillator_convergence_in_n as v01
 from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
@@ -23,12 +22,13 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     fixed_number,
 )
 from benchmarks.studies.long_steps import CURVE, ENDS
-from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
-from reports.figures.plots.energies import energies, history
-from reports.figures.plots.paths import Panel, orbits, paths
+from reports.figures.plots.convergence import Rate, convergence, in_h
+from reports.figures.plots.lines import energies, history
+from reports.figures.plots.paths import Panel, paths
 from reports.results.section import Figure
 
 N = "n-refinement"
+ORBIT = "orbit"  # study of the runs in long steps
 HALF = 3.0  # au, half the width of the panels of H's figure 1.1
 HOLLOW = (
     "Solid line: fit over the filled points; hollow points: pre-asymptotic, unstable or round-off"
@@ -39,42 +39,17 @@ RELATIVE_ENERGY = "largest relative energy error [1]"
 RELATIVE_MOMENTUM = "largest relative error of angular momentum [1]"
 
 
-def _orders(
-    study: str,
-    quantity: str,
-    ns: tuple[int, ...],
-    floor: float,
-    claimed: Callable[[int], float | None],
-    since: float = 0.0,
-) -> tuple[Rate, ...]:
-    return tuple(
-        Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n, since=since) for n in ns
-    )
-
-
 def _in_h(name: str, number: str, what: str, claim: str, how: str, ylabel: str, rates: tuple):
     return Figure(
         name=name,
         source=f"H fig. {number}",
         title=f"{what}, {how}",
         claims=(claim,),
-        draw=convergence_in_h,
+        draw=convergence,
         options={"rates": rates, "ylabel": ylabel},
         caption=f"Kepler, e = 0.6, h-refinement. {DASHED if rates[0].claimed else HOLLOW + '.'}",
         size=(6.4, 4.4),
     )
-
-
-def _ceiling(n: int) -> float:
-    return 2.0 * math.ceil(n / 2)
-
-
-def _half(n: int) -> float:
-    return n / 2 + 2
-
-
-def _unclaimed(n: int) -> None:
-    return None
 
 
 OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
@@ -86,9 +61,9 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=paths,
         options={
             "panels": (
-                Panel(EXPLICIT, EXPLICIT, HALF),
-                Panel(IMPLICIT, IMPLICIT, HALF, stops=True),
-                Panel(SYMPLECTIC, SYMPLECTIC, HALF),
+                Panel(EXPLICIT, EXPLICIT, half=HALF),
+                Panel(IMPLICIT, IMPLICIT, half=HALF, stops=True),
+                Panel(SYMPLECTIC, SYMPLECTIC, half=HALF),
             ),
             "bodies": INNER,
         },
@@ -106,9 +81,9 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         options={
             "quantity": ENERGY,
             "labels": {
-                EXPLICIT: "explicit Euler:\nrises",
-                SYMPLECTIC: "symplectic Euler:\nstays",
-                IMPLICIT: "implicit Euler:\nfalls, then stops",
+                EXPLICIT: "explicit Euler: rises",
+                SYMPLECTIC: "symplectic Euler: stays",
+                IMPLICIT: "implicit Euler: falls, then stops",
             },
             "unit": DAYS,
         },
@@ -120,7 +95,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         source="H fig. 2.3",
         title="Harmonic oscillator, 100 steps of h = 20",
         claims=("V1",),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": (
                 Rate(N, "one-step error", "one-step", v01.FLOOR),
@@ -136,7 +111,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         source="H fig. 2.4",
         title="Harmonic oscillator: energy error, 100 steps of h = 20",
         claims=("V2",),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": (Rate(N, v02.QUANTITY, "energy", v02.FLOOR),),
             "ylabel": RELATIVE_ENERGY,
@@ -158,7 +133,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         source="H fig. 2.6",
         title="Kepler, e = 0.6, 100 steps of h = 2",
         claims=("V4", "V3"),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": (
                 Rate(N, "one-step error", "one-step", FLOOR, claimed=0.56,
@@ -178,7 +153,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             source=f"H fig. 2.{number}",
             title=f"Kepler, e = 0.6: {quantity}, 100 steps of h = 2",
             claims=("V5",),
-            draw=convergence_in_n,
+            draw=convergence,
             options={
                 "rates": (Rate(N, quantity, "curve", FLOOR, claimed=0.74),),
                 "ylabel": ylabel,
@@ -191,7 +166,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.9", "Kepler: one-step error", "V6", how, POSITION,
-              _orders(study, "one-step error", v06.NS, v06.FLOOR, _ceiling))
+              in_h(study, "one-step error", v06.NS, v06.FLOOR, lambda n: 2.0 * math.ceil(n / 2)))
         for name, how, study in (
             ("fig-2-09", "10 steps", v06.FIXED_NUMBER),
             ("fig-2-09-fixed-time", "fixed final time T = 2", FIXED_TIME),
@@ -199,7 +174,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
-              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed, since))
+              in_h(study, v07.ENERGY, v07.NS, v07.FLOOR, since=since))
         for name, how, study, since in (
             ("fig-2-10", "10 steps", fixed_number(10), SINGULARITY / 10),
             ("fig-2-10-fixed-time", "fixed final time T = 2", FIXED_TIME, 0.0),
@@ -208,10 +183,10 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     *(
         _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
               RELATIVE_MOMENTUM,
-              _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, since))
+              in_h(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, since=since))
         for name, how, study, claimed, since in (
-            ("fig-2-11", "100 steps", fixed_number(100), _half, SINGULARITY / 100),
-            ("fig-2-11-fixed-time", "fixed final time T = 2", FIXED_TIME, _unclaimed, 0.0),
+            ("fig-2-11", "100 steps", fixed_number(100), lambda n: n / 2 + 2, SINGULARITY / 100),
+            ("fig-2-11-fixed-time", "fixed final time T = 2", FIXED_TIME, lambda n: None, 0.0),
         )
     ),
     *(
@@ -238,12 +213,10 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         source="H fig. 2.14",
         title=f"Inner planets from 2000-01-01, {v09.STEPS} steps of {v09.STEP:g} days, n = {v09.N}",
         claims=("V9",),
-        draw=orbits,
+        draw=paths,
         options={
-            "curve": CURVE,
-            "ends": ENDS,
+            "panels": (Panel("", ORBIT, CURVE, ends=ENDS),),
             "bodies": v09.INNER,
-            "centre": "Sun",
         },
         caption="Lines: the Galerkin curves; dots: the ends of the steps, farther apart than a "
         "year of Mercury. Positions relative to the Sun, in the equatorial plane of the ICRF.",
@@ -254,12 +227,10 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         source="H fig. 2.15",
         title=f"Outer planets from 2000-01-01, {v10.STEPS} steps of five years, n = {v10.N}",
         claims=("V10",),
-        draw=orbits,
+        draw=paths,
         options={
-            "curve": CURVE,
-            "ends": ENDS,
+            "panels": (Panel("", ORBIT, CURVE, ends=ENDS),),
             "bodies": v10.OUTER,
-            "centre": "Sun and inner planets",
         },
         caption="Lines: the Galerkin curves over 500 years; dots: the ends of the steps. Positions "
         "relative to the Sun and the inner planets, merged into one body here, in the equatorial "

@@ -1,4 +1,4 @@
-"""The figures of V14, V17, V18, V22 and V26: curves and actions between fixed ends; M 5, 6.1."""
+"""The figures of V14, V17, V18, V22, V26 and V28: fixed ends, best approximation; M 5, 6.1."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
 from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
+from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
 from benchmarks.claims.vector_spaces.kepler_orbit import STEP
 from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N
 from benchmarks.test_problems.oscillators import SMOOTHNESS
-from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
+from reports.figures.plots.convergence import Rate, convergence, in_h
 from reports.results.section import Figure
 
 SOLID = "Solid line: fit over the filled points"
@@ -25,13 +26,10 @@ def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
         source="M sec. 5",
         title=f"{quantity} of best approximations to a motion whose third derivative jumps",
         claims=("V22",),
-        draw=convergence_in_h,
+        draw=convergence,
         options={
-            "rates": tuple(
-                Rate("rough", quantity, f"$N={N}$", v22.FLOOR,
-                     claimed=min(SMOOTHNESS, N + 1) - minus, n=N + 1)
-                for N in v22.DEGREES
-            ),
+            "rates": in_h("rough", quantity, [N + 1 for N in v22.DEGREES], v22.FLOOR,
+                          lambda n: min(SMOOTHNESS, n) - minus, degrees=True),
             "ylabel": ylabel,
         },
         caption=f"A point between two springs; {SOLID.lower()}; dashed, a little above: the rate "
@@ -46,7 +44,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="H thm. 2.3.6",
         title=f"one step of h = {STEP:g} of the Kepler problem, e = 0.6",
         claims=("V14",),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": tuple(
                 Rate(IN_N, quantity, label, v14.FLOOR[quantity],
@@ -67,11 +65,9 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="H thm. 2.3.7",
         title="one step of the Kepler problem, e = 0.6: distance of the curve",
         claims=("V14",),
-        draw=convergence_in_h,
+        draw=convergence,
         options={
-            "rates": tuple(
-                Rate(IN_H, CURVE, f"$n={n}$", v14.FLOOR[CURVE], n=n) for n in v14.NS
-            ),
+            "rates": in_h(IN_H, CURVE, v14.NS, v14.FLOOR[CURVE]),
             "ylabel": "distance in $W^{1,1}$",
         },
         caption=f"{SOLID}. Against the exact motion between the same points.",
@@ -81,7 +77,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="H thm. 2.3.2",
         title=f"one step of h = {STEP:g} of the Kepler problem, e = 0.6",
         claims=("V26",),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": (
                 Rate(v26.IN_N, v26.STEPPED, "end of the step", v26.FLOOR),
@@ -97,12 +93,10 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="M thm. 4",
         title="one step of the Kepler problem, e = 0.6: discrete Lagrangian",
         claims=("V26",),
-        draw=convergence_in_h,
+        draw=convergence,
         options={
-            "rates": tuple(
-                Rate("Kepler", v26.ACTION, f"$n={n}$", v26.FLOOR, claimed=2.0 * n - 1.0, n=n)
-                for n in v26.NS["Kepler"]
-            ),
+            "rates": in_h("Kepler", v26.ACTION, v26.NS["Kepler"], v26.FLOOR,
+                          lambda n: 2.0 * n - 1.0),
             "ylabel": "error of $L_d$",
         },
         caption=f"{SOLID}; dashed, a little above: the step's order and one.",
@@ -112,13 +106,10 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="M fig. 1 left",
         title=f"Harmonic oscillator, T = {oscillator.DURATION:g}: h-refinement",
         claims=("V17",),
-        draw=convergence_in_h,
+        draw=convergence,
         options={
-            "rates": tuple(
-                Rate(v17.STUDY, oscillator.QUANTITY, f"$N={N}$", oscillator.FLOOR,
-                     claimed=2.0 * N, n=N + 1)
-                for N in v17.DEGREES
-            ),
+            "rates": in_h(v17.STUDY, oscillator.QUANTITY, [N + 1 for N in v17.DEGREES],
+                          oscillator.FLOOR, lambda n: 2.0 * (n - 1), degrees=True),
             "ylabel": POSITION,
         },
         caption=f"{SOLID}; dashed, offset upwards: the rate measured in M.",
@@ -129,7 +120,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         source="M fig. 1 right",
         title=f"Harmonic oscillator, T = {oscillator.DURATION:g}: N-refinement, N = n - 1",
         claims=("V18",),
-        draw=convergence_in_n,
+        draw=convergence,
         options={
             "rates": tuple(
                 Rate(name, oscillator.QUANTITY, f"$h={h:g}$", oscillator.FLOOR)
@@ -142,3 +133,53 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
     _approximations(v22.LARGEST, "largest $|u - v|_X$ of the subintervals", 1.0),
     _approximations(v22.MEAN, "mean $|u - v|_X$ of the subintervals", 0.5),
 )  # fmt: skip
+
+SHOWN = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
+ROUGHEST = v28.ROUGH[0]
+
+FINITE_SMOOTHNESS: tuple[Figure, ...] = (
+    Figure(
+        name="finite-smoothness-in-degree",
+        source="M sec. 5",
+        title="best polynomials of degree N for u'' = |t - t*|^-b on [0, 1]",
+        claims=("V28",),
+        draw=convergence,
+        options={
+            "rates": tuple(
+                Rate(
+                    v28.named(t, b),
+                    v28.BEST,
+                    f"$t^*={t:g}$, $b={b:g}$",
+                    v28.FLOOR,
+                    claimed=2.0,
+                    algebraic=True,
+                )
+                for t, b in SHOWN
+            ),
+            "ylabel": "$|u - v|_X$",
+        },
+        caption="Solid line: fit over the filled points; dashed: N^-2, claimed for two derivatives "
+        "in L^2. A singularity inside (t* = 1/2) loses up to one power of N, one at an end none.",
+        size=(6.4, 4.4),
+    ),
+    Figure(
+        name="finite-smoothness-in-step",
+        source="M sec. 5",
+        title=f"a step through the singularity of u'' + u = |t - t*|^-{ROUGHEST:g}",
+        claims=("V28",),
+        draw=convergence,
+        options={
+            "rates": in_h(
+                v28.named(v28.PLACE, ROUGHEST),
+                v28.PATH,
+                [N + 1 for N in v28.DEGREES],
+                v28.FLOOR,
+                lambda n: 1.0 if n == v28.DEGREES[0] + 1 else None,
+                degrees=True,
+            ),
+            "ylabel": "$|u - u_N|_X$ of the step",
+        },
+        caption="Solid line: fit over the filled points; dashed, a little above: the order of "
+        "e_max for two derivatives in L^2, of which M knew no example.",
+    ),
+)

@@ -1,23 +1,44 @@
-"""Convergence plots: error against n, h or 1 / N, with fitted and claimed rates."""
+"""Errors under refinement, with fitted and claimed rates; errors of methods, with their orders."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from benchmarks.statistics import convergence_fits
 from benchmarks.statistics.convergence_fits import Fit
+from benchmarks.statistics.orders import BOUND, ROUND_OFF
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import Label, NoData, label_ends, legend
+from reports.figures.style.layout import NoData, legend, panels, share_y_label
 from reports.tables.number_format import concise, known
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What is refined.
+
+    xlabel, xscale   of the horizontal axis
+    fitted, claimed  formats of rates, of a text and of a number
+    """
+
+    xlabel: str
+    xscale: str
+    fitted: str
+    claimed: str
+
+
+IN_N = Refinement("number of basis functions $n$", "linear", "{}^{{\\,n}}", "{:.2f}^{{\\,n}}")
+IN_H = Refinement("step size $h$ [{unit}]", "log", "h^{{{}}}", "h^{{{:g}}}")
+IN_DEGREE = Refinement("degree $N$", "log", "N^{{-{}}}", "N^{{-{:g}}}")
 
 
 @dataclass(frozen=True)
@@ -25,7 +46,7 @@ class Rate:
     """A series of errors under refinement.
 
     study, quantity  which rows of the claim's frame
-    label            text beside the line
+    label            text in the legend
     floor            level of round-off, as the claim states it
     claimed          base of n or power of h; None where the paper gives no number
     n                the n whose h-refinement this is; None for an n-refinement
@@ -48,6 +69,11 @@ class Rate:
     algebraic: bool = False
     power: tuple[float, float] = (0.0, 0.0)
 
+    @property
+    def refinement(self) -> Refinement:
+        """Of n, of h, or of the degree N, which is drawn as 1 / N."""
+        return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
+
     def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
         rows = pick(frame, study=self.study, quantity=self.quantity)
@@ -61,7 +87,7 @@ class Rate:
     def fit(self, frame: pd.DataFrame) -> Fit:
         """The fit that the claim's verdict rests on."""
         x, error = self.measured(frame)
-        if self.n is None and not self.algebraic:
+        if self.refinement is IN_N:
             late = x >= self.start
             return convergence_fits.geometric(
                 x[late], error[late], floor=self.floor, power=self.power
@@ -69,146 +95,159 @@ class Rate:
         used = (self.since < x) & (x <= self.until)
         return convergence_fits.algebraic(x[used], error[used], floor=self.floor)
 
-
-def inside(fit: Fit, x: np.ndarray) -> np.ndarray:
-    """Mask of the n or h inside the window of a fit; all False when there is no window."""
-    low, high = min(fit.window), max(fit.window)
-    return (x >= low * (1 - 1e-9)) & (x <= high * (1 + 1e-9))
-
-
-DASHES = (0, (4, 2))
-ABOVE = 0.03  # least offset of a claimed rate from the points, relative to the height of the axes
-
-
-def convergence_in_n(
-    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
-) -> None:
-    """Errors on a logarithmic axis against the number of basis functions n.
-
-    top  larger errors, of unstable runs, are shown as an arrow and a number at the edge
-    """
-    axes.set_yscale("log")
-    axes.set(xlabel="number of basis functions $n$", ylabel=ylabel)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _lines(axes, frame, rates, "{}^{{\\,n}}", "{:.2f}^{{\\,n}}", top)
+    def text(self, fit: Fit) -> str:
+        """The label with the fitted and the claimed rate, as far as there are."""
+        text = self.label
+        if known(fit.rate):
+            factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
+            rate = self.refinement.fitted.format(concise(fit.rate, fit.uncertainty))
+            text += f"  ${rate}{factor}$"
+        if self.claimed is not None:
+            text += f"  (claimed ${self.refinement.claimed.format(self.claimed)}$)"
+        return text
 
 
-def convergence_in_h(
+def in_h(
+    study: str,
+    quantity: str,
+    ns: Iterable[int],
+    floor: float,
+    claimed: Callable[[int], float | None] = lambda n: None,
+    *,
+    since: float = 0.0,
+    degrees: bool = False,
+) -> tuple[Rate, ...]:
+    """The h-refinement of each n; labels name the degrees N = n - 1 where these are asked for."""
+    return tuple(
+        Rate(study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n,
+             since=since)
+        for n in ns
+    )  # fmt: skip
+
+
+ABOVE = 0.03  # offset of a claimed rate from the points, relative to the height of the axes
+HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
+CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
+
+
+def convergence(
     axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf,
     unit: str = "unit of time",
 ) -> None:  # fmt: skip
-    """Errors against the step size h, both logarithmic; the slope of a line is its order."""
-    axes.set(xscale="log", yscale="log", xlabel=f"step size $h$ [{unit}]", ylabel=ylabel)
-    _lines(axes, frame, rates, "h^{{{}}}", "h^{{{:g}}}", top)
-    readable(axes.xaxis)
+    """Errors on a logarithmic axis under refinement of n, of h, or of the degree N, which falls to
+    the right; points that are not in the fit are hollow.
 
-
-def convergence_in_degree(
-    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
-) -> None:
-    """Errors against the degree N, which falls to the right, both logarithmic, of algebraic rates
-    in N: refined to the left, as in plots against a step."""
-    axes.set(xscale="log", yscale="log", xlabel="degree $N$", ylabel=ylabel)
-    _lines(axes, frame, rates, "N^{{-{}}}", "N^{{-{:g}}}", top)
-    low, high = (1.0 / x for x in reversed(axes.get_xlim()))
-    shown = [n for k in range(9) for n in (2**k, 3 * 2**k) if low <= n <= high]
-    axes.set_xticks([1.0 / n for n in shown], [str(n) for n in shown])
-    axes.xaxis.set_minor_locator(NullLocator())
-
-
-def _lines(
-    axes: Axes,
-    frame: pd.DataFrame,
-    rates: Sequence[Rate],
-    power: str,
-    claimed_power: str,
-    top: float,
-) -> None:
-    """Draw every series, then claimed rates and labels, which need the limits of the axes."""
-    labels, fitted, hollow = [], [], False
+    top  larger errors, of unstable runs, are shown as an arrow and a number at the edge
+    """
+    refined = rates[0].refinement
+    axes.set(xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit),
+             ylabel=ylabel)  # fmt: skip
+    beyond: dict[tuple[float, str], None] = {}
+    claims = []
     for k, rate in enumerate(rates):
         x, error = rate.measured(frame)
-        positive = np.flatnonzero(error > 0)
-        if not positive.size:
+        if not np.any(error > 0.0):
             continue
         fit = rate.fit(frame)
-        color = COLOURS[k % len(COLOURS)]
-        _series(axes, x, np.where(error > 0, error, np.nan), fit, color, MARKERS[k], top)
-        hollow |= bool(np.any(~inside(fit, x)[positive]))
-        text = rate.label
+        style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k], "linestyle": "-"}
+        low, high = min(fit.window), max(fit.window)
+        used = (x >= low * (1.0 - 1e-9)) & (x <= high * (1.0 + 1e-9)) & (error > 0.0)
+        shown = np.where((error > 0.0) & (error <= top), error, np.nan)
+        points(axes, x, shown, used, style, "not in the fit")
+        axes.plot([], [], label=rate.text(fit), **style)
+        for large in np.flatnonzero(error > top):
+            axes.plot(x[large], top, "^", color=style["color"], mfc="white", clip_on=False)
+            beyond[x[large], f"{np.log10(error[large]):.0f}"] = None
         if known(fit.rate):
-            text += f"  ${power.format(concise(fit.rate, fit.uncertainty))}{_factor(fit.power)}$"
-        if rate.claimed is not None:
-            text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
-            used = inside(fit, x) & (error > 0)
-            if known(fit.rate):
-                fitted.append((fit, rate.claimed, x[used], error[used]))
-        right = positive[np.argmax(x[positive])]
-        labels.append(
-            Label(float(x[right]), float(min(error[right], top)), text, color, MARKERS[k])
-        )
-    if not labels:
+            along = np.linspace(*fit.window, 50)
+            axes.plot(along, fit.evaluate(along), color=style["color"])
+            if rate.claimed is not None:
+                claims.append((fit, rate.claimed, x[used], error[used]))
+    if not axes.lines:
         raise NoData("no run has a finite error.")
+    for claim in claims:
+        _claimed(axes, *claim)
+    for at, exponent in beyond:
+        axes.annotate(f"$10^{{{exponent}}}$", (at, top), xytext=(5, -2), color=GUIDE, fontsize=8,
+                      textcoords="offset points")  # fmt: skip
     decades(axes.yaxis)
-    axes.autoscale_view()
-    axes.autoscale(False)
-    for one in fitted:
-        _claimed(axes, *one)
-    label_ends(axes, labels)
-    if hollow:
-        point = Line2D([], [], color=GUIDE, marker="o", markerfacecolor="white", linestyle="none")
-        legend(axes, [point], ["not in the fit"])
-    if fitted:
-        legend(axes, [Line2D([], [], color=GUIDE, linestyle=DASHES)], ["claimed rate"])
+    _ticks(axes, refined)
 
 
-def _series(
-    axes: Axes,
-    x: np.ndarray,
-    error: np.ndarray,
-    fit: Fit,
-    color: str,
-    marker: str,
-    top: float,
-) -> None:
-    """Draw points (hollow outside the fit's window), the line through them and the fitted line."""
-    used = inside(fit, x)
-    shown = np.where(error <= top, error, np.nan)
-    axes.plot(x, shown, color=color, linewidth=0.6, alpha=0.5)
-    axes.plot(x[~used], shown[~used], marker, color=color, markerfacecolor="white")
-    axes.plot(x[used], shown[used], marker, color=color)
-    for there in np.flatnonzero(error > top):
-        axes.plot(x[there], top, "^", color=color, markerfacecolor="white", clip_on=False)
-        size = f"$10^{{{np.log10(error[there]):.0f}}}$"
-        if any(one.get_text() == size and one.xy == (x[there], top) for one in axes.texts):
-            continue  # of another line
-        axes.annotate(
-            size,
-            (x[there], top),
-            xytext=(5, -2),
-            textcoords="offset points",
-            color=color,
-            fontsize=8,
-        )
-    if known(fit.rate):
-        along = np.linspace(*fit.window, 50) if fit.power else np.array(fit.window)
-        axes.plot(along, fit.evaluate(along), color=color)
-
-
-def _factor(power: float) -> str:
-    """The known factor of a geometric fit, as text."""
-    return f"n^{{-{power:g}}}" if power else ""
+def _ticks(axes: Axes, refined: Refinement) -> None:
+    if refined is IN_H:
+        readable(axes.xaxis)
+    elif refined is IN_N:
+        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10]))
+    else:
+        low, high = (1.0 / x for x in reversed(axes.get_xlim()))
+        degrees = [n for k in range(9) for n in (2**k, 3 * 2**k) if low <= n <= high]
+        axes.set_xticks([1.0 / n for n in degrees], [str(n) for n in degrees])
+        axes.set_xticks([], minor=True)
 
 
 def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndarray) -> None:
     """Draw the claimed rate, dashed, a little above all points (x, error) of the fit."""
-    if not known(fit.rate):
-        return
-
-    def rate(x: np.ndarray) -> np.ndarray:
-        return claimed**x if fit.kind == "geometric" else x**claimed
-
     ends = np.array(fit.window)
+    at_points, at_ends = (
+        claimed**at if fit.kind == "geometric" else at**claimed for at in (x, ends)
+    )
     low, high = axes.get_ylim()
-    line = np.max(error / rate(x)) * rate(ends) * (high / low) ** ABOVE
-    axes.plot(ends, line, color=GUIDE, linestyle=DASHES, linewidth=1.1)
+    height = np.max(error / at_points) * (high / low) ** ABOVE
+    legend(axes, axes.plot(ends, height * at_ends, **CLAIMED), ["claimed rate"])
+
+
+def points(
+    axes: Axes, x: np.ndarray, y: np.ndarray, filled: np.ndarray, style: Mapping[str, Any],
+    hollow: str,
+) -> None:  # fmt: skip
+    """A thin line through all points, which are hollow where they are not `filled`.
+
+    hollow  what that means, for the legend
+    """
+    axes.plot(x, y, **{**style, "marker": ""}, linewidth=0.6, alpha=0.5)
+    marks = {**style, "linestyle": "none"}
+    axes.plot(x[filled], y[filled], **marks)
+    axes.plot(x[~filled], y[~filled], **marks, markerfacecolor="white")
+    if np.any(np.isfinite(y[~filled])):
+        legend(axes, [Line2D([], [], **HOLLOW)], [hollow])
+
+
+def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
+    """Two panels with a common axis of errors: against the step, with the fitted slopes in the
+    legend, and against the time of a run. Hollow points are not in the fit, or not resolved.
+
+    frame  rows of `benchmarks.applications.convergence.table`
+    """
+    measured = frame[frame["error"] > 0.0]
+    if measured.empty:
+        raise NoData("no run has a finite error.")
+    by_step, by_cost = panels(axes, 2, least=2.9)
+    by_cost.sharey(by_step)
+    share_y_label([by_step, by_cost], ylabel)
+    by_step.set(xscale="log", yscale="log", xlabel=f"step size $h$ [{unit}]")
+    by_cost.set(xscale="log", yscale="log", xlabel="time of a run [s]")
+    for k, (method, rows) in enumerate(measured.groupby("method", sort=False)):
+        style = {
+            "color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)],
+            "linestyle": DASHES[k // len(COLOURS) % len(DASHES)],
+        }  # fmt: skip
+        steps = rows[rows["h"].notna()].sort_values("h")
+        timed = rows[rows["seconds"] > 0.0].sort_values("error")
+        used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))
+        for panel, some, against, filled in (
+            (by_step, steps, "h", used), (by_cost, timed, "seconds", resolved)
+        ):  # fmt: skip
+            points(panel, some[against].to_numpy(float), some["error"].to_numpy(float),
+                   filled.to_numpy(bool), style, "not in the fit, or not resolved")  # fmt: skip
+        order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
+        if known(order):
+            text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
+            h, errors = (steps.loc[used, name].to_numpy(float) for name in ("h", "error"))
+            middle = np.exp(np.mean(np.log(errors / h**order)))
+            by_step.plot(h, middle * h**order, **{**style, "marker": ""}, linewidth=1.6)
+        by_step.plot([], [], label=text, **style)
+    for panel in (by_step, by_cost):
+        readable(panel.xaxis)
+    decades(by_step.yaxis)

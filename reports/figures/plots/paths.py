@@ -1,149 +1,137 @@
-"""Paths in the plane and on the sphere, one panel for each method."""
+"""Paths of bodies in the plane, and grains in the air below a rotor."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from benchmarks.applications.brownout.cloud import PILOT, SEEN
 from benchmarks.store.frames import pick
-from reports.figures.style.identities import BAND, COLOURS, GUIDE, SUN
-from reports.figures.style.layout import NoData, legend, share_y_label
+from galvi.arrays import Array
+from galvi.kernels.forces.rotor_wind import R, decay, rotor_height
+from reports.figures.moving import in_frame
+from reports.figures.style.identities import COLOURS, GUIDE, SUN
+from reports.figures.style.layout import WIDE, NoData, legend, share_y_label
 from reports.figures.style.layout import panels as side_by_side
 
-
-def orbits(
-    axes: Axes,
-    frame: pd.DataFrame,
-    *,
-    curve: str,
-    ends: str,
-    bodies: tuple[str, ...],
-    centre: str,
-    unit: str = "au",
-) -> None:
-    """The Galerkin curve of each body as a line, its step ends as dots, the centre as a disc.
-
-    curve, ends  quantities of the frame with the body's name in `label`, its position in `x`, `y`
-    """
-    looks = {}
-    for k, body in enumerate(bodies):
-        color = COLOURS[k % len(COLOURS)]
-        x, y = _places(frame, curve, body)
-        if not np.any(np.isfinite(y)):
-            raise NoData(f"the positions of {body} are not known.")
-        axes.plot(x, y, color=color, linewidth=0.7, alpha=0.6)
-        axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0)
-        looks[body] = Line2D([], [], color=color, marker="o", markersize=4.0, linewidth=0.7)
-    axes.plot(
-        *(np.nanmean(part) for part in _places(frame, ends, centre)),
-        "o",
-        color=SUN,
-        markeredgecolor="#222222",
-        markeredgewidth=0.5,
-        markersize=6,
-    )
-    axes.set(xlabel=f"$x$ [{unit}]", ylabel=f"$y$ [{unit}]", aspect="equal")
-    axes.margins(0.06)
-    legend(axes, looks.values(), looks)
-
-
-def _places(frame: pd.DataFrame, quantity: str, body: str) -> tuple[np.ndarray, np.ndarray]:
-    rows = frame[(frame["quantity"] == quantity) & (frame["label"] == body)].sort_values("t")
-    return rows["x"].to_numpy(float), rows["y"].to_numpy(float)
+INK = "#222222"
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Title; the study of its paths; half the width of the panel; whether they stop early."""
+    """Paths of one run.
+
+    title     above it
+    study     of the paths; each `label` is a body, with positions in x and y
+    quantity  of the lines
+    ends      quantity of dots, such as the ends of steps; "" for none
+    half      half the width of the panel; 0 for that of the paths
+    stops     whether they stop early, at crosses
+    """
 
     title: str
     study: str
-    half: float
+    quantity: str = "position"
+    ends: str = ""
+    half: float = 0.0
     stops: bool = False
 
 
 def paths(
-    axes: Axes,
-    frame: pd.DataFrame,
-    *,
-    panels: Sequence[Panel],
-    bodies: Sequence[str],
+    axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Panel], bodies: Sequence[str],
     unit: str = "au",
-) -> None:
-    """Each body's positions as a line in its colour, with a cross where it stops early; the centre
-    as a disc."""
-    places = side_by_side(axes, len(panels))
-    share_y_label(places, f"$y$ [{unit}]")
-    for one, panel in zip(places, panels, strict=True):
+) -> None:  # fmt: skip
+    """Each body's path as a line in its colour; the centre, at the origin, as a disc."""
+    drawn = side_by_side(axes, len(panels))
+    share_y_label(drawn, f"$y$ [{unit}]")
+    for plane, panel in zip(drawn, panels, strict=True):
+        plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         for k, body in enumerate(bodies):
-            color, (x, y) = COLOURS[k % len(COLOURS)], _path(frame, panel.study, body)
+            color, (x, y) = COLOURS[k], _path(frame, panel.study, panel.quantity, body)
             if not x.size:
-                raise NoData(f"{panel.title}: the positions of {body} are not known.")
-            one.plot(x, y, color=color, linewidth=0.7, alpha=0.9)
+                raise NoData(f"{panel.title or panel.study}: no position of {body} is known.")
+            plane.plot(x, y, color=color, linewidth=0.7, alpha=0.8)
+            legend(plane, [Line2D([], [], color=color)], [body])
+            plane.plot(*_path(frame, panel.study, panel.ends, body), ".", color=color, markersize=4)
             if panel.stops:
-                one.plot(x[-1], y[-1], "X", color=color, markersize=6, zorder=3,
-                         markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
-        one.plot(0.0, 0.0, "o", color=SUN, markeredgecolor="#222222", markeredgewidth=0.5,
-                 markersize=5)  # fmt: skip
-        one.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
-        one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
-    lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
-    names = list(bodies)
-    if any(panel.stops for panel in panels):
-        lines.append(Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6))
-        names.append("the solver stops")
-    legend(one, lines, names)
+                plane.plot(x[-1], y[-1], "X", color=color, markersize=6, markeredgecolor="white",
+                           markeredgewidth=0.5, zorder=3)  # fmt: skip
+        plane.plot(0.0, 0.0, "o", color=SUN, markeredgecolor=INK, markeredgewidth=0.5, markersize=5)
+        if panel.stops:
+            cross = Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6)
+            legend(plane, [cross], ["the solver stops"])
+        if panel.half:
+            plane.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
 
 
-def _path(frame: pd.DataFrame, study: str, body: str) -> tuple[np.ndarray, np.ndarray]:
-    rows = pick(frame, study=study, quantity="position", label=body).sort_values("t")
+def _path(frame: pd.DataFrame, study: str, quantity: str, body: str) -> tuple[Array, Array]:
+    rows = pick(frame, study=study, quantity=quantity, label=body).sort_values("t")
     rows = rows[np.isfinite(rows["x"]) & np.isfinite(rows["y"])]
     return rows["x"].to_numpy(float), rows["y"].to_numpy(float)
 
 
-VIEW = {"elev": 18.0, "azim": -55.0}
+WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
+BESIDE = 0.7  # inches of labels, beside and below a picture
 
 
-def sphere(
-    axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
+def clouds(
+    axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
-    """One sphere for each study in ``panels`` (study -> title); z points down.
-
-    curve, ends  quantities with points x, y, z on the unit sphere
-    """
-    places = side_by_side(axes, len(panels), projection="3d")
-    for one, (study, title) in zip(places, panels.items(), strict=True):
-        along, stops = (_on_sphere(frame, study, quantity) for quantity in (curve, ends))
-        if not (len(along) and len(stops)):
-            raise NoData(f"{study}: no position is known.")
-        one.view_init(**VIEW)
-        _globe(one)
-        x, y, z = along.T
-        one.plot(x, y, -z, color=COLOURS[0], linewidth=0.7, alpha=0.8)
-        one.plot(*(stops * (1.0, 1.0, -1.0)).T, "o", color="#222222", markersize=3.0)
-        one.plot(*(stops[0] * (1.0, 1.0, -1.0)).reshape(3, 1), "o", color=COLOURS[1], markersize=6)
-        one.set_title(title, y=0.97)
-        one.set_box_aspect((1, 1, 1), zoom=1.35)
-        one.set_axis_off()
+    """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
+    each label, the last in front. The rotor is a line, the ray along which the optical depth is
+    taken is dashed."""
+    canvas = axes.figure
+    columns = 2 if canvas.get_figwidth() > WIDE else 1
+    across = canvas.get_figwidth() / columns - BESIDE
+    rows = -(-len(times) // columns)
+    canvas.set_figheight(rows * (across * HEIGHT / (2.0 * WIDTH) + BESIDE))
+    for plane, t in zip(side_by_side(axes, len(times), columns=columns), times, strict=True):
+        for artist in _cloud(plane, frame, study, labels, t):
+            artist.set_rasterized(True)
+        plane.plot(
+            *zip(PILOT, SEEN, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3))
+        )
+        plane.set_title(f"{t:g} s")
+    _sizes(plane, labels)
 
 
-def _globe(one: Axes) -> None:
-    """The sphere's surface, its equator and the vertical."""
-    turn, rise = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 49), np.linspace(0.0, np.pi, 25))
-    surface = np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)
-    one.plot_surface(*surface, color=BAND, alpha=0.35, linewidth=0.0, shade=False)
-    around = np.linspace(0.0, 2.0 * np.pi, 121)
-    style: dict[str, object] = {"color": GUIDE, "linewidth": 0.6}
-    one.plot(np.cos(around), np.sin(around), 0.0 * around, **style)
-    one.plot([0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], linestyle=(0, (4, 3)), **style)
+def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
+    """The same, of all sizes at once, as a picture that moves; it ends with the last time."""
+    canvas = axes.figure
+    canvas.set_figheight(BESIDE + (canvas.get_figwidth() - BESIDE) * HEIGHT / (2.0 * WIDTH))
+    times = np.unique(pick(frame, study=study)["t"])
+    if not times.size:
+        raise NoData("no cloud was measured.")
+    for k, t in enumerate(times):
+        clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
+        in_frame([*_cloud(axes, frame, study, labels, t), clock], k, len(times))
+    _sizes(axes, labels)
 
 
-def _on_sphere(frame: pd.DataFrame, study: str, quantity: str) -> np.ndarray:
-    rows = pick(frame, study=study, quantity=quantity).sort_values("t")
-    places = rows[["x", "y", "z"]].to_numpy(float)
-    return places[np.all(np.isfinite(places), axis=1)]
+def _cloud(
+    axes: Axes, frame: pd.DataFrame, study: str, labels: Sequence[str], t: float
+) -> list[Artist]:
+    """The rotor and the grains of each size at a time."""
+    rows = pick(frame, study=study, t=t)
+    if not np.isfinite(rows["x"]).any():
+        raise NoData("no grain's place is known.")
+    axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal", xlabel="$x$ [m]",
+             ylabel="$z$ [m]", xticks=[-20, -10, 0, 10, 20], yticks=[0, 5, 10])  # fmt: skip
+    grains = [
+        axes.plot(size["x"], size["z"], ".", color=COLOURS[k], markersize=2.3, markeredgewidth=0.0)
+        for k, size in enumerate(pick(rows, label=label) for label in labels)
+    ]
+    rotor = axes.plot([-R, R], [rotor_height(decay(t))] * 2, color=INK, linewidth=1.3)
+    return [artist for drawn in (*grains, rotor) for artist in drawn]
+
+
+def _sizes(axes: Axes, labels: Sequence[str]) -> None:
+    """Entries of the legend."""
+    for k, label in enumerate(labels):
+        axes.plot([], [], "o", color=COLOURS[k], label=label.replace("micrometres", "µm"))

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 
-from reports.figures.style.chart_lines import chart_line
+from galvi.charts import CHARTS
 
 # Okabe and Ito (2008), without the yellow, which is too light for a white page.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
@@ -25,41 +23,15 @@ GUIDE = "#777777"  # claimed rates and other things that were not measured
 SUN = "#E69F00"
 BAND = "#eef3f7"
 
-
-def darker(color: str) -> tuple[float, float, float]:
-    """The same hue, darker: text needs more contrast with the page than lines do."""
-    red, green, blue = (0.72 * part for part in to_rgb(color))
-    return red, green, blue
-
-
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
-MOST = 8  # entries of a legend
-VARIANTS = {
+MOST = 8  # names, each with an entry of a legend; more share those of their families
+VARIANTS = {  # what ends a name: its line
     "GLOBAL": DOTTED,
     "looser": DASH_DOT,
     "default": DOTTED,
     "native": DOTTED,
-}  # what ends a name: its line
-
-
-@dataclass(frozen=True)
-class Identity:
-    """The look of one name.
-
-    family   the text of its row, by which a legend groups names
-    """
-
-    family: str
-    color: str
-    marker: str
-    dash: Any
-
-    @property
-    def style(self) -> dict[str, Any]:
-        """Keywords of `Axes.plot`."""
-        return {"color": self.color, "marker": self.marker, "linestyle": self.dash}
-
+}
 
 # family: (colour, marker, dash); colours after Okabe and Ito (2008), and Tol (2021)
 TABLE: dict[str, tuple[str, str, Any]] = {
@@ -89,117 +61,93 @@ TABLE: dict[str, tuple[str, str, Any]] = {
     "explicit Euler": ("#B2480E", "P", DOTTED),
     "implicit Euler": ("#7F7F7F", "s", DOTTED),
 }
-TOGETHER = (  # families that share an entry of a legend
-    ("MuJoCo Euler", "MuJoCo implicit", "MuJoCo implicitfast", "MuJoCo discrete"),
-    ("Stormer-Verlet", "symplectic Euler"),
-)
-BLUES = ("#8CC7EF", "#3A8FE0", "#1B4FA8", "#000A28")  # from degree 2 to degree 16 and above
+BLUES = LinearSegmentedColormap.from_list("galvi", ("#8CC7EF", "#3A8FE0", "#1B4FA8", "#000A28"))
 OF_DEGREE = {2: "v", 4: "^", 5: "<", 6: "s", 7: ">", 8: "o", 10: "D", 12: "P", 16: "X"}
 SPARE = ("#5A2A82", "#B8860B", "#2E6E2E", "#A0527A", "#20606E", "#7A1F1F")
+CHART_DASHES = (  # of galvi's charts, in their order
+    ("solid", SOLID),
+    ("dash-dotted", (0, (6, 1.5, 1, 1.5))),
+    ("dotted", (0, (1, 1.5))),
+    ("dash-dot-dotted", (0, (6, 1.5, 1, 1.5, 1, 1.5))),
+)
+OF_CHART = {chart.name: dash for chart, (_, dash) in zip(CHARTS, CHART_DASHES, strict=False)}
+CHART_LEGEND = "lines by chart: " + ", ".join(
+    f"{dash} {chart.name}" for chart, (dash, _) in zip(CHARTS, CHART_DASHES, strict=False)
+)
+
+
+class Identity(NamedTuple):
+    """The look of one name.
+
+    family  the text of its row, by which a legend groups names
+    """
+
+    family: str
+    color: str
+    marker: str
+    dash: Any
+
+    @property
+    def style(self) -> dict[str, Any]:
+        """Keywords of `Axes.plot`."""
+        return {"color": self.color, "marker": self.marker, "linestyle": self.dash}
 
 
 def identity(name: str) -> Identity:
     """The look of a contender's name; the same in every figure, whoever else takes part."""
-    if name.startswith(FRAME):
+    family = next((row for row in TABLE if name.startswith(row)), name.partition(",")[0])
+    ending = name.rpartition(", ")[2]
+    if family == FRAME:
         points = re.search(r"Gauss (\d+)", name)
         marker = "*" if points is None or int(points[1]) < 12 else "P"
         return Identity(FRAME, TABLE[FRAME][0], marker, DOTTED if "passes" in name else SOLID)
     if name.startswith(OURS):
-        found = re.search(r"degree (\d+)", name) or re.search(r"Gauss (\d+)", name)
-        degree = int(found[1]) if found else 8
-        marker = OF_DEGREE.get(degree, "o")
-        dash = DASH_DOT if name.endswith("general kernel") else chart_line(name)
+        number = re.search(r"degree (\d+)", name) or re.search(r"Gauss (\d+)", name)
+        degree = int(number[1]) if number else 8
+        dash = DASH_DOT if ending == "general kernel" else OF_CHART.get(ending, SOLID)
         family = CLOCK if name.startswith(CLOCK) else OURS
-        return Identity(family, blue(degree), marker, dash)
-    family = next((one for one in TABLE if name.startswith(one)), None)
-    if family is None:
-        family = name.partition(",")[0]
-        place = sum(family.encode())  # not a hash: that differs from process to process
-        return Identity(family, SPARE[place % len(SPARE)], "h", DASHED)
-    color, marker, dash = TABLE[family]
-    return Identity(family, color, marker, VARIANTS.get(name.rpartition(", ")[2], dash))
+        return Identity(family, blue(degree), OF_DEGREE.get(degree, "o"), dash)
+    spare = SPARE[sum(family.encode()) % len(SPARE)]  # no hash: that differs between processes
+    color, marker, dash = TABLE.get(family, (spare, "h", DASHED))
+    return Identity(family, color, marker, VARIANTS.get(ending, dash))
 
 
-def line_color(name: str, place: int) -> str:
+def line_color(name: str, index: int) -> str:
     """The colour of a line: a contender's own, that of galvi's degree where the name is "N = 4",
-    else one by its place."""
+    else one by its index."""
     degree = re.fullmatch(r"N = (\d+)", name)
     if degree:
         return blue(int(degree[1]))
-    known = name.startswith(OURS) or any(name.startswith(family) for family in TABLE)
-    return identity(name).color if known else COLOURS[place % len(COLOURS)]
+    look = identity(name)
+    return look.color if look.family in (OURS, *TABLE) else COLOURS[index % len(COLOURS)]
 
 
-@cache
 def blue(degree: int) -> str:
     """The colour of a degree, by its logarithm between 2 and 16."""
-    place = np.clip(np.log2(max(degree, 2)) - 1.0, 0.0, 3.0)
-    anchors = np.array([to_rgb(color) for color in BLUES])
-    return to_hex([np.interp(place, range(len(BLUES)), anchors[:, k]) for k in range(3)])
+    return to_hex(BLUES((np.log2(max(degree, 2)) - 1.0) / 3.0))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
     """Each name once: galvi's by degree, its frames, then the others as in TABLE, then unknown."""
     families = (OURS, *TABLE)
 
-    def key(name: str) -> tuple[int, str, list[tuple[int, str]]]:
+    def key(name: str) -> tuple[int, str, list[int], str]:
         family = identity(name).family
-        place = families.index(family) if family in families else len(families)
-        parts = re.findall(r"\d+|\D+", name.casefold())
-        natural = [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
-        return place, family.casefold(), natural
+        row = families.index(family) if family in families else len(families)
+        return row, family.casefold(), [int(n) for n in re.findall(r"\d+", name)], name
 
     return sorted(dict.fromkeys(names), key=key)
 
 
-Entry = tuple[str, list[str]]
-
-
-def grouped(names: Iterable[str], most: int = MOST) -> list[tuple[str, list[str]]]:
-    """(label, names) of the entries of a legend, at most so many.
-
-    Where there is room each name has its own; else families share an entry, galvi's first of all,
-    then those of TOGETHER, then the last ones of the order.
-    """
+def grouped(names: Iterable[str]) -> list[tuple[str, list[str]]]:
+    """(label, names) of the entries of a legend: one for each name, or, of more than MOST names,
+    one for each family."""
     ordered = in_order(names)
-    if len(ordered) <= most:
-        return [(name, [name]) for name in ordered]
     families: dict[str, list[str]] = {}
     for name in ordered:
-        families.setdefault(identity(name).family, []).append(name)
-    entries = [(_label(family, members), members) for family, members in families.items()]
-    for together in TOGETHER:
-        if len(entries) <= most:
-            break
-        entries = _joined(entries, [e for e in entries if identity(e[1][0]).family in together])
-    if len(entries) > most:
-        return _joined(entries, entries[most - 1 :])
-    return _split(entries, most)
-
-
-def _split(entries: list[Entry], most: int) -> list[Entry]:
-    """Expands families other than galvi's while at most `most` entries result."""
-    for entry in entries:
-        _, names = entry
-        of_degrees = names[0].startswith(OURS) and not names[0].startswith((FRAME, CLOCK))
-        if not of_degrees and len(entries) + len(names) - 1 <= most:
-            place = entries.index(entry)
-            entries = [*entries[:place], *((n, [n]) for n in names), *entries[place + 1 :]]
-    return entries
-
-
-def _joined(entries: list[Entry], those: list[Entry]) -> list[Entry]:
-    if len(those) < 2:
-        return entries
-    first = entries.index(those[0])
-    labels = [identity(names[0]).family for _, names in those]
-    prefix = labels[0].split()[0]
-    if all(label.split()[0] == prefix for label in labels):
-        labels[1:] = [label.removeprefix(f"{prefix} ") for label in labels[1:]]
-    one = ",\n".join(", ".join(labels[k : k + 2]) for k in range(0, len(labels), 2))
-    joined = (one, [name for _, members in those for name in members])
-    rest = [entry for entry in entries if entry not in those]
-    return [*rest[:first], joined, *rest[first:]]
+        family = identity(name).family if len(ordered) > MOST else name
+        families.setdefault(family, []).append(name)
+    return [(_label(family, members), members) for family, members in families.items()]
 
 
 def _label(family: str, members: list[str]) -> str:

@@ -1,9 +1,11 @@
-"""The page of the command line, from the commands themselves."""
+"""The page of the command line, from the commands themselves.
+
+`python -m reports.cli.commands_page > docs/commands.md` renews it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import typer
@@ -11,12 +13,11 @@ from typer.cli import get_docs_for_click
 
 from reports.cli import commands
 
-FILE = "commands.md"
 INTRODUCTION = """# Command line
 
 In an installation the command is `galvi`; `python -m galvi` is the same. In a checkout, after
 `make install`, it is `.venv/bin/galvi`, or `.venv/bin/python -m reports`. Outside of a checkout the
-default output folder is `galvi-out`. [Using the suite](../suite.md) says what each command is good
+default output folder is `galvi-out`. [Using the suite](suite.md) says what each command is good
 for.
 
 ## Exit status
@@ -24,11 +25,15 @@ for.
 """
 
 
-def pages() -> Iterator[tuple[str, str]]:
-    """(file, text) of the page."""
+def commands_page() -> str:
+    """Its text, as MyST."""
     group: Any = typer.main.get_command(commands.application())
     context = typer.Context(group, info_name="galvi")
     _, table = (commands.__doc__ or "").strip().split("\n\n")
     codes = re.sub(r"^(\d+) +", r"\n`\1`\n: ", table, flags=re.MULTILINE)  # a definition list
     usage = get_docs_for_click(obj=group, ctx=context, name="galvi", indent=1)
-    yield FILE, f"{INTRODUCTION}{codes.strip()}\n\n{usage}"
+    return f"{INTRODUCTION}{codes.strip()}\n\n{usage}"
+
+
+if __name__ == "__main__":
+    print(commands_page(), end="")

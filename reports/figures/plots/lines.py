@@ -1,0 +1,253 @@
+"""Lines of studies: errors and energies against time, step, cost or angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.applications.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
+from benchmarks.store.frames import pick
+from galvi.arrays import Array
+from reports.figures.style.decades import decades, power_of_ten, readable
+from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line_color
+from reports.figures.style.layout import NoData, mark_rounding, panels
+
+TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
+LEAST = 1e-17  # drawn in place of an error of 0
+LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
+
+
+def curve(
+    frame: pd.DataFrame, study: str, quantity: str, against: str = TIME
+) -> tuple[Array, Array]:
+    """Finite pairs of a study, in the order of times or of numbers of steps.
+
+    against  a column, or a quantity that is paired by the number of steps
+    """
+    by = "t" if against == TIME else "steps"
+    rows = pick(frame, study=study, quantity=quantity).sort_values(by)
+    if against in (TIME, STEP):
+        x = rows[against].to_numpy(float)
+    else:
+        others = pick(frame, study=study, quantity=against).set_index("steps")["value"]
+        x = others.reindex(rows["steps"]).to_numpy(float)
+    y = rows["value"].to_numpy(float)
+    finite = np.isfinite(x) & np.isfinite(y)
+    return x[finite], y[finite]
+
+
+def lines(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    labels: Mapping[str, str],
+    xlabel: str,
+    ylabel: str = "",
+    against: str = TIME,
+    between: tuple[str, ...] = (),
+    xscale: str = "log",
+    least: float = 0.0,
+    unit: float = 1.0,
+    signed: bool = False,
+) -> None:
+    """The size of a quantity, a line for each study in `labels` (study -> text); a cross where a
+    run in time failed.
+
+    against  time, the step, which falls to the right, or a quantity of the same runs
+    between  quantities of the same runs, from which to which there is a bar; none where empty
+    least    drawn in place of smaller sizes
+    unit     of the horizontal axis, in the frame's
+    signed   the quantity with its sign; the caller sets the scale of the vertical axis
+    """
+    axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
+    for k, (study, text) in enumerate(labels.items()):
+        x, y = curve(frame, study, quantity, against)
+        x, y = x / unit, y if signed else np.maximum(np.abs(y), least)
+        shown = (signed | (y > 0.0)) & ((x > 0.0) | (xscale != "log"))
+        color = line_color(study, k)
+        marker = "" if against == TIME else MARKERS[k]
+        if not shown.any():
+            continue
+        axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=text)
+        if between:
+            (low, errors), (high, _) = (curve(frame, study, quantity, end) for end in between)
+            axes.hlines(errors, low, high, color=color, linewidth=0.9, alpha=0.8)
+        if against == TIME and failed(frame, study, quantity):
+            axes.plot(x[-1], y[-1], "X", color=color, markersize=7)
+    if not axes.lines:
+        raise NoData(f"no run has a finite {quantity}.")
+    if not signed:
+        decades(axes.yaxis)
+    if xscale == "log":
+        readable(axes.xaxis)
+    if against == STEP:
+        axes.invert_xaxis()
+
+
+def failed(frame: pd.DataFrame, study: str, quantity: str) -> bool:
+    """Whether a run ended early."""
+    return bool((pick(frame, study=study, quantity=quantity)["status"] != "").any())
+
+
+LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
+TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
+
+
+def energies(
+    axes: Axes, frame: pd.DataFrame, *, quantity: str, labels: Mapping[str, str], unit: float
+) -> None:
+    """The change of a quantity, with its sign, for each study in `labels` (study -> text); a cross
+    where a run ended early.
+
+    unit  year of the time axis, in the frame's unit of time
+    """
+    lines(axes, frame, quantity=quantity, labels=labels, xlabel="time [years]",
+          ylabel="relative change of energy", unit=unit, signed=True)  # fmt: skip
+    axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
+    axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
+    axes.set_yticks(TICKS, [power_of_ten(tick) if tick else "0" for tick in TICKS])
+    axes.set_ylim(TICKS[0], TICKS[-1])
+
+
+PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
+MANY = 300  # above this many, points are not joined
+
+
+def history(
+    axes: Axes, frame: pd.DataFrame, *, quantity: str, ylabel: str, xlabel: str = PERIODS,
+    rounding: bool = False,
+) -> None:  # fmt: skip
+    """Values at step ends, over a band that spans the values of the first half.
+
+    An error that grows with time leaves the band in the second half.
+
+    rounding  in units of the machine epsilon, with guides in place of the band that grow as the
+              square root of the time and as the time, to the mean of the last tenth
+    """
+    t, value = curve(frame, "history", quantity)
+    if not t.size:
+        raise NoData(f"no step has a finite {quantity}.")
+    if rounding:
+        value = value / np.finfo(float).eps
+        end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
+        guides = {"color": GUIDE, "linewidth": 1.2}
+        axes.plot(
+            t, end * share**0.5, linestyle=LONG_DASH, label="square root of the time", **guides
+        )
+        axes.plot(t, end * share, linestyle=DOTS, label="the time", **guides)
+    else:
+        first = value[t <= 0.5 * (t[0] + t[-1])]
+        axes.axhspan(first.min(), first.max(), color=BAND, zorder=0,
+                     label="range over the first half")  # fmt: skip
+    style = {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MANY else {}
+    axes.plot(t, value, **{"marker": ".", "linewidth": 0.6, "color": COLOURS[0], **style})
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.ticklabel_format(axis="x", style="plain")
+    axes.margins(x=0.01, y=0.15)
+
+
+def departures(
+    axes: Axes, frame: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
+) -> None:
+    """A panel for each quantity, both axes logarithmic, times from the second sample on."""
+    for panel, quantity in zip(panels(axes, len(quantities), least=3.0), quantities, strict=True):
+        lines(panel, frame, quantity=quantity, labels=labels, xlabel="time $t$", least=LEAST)
+        panel.set_title(quantity)
+        mark_rounding(panel)
+
+
+def jumps(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    runs: Mapping[str, str],
+    steps: Mapping[str, tuple[str, str]],
+    turn: str,
+    change: str,
+    limit: tuple[float, str],
+) -> None:
+    """First panel: |quantity| of each study in `runs`; a cross where one ends early. Second: for
+    each study in `steps`, `change` against `turn` at the same times.
+
+    steps  study -> (text, colour)
+    limit  an angle to mark, and its label
+    """
+    left, right = panels(axes, 2, least=3.0)
+    lines(left, frame, quantity=quantity, labels=runs, xlabel="time $t$",
+          ylabel=f"relative {quantity}", xscale="linear", least=LEAST)  # fmt: skip
+    for k, (study, (text, color)) in enumerate(steps.items()):
+        rows = pick(frame, study=study)
+        wide = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
+        if not {turn, change} <= set(wide):
+            raise NoData(f"{study}: no step was done.")
+        right.plot(wide[turn], np.maximum(wide[change], LEAST), color=color,
+                   marker=MARKERS[k], markersize=3.5, linestyle="none", label=text)  # fmt: skip
+    right.axvline(limit[0], color=GUIDE, linestyle=LONG_DASH, linewidth=1.1, label=limit[1])
+    right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
+    right.set_xlim(left=0.0)
+    decades(right.yaxis)
+
+
+def limits(
+    axes: Axes, frame: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
+) -> None:
+    """For each chart (a study), the error against the rotation angle; crosses above where runs
+    failed.
+
+    charts  study -> (limit in radians, label of the limit)
+    """
+    axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude [1]",
+             yscale="log", ylim=(LEAST, 10.0))  # fmt: skip
+    for k, study in enumerate(charts):
+        rows = pick(frame, study=study, quantity=quantity).sort_values("step")
+        turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
+        ended = ~np.isfinite(error)
+        if ended.all():
+            raise NoData(f"{study}: no step was done.")
+        axes.plot(turn, np.maximum(error, LEAST), color=COLOURS[k], marker=MARKERS[k],
+                  linewidth=0.8, label=study)  # fmt: skip
+        if ended.any():
+            axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
+                      ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+    axes.plot([], [], "x", color=GUIDE, label="failed")
+    for (limit, text), dash in zip(dict.fromkeys(charts.values()), (LONG_DASH, DOTS), strict=False):
+        axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
+    decades(axes.yaxis)
+
+
+GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
+
+
+def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
+    """A line for each degree, of the errors of the step that were solved, over the evaluations; an
+    error below its standard error is an arrow at their sum, an upper limit."""
+    axes.set(xscale="log", yscale="log", xlabel="evaluations of the wind for a grain",
+             ylabel=f"error of the {quantity}")  # fmt: skip
+    for k, (degree, label) in enumerate(degrees.items()):
+        rows = pick(frame, study=quantity, quantity=OF_STEP, n=degree + 1).sort_values("steps")
+        others = (pick(frame, study=study, quantity=name, n=degree + 1).set_index("steps")["value"]
+                  for study, name in ((WORK, WORK), (quantity, f"{SAMPLING} of it")))  # fmt: skip
+        work, spread = (values.reindex(rows["steps"]).to_numpy(float) for values in others)
+        error = np.abs(rows["value"].to_numpy(float))
+        solved = np.isfinite(error) & np.isfinite(work) & (error > 0.0)
+        limit = solved & (error < spread)
+        resolved, top = solved & ~limit, (error + spread)[limit]
+        style = {"color": COLOURS[k], "marker": MARKERS[k]}
+        if solved.any():
+            axes.errorbar(work[resolved], error[resolved], yerr=spread[resolved], label=label,
+                          linewidth=1.0, **style)  # fmt: skip
+            axes.errorbar(work[limit], top, yerr=0.4 * top, uplims=True, mfc="white",
+                          linestyle="none", **style)  # fmt: skip
+    if not axes.containers:
+        raise NoData("no run of the cloud was solved.")
+    for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
+        level = sampling_error(frame, quantity, grains)
+        if level > 0.0:
+            axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)
+    decades(axes.yaxis)
+    readable(axes.xaxis)

@@ -1,0 +1,181 @@
+"""Paths on the unit sphere: momenta with the ellipsoids of their energy, and a pendulum's mass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+
+from benchmarks.store.frames import pick
+from reports.figures.style.identities import COLOURS, GUIDE, line_color
+from reports.figures.style.layout import NoData
+from reports.figures.style.layout import panels as side_by_side
+
+UP, ROUND = 22.0, -52.0  # elevation and azimuth of the view in degrees
+EYE = np.array([np.cos(np.radians(UP)) * np.cos(np.radians(ROUND)),
+                np.cos(np.radians(UP)) * np.sin(np.radians(ROUND)),
+                np.sin(np.radians(UP))])  # fmt: skip
+SURFACE, FINE = 41, 221  # points across a surface, and where two intersect
+SMOOTH = 241  # points of an exact curve
+PALE_YELLOW, PALE_BLUE, DARK, INK = "#f7e0ad", "#cfe6f5", "#003C66", "#222222"
+HALF, ZOOM, DOWN = 0.76, 1.1, 0.1  # of the view, so that the sphere fills its panel below the title
+HIDDEN = 0.25  # opacity of a line behind the sphere
+AXES = {"$y_1$": (1.0, 0.0, 0.0), "$-y_2$": (0.0, -1.0, 0.0), "$y_3$": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """One panel of momenta.
+
+    title      above it
+    study      of the momenta, in x, y, z; each `label` is a path
+    lines      join the momenta, which are otherwise dots on the exact curves
+    ellipsoid  the label whose ellipsoid of energy is drawn too, with the paths of that energy only;
+               "" for none
+    """
+
+    title: str
+    study: str
+    lines: bool = False
+    ellipsoid: str = ""
+
+
+def momentum_spheres(
+    axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
+) -> None:
+    """The unit sphere in each panel; exact curves in grey, faint where they are hidden."""
+    for sphere, panel in zip(_spheres(axes, len(panels)), panels, strict=True):
+        paths = _paths(frame, panel.study, "momentum")
+        if not paths:
+            raise NoData(f"{panel.title}: no momentum is known.")
+        if panel.ellipsoid:
+            level = _twice_energy(paths[panel.ellipsoid][0], inertia)
+            paths = {label: y for label, y in paths.items()
+                     if np.isclose(_twice_energy(y[0], inertia), level)}  # fmt: skip
+            _both_surfaces(sphere, np.sqrt(level * np.array(inertia)))
+        else:
+            _surface(sphere)
+        for y in paths.values():
+            _line(sphere, exact_curve(y[0], inertia), color=GUIDE, linewidth=0.9)
+            if panel.lines:
+                _line(sphere, y, color=line_color(panel.title, 1), linewidth=0.8)
+            else:
+                _dots(sphere, y, 2.2, DARK)
+        sphere.set_title(panel.title)
+        for name, tip in AXES.items():
+            ends = np.outer(tip, (1.0, 1.15))
+            sphere.plot(*ends, color=INK, linewidth=0.7, zorder=9)
+            sphere.text(*(1.28 * np.array(tip)), name, fontsize=8, ha="center", va="center")
+
+
+def pendulum_spheres(
+    axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
+) -> None:
+    """One sphere for each study in `panels` (study -> title); z points down.
+
+    curve, ends  quantities with points x, y, z on the unit sphere
+    """
+    around = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
+    equator = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1)
+    for sphere, (study, title) in zip(_spheres(axes, len(panels)), panels.items(), strict=True):
+        along, stops = (
+            [y * (1.0, 1.0, -1.0) for y in _paths(frame, study, quantity).values()]
+            for quantity in (curve, ends)
+        )
+        if not (along and stops):
+            raise NoData(f"{study}: no position is known.")
+        _surface(sphere)
+        _line(sphere, equator, color=GUIDE, linewidth=0.6)
+        sphere.plot([0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], color=GUIDE, linewidth=0.6,
+                    linestyle=(0, (4, 3)))  # fmt: skip
+        _line(sphere, along[0], color=COLOURS[0], linewidth=0.7)
+        _dots(sphere, stops[0], 6.0, INK)
+        _dots(sphere, stops[0][:1], 12.0, COLOURS[1])
+        sphere.set_title(title)
+
+
+def _spheres(axes: Axes, count: int) -> list[Axes]:
+    spheres = side_by_side(axes, count, projection="3d", computed_zorder=False)
+    for sphere in spheres:
+        sphere.view_init(UP, ROUND)
+        sphere.set(xlim=(-HALF, HALF), ylim=(-HALF, HALF), zlim=(DOWN - HALF, DOWN + HALF))
+        sphere.set_box_aspect((1, 1, 1), zoom=ZOOM)
+        sphere.set_axis_off()
+    return spheres
+
+
+def _paths(frame: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarray]:
+    """label -> finite positions (times, 3)."""
+    rows = pick(frame, study=study, quantity=quantity).sort_values("t")
+    rows = rows[np.isfinite(rows[["x", "y", "z"]]).all(axis=1)]
+    return {
+        str(label): path[["x", "y", "z"]].to_numpy(float) for label, path in rows.groupby("label")
+    }
+
+
+def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
+    """The intersection, through y, of y . y = 1 and sum y_i^2 / I_i constant, (SMOOTH, 3).
+
+    About the stable axis c: y_a, y_b lie on an ellipse, since y_c^2 = 1 - y_a^2 - y_b^2.
+    """
+    reciprocal = 1.0 / np.array(inertia)
+    y = y / np.linalg.norm(y)
+    order = np.argsort(inertia)
+    middle = reciprocal[order[1]]
+    c = order[0] if np.sum(reciprocal * y**2) > middle else order[2]
+    a, b = (k for k in range(3) if k != c)
+    gaps = reciprocal - reciprocal[c]
+    left = float(np.sum(gaps * y**2))
+    phi = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
+    curve = np.zeros((SMOOTH, 3))
+    curve[:, a] = np.sqrt(left / gaps[a]) * np.cos(phi)
+    curve[:, b] = np.sqrt(left / gaps[b]) * np.sin(phi)
+    square = 1.0 - curve[:, a] ** 2 - curve[:, b] ** 2
+    curve[:, c] = np.copysign(np.sqrt(np.maximum(square, 0.0)), y[c])
+    return curve
+
+
+def _twice_energy(y: np.ndarray, inertia: Sequence[float]) -> float:
+    return float(np.sum(y**2 / np.array(inertia)))
+
+
+def _surface(axes: Axes) -> None:
+    axes.plot_surface(*_directions(SURFACE), color=COLOURS[5], alpha=0.16, linewidth=0.0, rstride=1,
+                      cstride=1, zorder=1, rasterized=True)  # fmt: skip
+
+
+def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
+    """The outer parts of the unit sphere and of the ellipsoid, each in its colour."""
+    u = _directions(FINE)
+    reach = 1.0 / np.linalg.norm(u / half_axes[:, None, None], axis=0)
+    colours = np.where((reach > 1.0)[..., None], to_rgba(PALE_YELLOW), to_rgba(PALE_BLUE))
+    axes.plot_surface(*(np.maximum(reach, 1.0) * u), facecolors=colours, linewidth=0.0, rstride=1,
+                      cstride=1, zorder=1, antialiased=False, rasterized=True)  # fmt: skip
+
+
+def _directions(points: int) -> np.ndarray:
+    """(3, points, points) of unit length."""
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, points), np.linspace(0.0, np.pi, points),
+                       indexing="ij")  # fmt: skip
+    return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+
+
+def _line(axes: Axes, y: np.ndarray, **style: object) -> None:
+    """Faint where it is on the far side."""
+    near = y @ EYE >= 0.0
+    far = ~near  # with both ends of a segment that leaves the near side, so that none is missing
+    far[1:] |= ~near[:-1]
+    far[:-1] |= ~near[1:]
+    for side, alpha, order in ((far, HIDDEN, 2), (near, 1.0, 3)):
+        axes.plot(*np.where(side[:, None], y, np.nan).T, alpha=alpha, zorder=order, **style)
+
+
+def _dots(axes: Axes, y: np.ndarray, size: float, color: str) -> None:
+    near = y @ EYE >= 0.0
+    for side, alpha, order in ((~near, HIDDEN, 2), (near, 1.0, 4)):
+        axes.plot(*y[side].T, ".", color=color, markersize=size, alpha=alpha, zorder=order,
+                  markeredgewidth=0.0)  # fmt: skip
