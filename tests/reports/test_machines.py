@@ -79,18 +79,16 @@ def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_shows_both_machines_and_no_history_where_none_is_kept(
+def test_the_page_shows_both_machines(
     tmp_path: Path, make_suite: Callable[..., object]
 ) -> None:
     out = report(tmp_path / "out", **HERE)
-    (out / "history.html").write_text("of an earlier report")
     merge(out, [report(tmp_path / "there")])
     build_kept(make_suite(), Options(False, (), out, "build --kept", ()))
     page = (out / "results" / "comparisons.html").read_text(encoding="utf-8")
     assert "On EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in page
     assert "On Xeon; galvi and heyoka compile for sapphirerapids, AVX-512." in page
     assert "no AVX but where it chooses at run time" in page  # how REBOUND was compiled
-    assert not (out / "history.html").exists() and "history.html" not in page
 
 
 def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_machine() -> None:

@@ -272,8 +272,8 @@ def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_
     assert default_step(None) is None and default_step(runs()) is None
     exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
     found = default_step(exact)
-    error, quantity = (cell for cell, _ in found.rows.lines[0][1:3])
-    assert (error, quantity) == ("5.0·10⁻¹³", ATTITUDE)
+    line = found.table.iloc[0]
+    assert (line["error"], line["quantity"]) == ("5.0·10⁻¹³", ATTITUDE)
     assert "at a step of 0.002. Below 10⁻⁹: Body (5.0·10⁻¹³). Errors" in found.text
     exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
     assert "Above 10⁻⁶: Body (0.0010)." in default_step(exact).text

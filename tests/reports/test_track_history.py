@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.statistics.rank_test import slower, smallest_visible
 from benchmarks.timings.catalogue import CASES
+from reports.cli.commands import run
 from reports.tracking.benches import COLUMNS, TIME, read_history
 from reports.tracking.record import Place, history, track
 from reports.tracking.together import FURTHER, Samples, is_slower, looks_slower, means
@@ -235,23 +236,24 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> 
     assert (row["runs"], row["error"], row["changes"]) == (6, 1.0, 1)
 
 
-def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None:
+def test_an_empty_history_is_a_sentence_and_still_a_page(make_suite, tmp_path: Path) -> None:
     said: list[str] = []
-    assert track(tmp_path, {"command": "x"}, said.append) == 0
+    track(tmp_path, said.append)
     assert said[0].startswith("There is no bench yet in ")
-    assert "There is no bench yet" in (tmp_path / "history.html").read_text()
+    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "results" / "history.html").read_text()
+    assert "No timings of earlier commits are kept" in page
     assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) -> None:
+def test_the_page_has_each_machine_its_table_and_its_pictures(make_suite, tmp_path: Path) -> None:
     for k in range(3):
         store(tmp_path, f"{k}.json", bench(k))
     store(tmp_path, "other.json", bench(1, cpu="Quite another"))
     store(tmp_path, "bad.json", "{")
-    said: list[str] = []
-    track(tmp_path, {"command": "x"}, said.append)
-    page = (tmp_path / "history.html").read_text()
+    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "results" / "history.html").read_text()
     assert "Quite another" in page and "bad.json: " in page
     assert page.count("<img ") == 2 and "shown apart" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
@@ -265,7 +267,7 @@ def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(tmp_pa
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
         store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
-    track(tmp_path, {"command": "x"}, lambda sentence: None)
+    track(tmp_path, lambda sentence: None)
     page = (tmp_path / "history.html").read_text()
     assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
     assert "So few runs do not tell a change from noise." in page
