@@ -156,7 +156,12 @@ CODES: Mapping[str, tuple[Reference, ...]] = {
 def reference(name: str) -> Contender:
     """The reference of this name.
 
-    Raises ValueError, with the nearest known name, when there is none; TypeError unless a string.
+    Raises
+    ------
+    ValueError
+        With the nearest known name, when there is none.
+    TypeError
+        Unless a string.
     """
     if not isinstance(name, str):
         raise TypeError(f"the name of a reference must be a string; received {name!r}.")
@@ -173,9 +178,15 @@ def named(name: str, problem: Problem) -> Reference:
     """The first contender that solves the problem among those of a code, by its name in CODES
     ("heyoka" for "heyoka.taylor"), or the reference of this full name.
 
-    Its engine may be ``missing``. Raises ValueError for an unknown name, with the nearest known
-    one, and where none solves the problem, with the reason if it is known; TypeError unless a
-    string.
+    Its engine may be ``missing``.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with the nearest known one, and where none solves the problem, with the
+        reason if it is known.
+    TypeError
+        Unless a string.
     """
     if not isinstance(name, str):
         raise TypeError(f"the name of a code must be a string; received {name!r}.")

@@ -17,9 +17,14 @@ from galvi.trajectory import Ending
 class Failure:
     """An early end of a run.
 
-    row   index of the first saved state that was not computed; it and the later ones become NaN
-    step  number of the first step not done, counted from 1
-    why   the reason and the remedy, in a sentence
+    Attributes
+    ----------
+    row
+        index of the first saved state that was not computed; it and the later ones become NaN
+    step
+        number of the first step not done, counted from 1
+    why
+        the reason and the remedy, in a sentence
     """
 
     row: int
@@ -32,7 +37,10 @@ def non_finite(
 ) -> Failure:
     """The failure of the first step that gave a non-finite state.
 
-    saved, times  numbers of the steps kept and their times, (saved,)
+    Parameters
+    ----------
+    saved, times
+        numbers of the steps kept and their times, (saved,)
     """
     row = int(np.searchsorted(saved, step))
     return Failure(
@@ -58,8 +66,13 @@ def as_trajectory(
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
-    notes  sentences that the status of a run without failure ends with; empty ones are left out
+    Parameters
+    ----------
+    notes
+        sentences that the status of a run without failure ends with; empty ones are left out
 
+    Notes
+    -----
     A non-finite state that the engine did not report becomes a failure.
     """
     q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)

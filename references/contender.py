@@ -47,9 +47,15 @@ class Contender(Protocol):
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Solve from t0 to t0 + duration, in the problem's units of time.
 
-        Raises ValueError for a problem it does not support, an unknown key in the setting or a
-        value out of range, `EngineMissing` when the engine is missing. A run that fails returns
-        with ``success`` False, a sentence, and NaN past the failure.
+        A run that fails returns with ``success`` False, a sentence, and NaN past the failure.
+
+        Raises
+        ------
+        ValueError
+            For a problem it does not support, an unknown key in the setting or a value out of
+            range.
+        EngineMissing
+            When the engine is missing.
         """
 
 

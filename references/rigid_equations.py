@@ -24,8 +24,11 @@ ATTITUDES = 8  # besides the start, at which a given gradient is compared
 class RigidEquations:
     """The equations of motion of a RigidBody problem, for states (attitude, p).
 
-    quaternions  True: attitudes are quaternions (4,), scalar first, of the rotation since the
-                 start, R = R0 M(y / |y|); False: the nine entries of R by rows
+    Attributes
+    ----------
+    quaternions
+        True: attitudes are quaternions (4,), scalar first, of the rotation since the start, R = R0
+        M(y / |y|); False: the nine entries of R by rows
     """
 
     problem: Problem

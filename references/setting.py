@@ -46,9 +46,14 @@ def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
 class FixedSteps:
     """How many equal steps to take and which to keep.
 
-    step   h, the time of one step, negative backwards
-    count  n, so that n h is the duration
-    saved  (saved,) numbers of the steps kept: 0, k, 2k, ... and the last
+    Attributes
+    ----------
+    step
+        h, the time of one step, negative backwards
+    count
+        n, so that n h is the duration
+    saved : array, shape (saved,)
+        numbers of the steps kept: 0, k, 2k, ... and the last
     """
 
     step: float
@@ -63,7 +68,10 @@ class FixedSteps:
 def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
     """Read 'step' and 'save_every' (default 1) from a setting.
 
-    Raises ValueError unless duration / step is a positive whole number.
+    Raises
+    ------
+    ValueError
+        Unless duration / step is a positive whole number.
     """
     duration = _duration(duration)
     if "step" not in setting:

@@ -26,7 +26,10 @@ def integrated(
 ) -> Trajectory:  # fmt: skip
     """Adaptive steps in Python. Setting: samples, tolerance (1e-13 when not given).
 
-    accelerations  (qpos, qvel) -> qvel', for quaternions of any length
+    Parameters
+    ----------
+    accelerations
+        (qpos, qvel) -> qvel', for quaternions of any length
     """
     from scipy.integrate import solve_ivp
 

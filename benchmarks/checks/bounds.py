@@ -40,8 +40,12 @@ ABOVE, BELOW = 1, -1
 class Comparison:
     """A number and the closed interval that it should lie in.
 
-    better  the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
-    room    tolerance beyond either end
+    Attributes
+    ----------
+    better
+        the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
+    room
+        tolerance beyond either end
     """
 
     number: float
@@ -76,7 +80,10 @@ class Comparison:
 class Bound(ABC):
     """A bound on a measurement.
 
-    met  the verdict where every comparison is met: ATTAINED for a rate, order or constant
+    Attributes
+    ----------
+    met
+        the verdict where every comparison is met: ATTAINED for a rate, order or constant
     """
 
     met: ClassVar[str] = HOLDS
@@ -113,11 +120,17 @@ class Bound(ABC):
 class Interval(Bound):
     """A closed interval for one number.
 
-    round_off    tolerance for rounding beyond either end
-    uncertainty  standard error of the ends, 0 for printed ones: two standard errors, of the ends
-                 and of the measured number, are tolerated in addition; None for no tolerance
-    better       the side on which a number is better than claimed: ABOVE, BELOW or 0
-    most         largest tolerance for standard errors
+    Attributes
+    ----------
+    round_off
+        tolerance for rounding beyond either end
+    uncertainty
+        standard error of the ends, 0 for printed ones: two standard errors, of the ends and of the
+        measured number, are tolerated in addition; None for no tolerance
+    better
+        the side on which a number is better than claimed: ABOVE, BELOW or 0
+    most
+        largest tolerance for standard errors
     """
 
     round_off: float = 0.0

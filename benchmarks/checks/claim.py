@@ -32,24 +32,41 @@ AGREEMENT = "agreement"  # the source of rows that compare two codes instead of 
 class Row:
     """One line of claims.csv: the claim, the measurement and the verdict.
 
-    id           of the claim, e.g. "V3"; several rows may share one
-    quantity     the measured quantity, e.g. "base of one-step error"
-    source       figure or theorem of the paper
-    setup        problem, method and steps in one line
-    claimed      the paper's statement, verbatim
-    bound        the bound that the verdict rests on, in words
-    measured     the measured number
-    uncertainty  of the measured number (one standard deviation of a fit), or None
-    slack        the factor between measured number and bound of a row that holds, or None
-    slopes       local slopes of a fitted order, coarse to fine, at most LAST of the finest; "" for
-                 others
-    misses       an order's distance from the one that it should have, in its standard errors; None
-                 where that is not known
-    expected     the verdict expected when the row was written
-    reason       why it is expected
-    reference    the independent truths, with the versions of their engines
-    verdict      one of `benchmarks.checks.bounds.VERDICTS`
-    absent       the package for want of which it was not run, which is then expected; or ""
+    Attributes
+    ----------
+    id
+        of the claim, e.g. "V3"; several rows may share one
+    quantity
+        the measured quantity, e.g. "base of one-step error"
+    source
+        figure or theorem of the paper
+    setup
+        problem, method and steps in one line
+    claimed
+        the paper's statement, verbatim
+    bound
+        the bound that the verdict rests on, in words
+    measured
+        the measured number
+    uncertainty
+        of the measured number (one standard deviation of a fit), or None
+    slack
+        the factor between measured number and bound of a row that holds, or None
+    slopes
+        local slopes of a fitted order, coarse to fine, at most LAST of the finest; "" for others
+    misses
+        an order's distance from the one that it should have, in its standard errors; None where
+        that is not known
+    expected
+        the verdict expected when the row was written
+    reason
+        why it is expected
+    reference
+        the independent truths, with the versions of their engines
+    verdict
+        one of `benchmarks.checks.bounds.VERDICTS`
+    absent
+        the package for want of which it was not run, which is then expected; or ""
     """
 
     id: str
@@ -120,16 +137,27 @@ def _finite(number: float | None) -> float | None:
 class Claim:
     """A study, which runs the methods once, and a judge, which only reads its tidy frame.
 
-    id       e.g. "V3"
-    title    one line for a heading
-    study    (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin`, or a
-             broken one in tests; report(sentence) reports progress
-    judge    frame -> rows
-    figures  the paper's figures, e.g. "H fig. 2.6"
-    timed    whether the study measures times and must run alone
-    statement  what the paper says, and what was measured where that differs, for the page
-    notes    derivations and remarks, for the page
-    caught   mistakes that it must see, at least one
+    Attributes
+    ----------
+    id
+        e.g. "V3"
+    title
+        one line for a heading
+    study
+        (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin`, or a broken one
+        in tests; report(sentence) reports progress
+    judge
+        frame -> rows
+    figures
+        the paper's figures, e.g. "H fig. 2.6"
+    timed
+        whether the study measures times and must run alone
+    statement
+        what the paper says, and what was measured where that differs, for the page
+    notes
+        derivations and remarks, for the page
+    caught
+        mistakes that it must see, at least one
     """
 
     id: str

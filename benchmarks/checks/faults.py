@@ -20,11 +20,18 @@ ORACLES = "distance between the two references"
 class Fault:
     """A mistake in the methods, in a function or in what was measured.
 
-    make   instead of `galvi.Galerkin`
-    wrong  dotted name -> what stands there instead, a function of the sound one
-    table  changes a copy of the study's frame
-    what   in words, as the document names it
-    seen   quantities of the rows that must be contradicted
+    Attributes
+    ----------
+    make
+        instead of `galvi.Galerkin`
+    wrong
+        dotted name -> what stands there instead, a function of the sound one
+    table
+        changes a copy of the study's frame
+    what
+        in words, as the document names it
+    seen
+        quantities of the rows that must be contradicted
     """
 
     make: Callable[..., Any] = galvi.Galerkin

@@ -53,8 +53,12 @@ class NoGrowth(Bound):
     the maxima over a period. Where the standard errors are too large for that, a change beyond
     SIGMAS of them is still CONTRADICTED; otherwise the run is too short to tell.
 
-    round_off   level, stated by the study, below which a change is attributed to rounding
-    conclusive  whether a run too short to tell is NOT_RUN, or else tells what it can
+    Attributes
+    ----------
+    round_off
+        level, stated by the study, below which a change is attributed to rounding
+    conclusive
+        whether a run too short to tell is NOT_RUN, or else tells what it can
     """
 
     limit: float

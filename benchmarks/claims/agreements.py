@@ -99,9 +99,14 @@ class Pair(Protocol):
 class WithGalvi:
     """galvi and a reference.
 
-    given     the problem, or what makes it, over `duration` in its unit of time
-    steps     number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
-    setting   setting of the reference
+    Attributes
+    ----------
+    given
+        the problem, or what makes it, over `duration` in its unit of time
+    steps
+        number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
+    setting
+        setting of the reference
     """
 
     contender: Contender
@@ -136,8 +141,12 @@ class WithGalvi:
 class TwoTruths:
     """A truth of the claims and a second one, which `galvi` has no part in.
 
-    other_problem  the second truth's form of the problem
-    compared       its configurations in the form of the first
+    Attributes
+    ----------
+    other_problem
+        the second truth's form of the problem
+    compared
+        its configurations in the form of the first
     """
 
     truth: Contender | WithSettings

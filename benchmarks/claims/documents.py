@@ -87,10 +87,15 @@ NAN = float("nan")
 class Number:
     """A measured number and what goes with it.
 
-    reference  what it was held against, in place of the document's words
-    absent     the package for want of which there is none, as `why` says: its row is then expected
-               not to run
-    why        there is no number
+    Attributes
+    ----------
+    reference
+        what it was held against, in place of the document's words
+    absent
+        the package for want of which there is none, as `why` says: its row is then expected not to
+        run
+    why
+        there is no number
     """
 
     value: float = NAN
@@ -110,10 +115,16 @@ class Number:
 class Section:
     """A section of a document.
 
-    statement  the text before the defaults
-    notes      the paragraphs after them
-    defaults   texts of FIELDS and OPTIONS
-    lines      texts by column, for each row
+    Attributes
+    ----------
+    statement
+        the text before the defaults
+    notes
+        the paragraphs after them
+    defaults
+        texts of FIELDS and OPTIONS
+    lines
+        texts by column, for each row
     """
 
     id: str
@@ -134,9 +145,14 @@ class Section:
 class Part:
     """What stands under a heading of a paper.
 
-    text        before the tables and sections
-    statements  texts by column of the table of printed statements
-    sections    of its claims
+    Attributes
+    ----------
+    text
+        before the tables and sections
+    statements
+        texts by column of the table of printed statements
+    sections
+        of its claims
     """
 
     title: str

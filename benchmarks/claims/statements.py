@@ -52,15 +52,25 @@ EFFECTS = {
 class Statement:
     """A printed statement.
 
-    where      as in the `source` of rows, e.g. "H thm. 2.3.1"
-    kind       theorem, lemma, figure, formula, sentence, ...
-    statement  what it says, in our words
-    status     one of STATUSES
-    effect     of one that is false as printed, one of EFFECTS; else ""
-    claims     ids of the claims that check it
-    rows       of these, which rows: places in their `source`, each perhaps with words of the
-               quantity, "place: words", separated by "; "; "" for the place `where`
-    why        of what is not reproduced: what follows instead, or what is missing; else a remark
+    Attributes
+    ----------
+    where
+        as in the `source` of rows, e.g. "H thm. 2.3.1"
+    kind
+        theorem, lemma, figure, formula, sentence, ...
+    statement
+        what it says, in our words
+    status
+        one of STATUSES
+    effect
+        of one that is false as printed, one of EFFECTS; else ""
+    claims
+        ids of the claims that check it
+    rows
+        of these, which rows: places in their `source`, each perhaps with words of the quantity,
+        "place: words", separated by "; "; "" for the place `where`
+    why
+        of what is not reproduced: what follows instead, or what is missing; else a remark
     """
 
     where: str

@@ -22,9 +22,14 @@ POINTS = 24  # Gauss points in each piece of a subinterval between kinks
 def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float] = ()) -> Array:
     """inf |u - v|_X over polynomials v of this degree, for each subinterval, (K,).
 
-    motion  t -> (u, u'), of t's shape
-    edges   (K + 1,), increasing
-    kinks   where u is not smooth: quadrature stops there
+    Parameters
+    ----------
+    motion
+        t -> (u, u'), of t's shape
+    edges : array, shape (K + 1,)
+        increasing
+    kinks
+        where u is not smooth: quadrature stops there
     """
     starts, stops = edges[:-1], edges[1:]
     errors = misses(motion, *_nodes(starts, stops), starts, stops, degree)

@@ -142,7 +142,10 @@ def double_pendulum(problem: Problem, q: Array, p: Array) -> Array:
 def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
     """(E(q, v) - E(q0, v0)) / |E(q0, v0)| of point masses, to about 1e-29.
 
-    q, v  DoubleDouble of shape (..., bodies, dimension): a state with its low parts
+    Parameters
+    ----------
+    q, v
+        DoubleDouble of shape (..., bodies, dimension): a state with its low parts
     """
     start = _energy(problem, exactly(problem.q0), exactly(problem.v0))
     change = (_energy(problem, q, v) - start) / start

@@ -112,9 +112,14 @@ def lagrange_at_chebyshev(degree: int) -> Array:
 class Grams:
     """Gram matrices of functions u_i on a step of length 1, by a quadrature rule.
 
-    place   sum_j b_j u_i u_l
-    slope   sum_j b_j u_i' u_l'
-    energy  slope plus u_i(1) u_l(1): M's |u|_X^2
+    Attributes
+    ----------
+    place
+        sum_j b_j u_i u_l
+    slope
+        sum_j b_j u_i' u_l'
+    energy
+        slope plus u_i(1) u_l(1): M's |u|_X^2
     """
 
     place: Array
@@ -149,7 +154,10 @@ def kernels(functions: Array) -> tuple[Array, Array]:
 def inf_sup(functions: Array, seen: Grams, form: Array | None = None) -> float:
     """inf over u(0) = 0 of sup over v(1) = 0 of a(u, v) / (|u| |v|), with the rule.
 
-    form  a's Gram matrix; without it that of mass 1
+    Parameters
+    ----------
+    form
+        a's Gram matrix; without it that of mass 1
     """
     a = seen.slope if form is None else form
     starts, ends = kernels(functions)

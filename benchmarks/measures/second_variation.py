@@ -25,10 +25,15 @@ FINE = 40  # places on the curve at which the constants are maximised
 class Constants:
     """H's constants for L = v . J v / 2 - V (H's kinetic energy lacks the trace and the half).
 
-    speed  C_xi' = C_p / 2, C_p the least eigenvalue of d2T/dxi'2
-    place  C_xi = C_d + C_m^2 / (2 C_p), C_m twice the norm of d2T/dxi dxi', -C_d the least
-           eigenvalue of d2T/dxi2 (0 where that is positive)
-    well   C_V, the largest eigenvalue of d2V/dxi2 (0 where that is negative)
+    Attributes
+    ----------
+    speed
+        C_xi' = C_p / 2, C_p the least eigenvalue of d2T/dxi'2
+    place
+        C_xi = C_d + C_m^2 / (2 C_p), C_m twice the norm of d2T/dxi dxi', -C_d the least eigenvalue
+        of d2T/dxi2 (0 where that is positive)
+    well
+        C_V, the largest eigenvalue of d2V/dxi2 (0 where that is negative)
     """
 
     speed: float

@@ -23,10 +23,16 @@ MANY = 24  # points sufficient to integrate the waves of SPACES to 1e-13
 class Pair:
     """A space of one of the kinds in SPACES and a rule of one of the families in RULES.
 
-    kind    kind of the space in words, e.g. "PiecewisePolynomials, pieces=3"
-    number  argument of the space's constructor
-    family  family of the rule in words, e.g. "Gauss"
-    points  argument of the rule's constructor; per piece, where the space has pieces
+    Attributes
+    ----------
+    kind
+        kind of the space in words, e.g. "PiecewisePolynomials, pieces=3"
+    number
+        argument of the space's constructor
+    family
+        family of the rule in words, e.g. "Gauss"
+    points
+        argument of the rule's constructor; per piece, where the space has pieces
     """
 
     kind: str

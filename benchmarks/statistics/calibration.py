@@ -21,7 +21,10 @@ POINTS, PASSES = 24, 400
 def work(x, passes):  # type: ignore[no-untyped-def]
     """Sum the inverse-square attractions of all pairs and move the points slightly, `passes` times.
 
-    x  points, (n, 3), modified in place
+    Parameters
+    ----------
+    x
+        points, (n, 3), modified in place
     """
     total = 0.0
     for _ in range(passes):

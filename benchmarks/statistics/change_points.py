@@ -50,7 +50,10 @@ def _changes(series: np.ndarray, first: int = 0) -> list[int]:
 def steps(values: Sequence[float], tolerance: float) -> list[int]:
     """Indices where a value differs from the last finite one by more than the tolerance.
 
-    tolerance  relative to the smaller one, of values that are not negative; 0 marks all differences
+    Parameters
+    ----------
+    tolerance
+        relative to the smaller one, of values that are not negative; 0 marks all differences
     """
     finite = np.flatnonzero(np.isfinite(values))
     series = np.asarray(values, dtype=float)[finite]

@@ -45,17 +45,30 @@ SEVERAL = 5  # points from which on a curved line is fitted
 class Fit:
     """error = coefficient * n^-power * rate^n (geometric) or coefficient * h^rate (algebraic).
 
-    kind         "geometric" or "algebraic"
-    rate         base of n, or power of h; NaN when there is no window
-    uncertainty  its standard error: scatter about the line, choice of the window, power
-    window       first and last n or h of the window, in the order of refinement
-    points       number of errors in the window
-    coefficient  error at n = 0 (times n^power) or h = 1, on the line
-    stays_large  there is no window because the measured errors did not become small
-    relapse      small errors became large again, or a run failed
-    power        exponent of the known factor n^-power; 0 for an algebraic fit
-    bend         c of the factor exp(c h) of an order that has not settled; 0 where it has
-    slopes       local slopes between the errors of the window of an algebraic fit, coarse to fine
+    Attributes
+    ----------
+    kind
+        "geometric" or "algebraic"
+    rate
+        base of n, or power of h; NaN when there is no window
+    uncertainty
+        its standard error: scatter about the line, choice of the window, power
+    window
+        first and last n or h of the window, in the order of refinement
+    points
+        number of errors in the window
+    coefficient
+        error at n = 0 (times n^power) or h = 1, on the line
+    stays_large
+        there is no window because the measured errors did not become small
+    relapse
+        small errors became large again, or a run failed
+    power
+        exponent of the known factor n^-power; 0 for an algebraic fit
+    bend
+        c of the factor exp(c h) of an order that has not settled; 0 where it has
+    slopes
+        local slopes between the errors of the window of an algebraic fit, coarse to fine
     """
 
     kind: str
@@ -83,10 +96,16 @@ class Fit:
 class Decay:
     """The decay of errors with n.
 
-    fit          the geometric fit
-    early, late  geometric fits to the coarse and the fine half of the window
-    worst        the largest ratio of successive errors inside the window
-    smallest     the smallest error; NaN when there is none
+    Attributes
+    ----------
+    fit
+        the geometric fit
+    early, late
+        geometric fits to the coarse and the fine half of the window
+    worst
+        the largest ratio of successive errors inside the window
+    smallest
+        the smallest error; NaN when there is none
     """
 
     fit: Fit
@@ -118,7 +137,10 @@ def geometric(
     """Fit error = C n^-g rate^n; n increasing, and positive where g is not 0. The module's
     docstring defines the window and the uncertainty.
 
-    power  g, and the error with which it is known
+    Parameters
+    ----------
+    power
+        g, and the error with which it is known
     """
     x = np.asarray(n, dtype=np.float64)
     known, known_to = power

@@ -31,11 +31,18 @@ EVEN = 1e-6  # relative tolerance for equal distances of times
 class Drift:
     """Changes of an error over a run, each with its standard error.
 
-    trend         change of the mean, over `largest`; signed
-    trend_error   its standard error
-    growth        change of the maxima of |error| over a period, over their mean
-    growth_error  its standard error
-    largest       largest |error|
+    Attributes
+    ----------
+    trend
+        change of the mean, over `largest`; signed
+    trend_error
+        its standard error
+    growth
+        change of the maxima of |error| over a period, over their mean
+    growth_error
+        its standard error
+    largest
+        largest |error|
     """
 
     trend: float
@@ -112,14 +119,24 @@ CHANCE = 1e-4  # significance level of a drift
 class Growth:
     """RMS over the ensemble = coefficient * t^exponent, and the mean's drift.
 
-    exponent           by least squares on logarithms
-    uncertainty        its bootstrap standard error over the runs
-    coefficient        RMS at t = 1, on the line
-    first, last        time window of the fit
-    final              RMS at the end
-    drift              mean over the runs of each one's slope against time
-    drift_uncertainty  standard error of that mean
-    runs               number of runs
+    Attributes
+    ----------
+    exponent
+        by least squares on logarithms
+    uncertainty
+        its bootstrap standard error over the runs
+    coefficient
+        RMS at t = 1, on the line
+    first, last
+        time window of the fit
+    final
+        RMS at the end
+    drift
+        mean over the runs of each one's slope against time
+    drift_uncertainty
+        standard error of that mean
+    runs
+        number of runs
     """
 
     exponent: float

@@ -12,8 +12,12 @@ from benchmarks.statistics.drift import Drift
 class Estimate:
     """A measured number; NaN where it could not be measured.
 
-    uncertainty  its standard error; None where it has none
-    refuted      errors stayed large, or became large again: they contradict any rate
+    Attributes
+    ----------
+    uncertainty
+        its standard error; None where it has none
+    refuted
+        errors stayed large, or became large again: they contradict any rate
     """
 
     value: float

@@ -39,10 +39,15 @@ RULE = (
 class Orders:
     """Of k errors, coarse to fine.
 
-    local  (k,) orders between each error and the one before; NaN for the first, and where one of
-           the two is no error of the method
-    used   (k,) whether the fit rests on it
-    notes  why it does not; "" where it does
+    Attributes
+    ----------
+    local : array, shape (k,)
+        orders between each error and the one before; NaN for the first, and where one of the two is
+        no error of the method
+    used
+        (k,) whether the fit rests on it
+    notes
+        why it does not; "" where it does
     """
 
     local: Array
@@ -56,8 +61,12 @@ def orders(
 ) -> Orders:
     """The orders of errors at decreasing steps h; NaN for a failed run.
 
-    size         of the configurations, in the errors' unit
-    truth_error  of the truth that they are measured against
+    Parameters
+    ----------
+    size
+        of the configurations, in the errors' unit
+    truth_error
+        of the truth that they are measured against
     """
     steps, e = (np.asarray(x, dtype=np.float64) for x in (h, errors))
     unresolved = max(RESOLVED * truth_error, ROUNDING * size)

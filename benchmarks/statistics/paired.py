@@ -51,7 +51,10 @@ def _rank(n: int) -> int:
 def ratio(theirs: Sequence[float], ours: Sequence[float]) -> Interval:
     """Of the times of two calls, in seconds, round by round: what disturbs a round disturbs both.
 
-    Raises ValueError for different numbers of rounds.
+    Raises
+    ------
+    ValueError
+        For different numbers of rounds.
     """
     return interval([a / b for a, b in zip(theirs, ours, strict=True)])
 

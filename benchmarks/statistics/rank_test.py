@@ -26,8 +26,12 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
     """The probability that equal code gives a head that looks at least as slow; exact without ties,
     which processor times in nanoseconds hardly have.
 
-    1.0 for fewer than LEAST samples per side. Raises ValueError for a time that is not finite and
-    positive.
+    1.0 for fewer than LEAST samples per side.
+
+    Raises
+    ------
+    ValueError
+        For a time that is not finite and positive.
     """
     for name, times in (("base", base), ("head", head)):
         wrong = [time for time in times if not (math.isfinite(time) and time > 0.0)]
@@ -74,10 +78,17 @@ def smallest_visible(
 ) -> float:
     """The least relative growth that counts in POWER of the draws; infinite beyond 300 %.
 
-    base, head  samples of equal code; of other code, each side is scaled to its median
-    benchmarks  number compared at a time, by which Holm's first step divides the level
-    size        growth of the median required besides the rank test
+    Parameters
+    ----------
+    base, head
+        samples of equal code; of other code, each side is scaled to its median
+    benchmarks
+        number compared at a time, by which Holm's first step divides the level
+    size
+        growth of the median required besides the rank test
 
+    Notes
+    -----
     Each draw takes both sides with replacement from all samples.
     """
     times = np.concatenate([np.asarray(side) / np.median(side) for side in (base, head)])
@@ -101,8 +112,12 @@ def slower(
 ) -> set[str]:
     """Names of the benchmarks whose head is slower by rank and by size.
 
-    samples  name -> times of base and head
-    sizes    name -> relative growth of the median that is also required
+    Parameters
+    ----------
+    samples
+        name -> times of base and head
+    sizes
+        name -> relative growth of the median that is also required
     """
     by_rank = holm({name: p_value(*pair) for name, pair in samples.items()}, level)
     return {name for name in by_rank if relative_growth(*samples[name]) > sizes[name]}

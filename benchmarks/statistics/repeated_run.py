@@ -24,10 +24,16 @@ TRIALS = 2  # lengths tried: from the time of the short run, then from that of a
 class RepeatedRun:
     """A lengthened run.
 
-    call     makes the run, keeping its last state
-    times    its length as a multiple of the original run
-    seconds  time of the call
-    failure  why it ended early; empty when it did not
+    Attributes
+    ----------
+    call
+        makes the run, keeping its last state
+    times
+        its length as a multiple of the original run
+    seconds
+        time of the call
+    failure
+        why it ended early; empty when it did not
     """
 
     call: Callable[[], Trajectory]
@@ -47,7 +53,10 @@ def repeated_run(
     """A run of at least about `least` seconds, by a contender that has run before. A setting's
     ``save_every`` must be the number of steps of the original run.
 
-    seconds  time of the run over `duration`
+    Parameters
+    ----------
+    seconds
+        time of the run over `duration`
     """
     times = 1
     for _ in range(TRIALS):
@@ -77,9 +86,14 @@ BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
 class NetTime:
     """A call whose `seconds` are those of the run less those of one step.
 
-    call   makes the run
-    short  makes a run of one step
-    steps  of the run, 2 or more
+    Attributes
+    ----------
+    call
+        makes the run
+    short
+        makes a run of one step
+    steps
+        of the run, 2 or more
     """
 
     call: Callable[[], Trajectory]

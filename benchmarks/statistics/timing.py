@@ -52,10 +52,15 @@ def interleaved(
 ) -> list[Timing]:
     """Time each call once per round, A B C ... A B C ..., so that disturbances affect all alike.
 
-    least    seconds for which a call is repeated within a round; the mean counts. One that takes
-             longer than LONG is timed in two rounds at most: its own fluctuations average out
-    warm     seconds of an earlier, warming call of each; None makes these calls here
-    counted  whether that call was warm itself: where it took as long as a round, it is the first
+    Parameters
+    ----------
+    least
+        seconds for which a call is repeated within a round; the mean counts. One that takes longer
+        than LONG is timed in two rounds at most: its own fluctuations average out
+    warm
+        seconds of an earlier, warming call of each; None makes these calls here
+    counted
+        whether that call was warm itself: where it took as long as a round, it is the first
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]

@@ -21,8 +21,13 @@ class NotHere(Exception):
 def environment(requirement: str, folder: Path) -> Iterator[Path]:
     """The interpreter of a new virtual environment in the folder, removed afterwards.
 
-    requirement  requirement to install with its dependencies, e.g. "mujoco==3.6.0"
+    Parameters
+    ----------
+    requirement
+        requirement to install with its dependencies, e.g. "mujoco==3.6.0"
 
+    Notes
+    -----
     Raises NotHere when it cannot be created.
     """
     folder.mkdir(parents=True, exist_ok=True)

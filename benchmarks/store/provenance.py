@@ -36,7 +36,10 @@ ROOT = Path(__file__).parents[2]
 def provenance(command: str | None = None) -> dict[str, str]:
     """Date, command, commit, versions of Python and the engines, and machine, by name.
 
-    command  as typed; None for that of this process, without folders
+    Parameters
+    ----------
+    command
+        as typed; None for that of this process, without folders
     """
     return {
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),

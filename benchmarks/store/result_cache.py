@@ -38,9 +38,15 @@ def digest_of_sources(code: tuple[str, ...] = ()) -> str:
 class ResultCache:
     """Results by name, for one state of the sources; those of other states are not touched.
 
-    storage  the output folder; results are stored below it, in FOLDER
-    state    a digest of everything that the results depend on
+    Attributes
+    ----------
+    storage
+        the output folder; results are stored below it, in FOLDER
+    state
+        a digest of everything that the results depend on
 
+    Notes
+    -----
     A result is what JSON holds, in a file of its own. Nothing that lies in the folder is ever run.
     """
 
@@ -57,7 +63,13 @@ class ResultCache:
         return results
 
     def keep(self, name: str, result: Any) -> None:
-        """Store a result. Raises OSError when that fails."""
+        """Store a result.
+
+        Raises
+        ------
+        OSError
+            When that fails.
+        """
         write(self._path(name), json.dumps([name, result]))
 
     def forget(self, names: Iterable[str] | None = None) -> None:

@@ -24,9 +24,14 @@ DAMAGED = ".damaged"
 class RowFiles:
     """The .csv files of one folder, all with the same columns.
 
-    folder   created by the first write
-    columns  columns of every file: name -> type (str, int or float)
-    report   called with a sentence for each file that is set aside
+    Attributes
+    ----------
+    folder
+        created by the first write
+    columns
+        columns of every file: name -> type (str, int or float)
+    report
+        called with a sentence for each file that is set aside
     """
 
     folder: Path

@@ -56,7 +56,10 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
     A function's machine code holds that of all functions it calls, whose own rows are what the
     compiler does before: types, and LLVM's code.
 
-    Raises RuntimeError where the process fails.
+    Raises
+    ------
+    RuntimeError
+        Where the process fails.
     """
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | {"NUMBA_CACHE_DIR": cache}

@@ -54,8 +54,12 @@ SCRIPT = Path(other_versions.__file__)
 class Part:
     """The runs of one version.
 
-    requirement  requirement to install, e.g. "mujoco==3.6.0"
-    files        the files of its rows
+    Attributes
+    ----------
+    requirement
+        requirement to install, e.g. "mujoco==3.6.0"
+    files
+        the files of its rows
     """
 
     requirement: str

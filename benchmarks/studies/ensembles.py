@@ -49,8 +49,12 @@ Call = Callable[[], Any]
 class Ensemble(NamedTuple):
     """Members of a problem that all codes run.
 
-    target  error that each has to reach
-    truth   final configurations of the first members
+    Attributes
+    ----------
+    target
+        error that each has to reach
+    truth
+        final configurations of the first members
     """
 
     problem: galvi.Problem
@@ -64,8 +68,12 @@ class Ensemble(NamedTuple):
 class Candidate(NamedTuple):
     """A code at some settings, in order of increasing accuracy.
 
-    calls        (words, call that returns the final configurations), made when asked for
-    in_parallel  whether a call runs all members; else it runs LOOKED_AT of them, in one thread
+    Attributes
+    ----------
+    calls
+        (words, call that returns the final configurations), made when asked for
+    in_parallel
+        whether a call runs all members; else it runs LOOKED_AT of them, in one thread
     """
 
     name: str

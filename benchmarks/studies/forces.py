@@ -72,9 +72,14 @@ Formula = Callable[[float, float, float], tuple[float, float, float, float]]
 class Case:
     """A force, as galvi's and as REBOUNDx's.
 
-    rates    (a, e, i) of mean elements -> rates of ln a, e, node and argument, to first order
-    other    galvi's with the sign changed, None where it can have none
-    pull     of the star at rest, as a share of gravity, with which elements are osculating
+    Attributes
+    ----------
+    rates
+        (a, e, i) of mean elements -> rates of ln a, e, node and argument, to first order
+    other
+        galvi's with the sign changed, None where it can have none
+    pull
+        of the star at rest, as a share of gravity, with which elements are osculating
     """
 
     force: Any
@@ -230,7 +235,10 @@ class Orbit:
     ) -> Array:
         """Its rates, with a force that may be a fault, and the method's frame or clock.
 
-        steps  an orbit; None: those of galvi in ``SETTINGS``
+        Parameters
+        ----------
+        steps
+            an orbit; None: those of galvi in ``SETTINGS``
         """
         method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **place)
         steps = steps or SETTINGS[self.e][2]

@@ -61,10 +61,16 @@ STEPS_A_TURN = 5  # fewest steps per turn of an external integrator without sett
 class DriftParticipant:
     """A contender at one step.
 
-    label     for tables
-    step      nominal step; rounded to a multiple of GRID unless the problem sets it
-    joint     "free" for a body that could also translate, although it does not
-    origin    the path of an external integrator
+    Attributes
+    ----------
+    label
+        for tables
+    step
+        nominal step; rounded to a multiple of GRID unless the problem sets it
+    joint
+        "free" for a body that could also translate, although it does not
+    origin
+        the path of an external integrator
     """
 
     label: str
@@ -244,8 +250,12 @@ FOLDER = "free_spin"  # subfolder of the studies
 class Part:
     """One contender's long run.
 
-    files  the files of its rows
-    code   version of the code
+    Attributes
+    ----------
+    files
+        the files of its rows
+    code
+        version of the code
     """
 
     participant: DriftParticipant

@@ -32,10 +32,16 @@ CURVE, ENDS = "position on the curve", "position at step ends"
 class LongSteps:
     """A planetary problem in a few long steps.
 
-    step, steps  size, in days, and number
-    ns           numbers of basis functions; orbits and shapes are those of the first
-    watched      bodies whose extent and perihelion are measured
-    samples      of the orbits, a multiple of steps
+    Attributes
+    ----------
+    step, steps
+        size, in days, and number
+    ns
+        numbers of basis functions; orbits and shapes are those of the first
+    watched
+        bodies whose extent and perihelion are measured
+    samples
+        of the orbits, a multiple of steps
     """
 
     problem: Problem

@@ -128,8 +128,13 @@ def brouwer(
 ) -> pd.DataFrame:
     """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
 
-    longer  participants that run LONGER times as long
+    Parameters
+    ----------
+    longer
+        participants that run LONGER times as long
 
+    Notes
+    -----
     The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
     has no rows. External integrators take part where they can, see
     `benchmarks.work_precision.participants.ensemble`.
@@ -209,8 +214,12 @@ FOLDER = "brouwer"  # subfolder of the studies
 class Part:
     """One run of one contender.
 
-    files    the files of its rows
-    version  version of the code, see `version`
+    Attributes
+    ----------
+    files
+        the files of its rows
+    version
+        version of the code, see `version`
     """
 
     participant: RoundOffParticipant
@@ -279,8 +288,12 @@ def parts(
 ) -> list[Part]:
     """All runs, the contenders alternating, so that an interrupted study can be compared.
 
-    studies  the folder of all studies
-    code     version of the code; None for that of the checkout
+    Parameters
+    ----------
+    studies
+        the folder of all studies
+    code
+        version of the code; None for that of the checkout
     """
     files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
     able = []

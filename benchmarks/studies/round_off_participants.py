@@ -27,8 +27,12 @@ YEAR = 365.25
 class Bodies:
     """A planetary system, and the planet by whose period steps are chosen.
 
-    words   that follow a label
-    clock   the place of that planet among the bodies, and its name
+    Attributes
+    ----------
+    words
+        that follow a label
+    clock
+        the place of that planet among the bodies, and its name
     """
 
     make: Callable[[], Problem]
@@ -46,9 +50,14 @@ EIGHT = Bodies(
 class Sample:
     """Relative energy errors at ``number`` hundredths of a run.
 
-    error             error of the state with its low parts, where these are known
-    error_of_rounded  error of the state rounded to float64
-    status            empty, or why the run ended
+    Attributes
+    ----------
+    error
+        error of the state with its low parts, where these are known
+    error_of_rounded
+        error of the state rounded to float64
+    status
+        empty, or why the run ended
     """
 
     number: int
@@ -77,9 +86,13 @@ class RoundOffParticipant(Protocol):
     ) -> Iterator[Sample]:
         """The samples at KEPT, in order.
 
-        resume  file to save the run to and to resume it from; the first sample is then the one
-                already reached
-        report  called with a sentence on a saved file that cannot be used
+        Parameters
+        ----------
+        resume
+            file to save the run to and to resume it from; the first sample is then the one already
+            reached
+        report
+            called with a sentence on a saved file that cannot be used
         """
 
 

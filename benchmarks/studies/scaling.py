@@ -110,8 +110,12 @@ ROUNDS = 3
 class ScalingParticipant:
     """One setting of one contender.
 
-    per_orbit  approximate steps per revolution of the innermost planet; None if adaptive
-    options    further (key, value) pairs of its setting
+    Attributes
+    ----------
+    per_orbit
+        approximate steps per revolution of the innermost planet; None if adaptive
+    options
+        further (key, value) pairs of its setting
     """
 
     label: str
@@ -141,8 +145,12 @@ class ScalingParticipant:
     ) -> tuple[Callable[[], Trajectory], int]:
         """A run long enough to be timed, and its number of revolutions.
 
-        seconds  time of the run over `orbits`
-        least    seconds of a round
+        Parameters
+        ----------
+        seconds
+            time of the run over `orbits`
+        least
+            seconds of a round
         """
         longer = max(orbits, WORK // len(problem.q0))
         return self.call(problem, longer), longer

@@ -117,12 +117,20 @@ SLOW = 0.02  # for the general kernel of groups, whose step takes fifty times as
 class Start:
     """A problem for the first run.
 
-    label    label in the table
-    problem  an expression that constructs it
-    step     step size of the run
-    imports  imports needed by the expression besides galvi
-    cold     what a cold run compiles: ALL, or NOTHING new, or all but for the LONG form alone
-    share    share of the many steps after which memory is measured
+    Attributes
+    ----------
+    label
+        label in the table
+    problem
+        an expression that constructs it
+    step
+        step size of the run
+    imports
+        imports needed by the expression besides galvi
+    cold
+        what a cold run compiles: ALL, or NOTHING new, or all but for the LONG form alone
+    share
+        share of the many steps after which memory is measured
     """
 
     label: str
@@ -159,8 +167,12 @@ class Started:
 def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str = "") -> Started:
     """A fresh process that imports galvi, does ten steps, then runs of the lengths in ``steps``.
 
-    folder  folder of the user's functions
-    cache   folder for compiled code; empty for the default
+    Parameters
+    ----------
+    folder
+        folder of the user's functions
+    cache
+        folder for compiled code; empty for the default
     """
     environment: Mapping[str, str] = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
     code = TIMED.format(

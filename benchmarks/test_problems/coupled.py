@@ -56,10 +56,18 @@ SPAN = 0.1  # of an extrapolated step; 4e-14 of round-off where there is no exte
 class NewtonEuler:
     """A motion of b bodies from a state.
 
-    inertias   (b, 3, 3); attitudes (b, 3, 3); momenta (b, 3), in the bodies' frames
-    rest       (k,) what else moves
-    pull       (attitudes, rest) -> torques (b, 3) in the bodies' frames, rest'
+    Attributes
+    ----------
+    inertias, attitudes : array, shape (b, 3, 3)
+    momenta : array, shape (b, 3)
+        in the bodies' frames
+    rest : array, shape (k,)
+        what else moves
+    pull
+        (attitudes, rest) -> torques (b, 3) in the bodies' frames, rest'
 
+    Notes
+    -----
     Both solvers return (attitudes, momenta, rest) at `duration`.
     """
 
@@ -114,8 +122,12 @@ def cross(a: Array, b: Array) -> Array:
 class Coupled:
     """A problem, and the same motion by Newton's and Euler's equations.
 
-    motion  (q, mu) -> that motion from q and the left-trivialised momentum mu
-    state   (attitudes, momenta, rest) of the motion -> (q, mu)
+    Attributes
+    ----------
+    motion
+        (q, mu) -> that motion from q and the left-trivialised momentum mu
+    state
+        (attitudes, momenta, rest) of the motion -> (q, mu)
     """
 
     problem: Callable[[], Problem]

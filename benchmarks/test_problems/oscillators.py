@@ -151,10 +151,16 @@ SAMPLES = 200  # of curves in the region
 class NonlinearOscillator:
     """q'' = -V'(q) from (q, v) at t = 0.
 
-    slope      V', and its derivative `curvature`, of any shape
-    radius     of the interval |q| <= radius where V' is Lipschitz continuous; inf for the line
-    lipschitz  K, the largest |V''| there
-    where      that interval and K in words
+    Attributes
+    ----------
+    slope
+        V', and its derivative `curvature`, of any shape
+    radius
+        of the interval |q| <= radius where V' is Lipschitz continuous; inf for the line
+    lipschitz
+        K, the largest |V''| there
+    where
+        that interval and K in words
     """
 
     name: str

@@ -18,8 +18,13 @@ SEED = 1986
 def many_planets(bodies: int, massive: int | None = None) -> Problem:
     """A Sun and bodies - 1 light planets, the innermost at Jupiter's orbit, each next farther out.
 
-    massive  the number of bodies that have a mass, the outer ones have none; None: all
+    Parameters
+    ----------
+    massive
+        the number of bodies that have a mass, the outer ones have none; None: all
 
+    Notes
+    -----
     A planet has the same initial position in every system, up to the barycentre.
     Units are those of `galvi.problems.solar_system`. ValueError for fewer than two bodies.
     """

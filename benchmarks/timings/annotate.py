@@ -56,8 +56,12 @@ def annotate(
 ) -> None:
     """Add problem, error, counts, status and settings to the benchmark's row.
 
-    error     against the truth; None if unknown
-    settings  everything needed to reproduce the run
+    Parameters
+    ----------
+    error
+        against the truth; None if unknown
+    settings
+        everything needed to reproduce the run
     """
     benchmark.extra_info.update(
         problem=problem,

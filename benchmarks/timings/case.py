@@ -16,8 +16,12 @@ LEAST_ERROR = 1e-13  # of a motion of size 1, of which smaller ones are rounding
 class Thresholds:
     """What counts as worse in an integrator of one's own; see `Case`.
 
-    slower         relative growth of a median time; over all its benchmarks together, half of it
-    less_accurate  relative growth of an error
+    Attributes
+    ----------
+    slower
+        relative growth of a median time; over all its benchmarks together, half of it
+    less_accurate
+        relative growth of an error
     """
 
     slower: float = 0.10
@@ -28,26 +32,44 @@ class Thresholds:
 class Case:
     """A run of galvi, or of another integrator, that is timed, counted and compared with the truth.
 
-    name       unique, for tables and command lines
-    kind       STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding
-               dominates the error, given as RMS over several starts; LONG: one run of many steps,
-               whose end is compared and whose time is not
-    problem    name in galvi.problems, called with the arguments
-    degree     of the polynomials
-    points     of the rule, the name of a function of galvi
-    chart      name of a chart class of galvi, on groups or a frame, "" for the default
-    step, steps  step size and number of steps; only the ends are kept
-    truth      name of a reference; "" if there is none
-    truth_tolerance  its tolerance, 0.0 for its default
-    starts     number of runs, from configurations that differ by about 1e-3
-    quick      whether it belongs to the quick benchmarks and comparisons
-    error_tolerance  tolerated relative growth of the error: small for discretisation errors, a
-               factor for rounding errors
-    rounding   growth of an error up to this is rounding, of the run or the truth, and no alarm
-    count_tolerance  the same for each count; 0, since counts are exact on one build and machine
-    slower     relative growth of the median time required for an alarm besides the rank test
-    contender  "package.module:Class" of another integrator, run at `setting` over step * steps in
-               place of galvi's method; see `benchmarks.applications.external.integrator`
+    Attributes
+    ----------
+    name
+        unique, for tables and command lines
+    kind
+        STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding dominates the
+        error, given as RMS over several starts; LONG: one run of many steps, whose end is compared
+        and whose time is not
+    problem
+        name in galvi.problems, called with the arguments
+    degree
+        of the polynomials
+    points
+        of the rule, the name of a function of galvi
+    chart
+        name of a chart class of galvi, on groups or a frame, "" for the default
+    step, steps
+        step size and number of steps; only the ends are kept
+    truth
+        name of a reference; "" if there is none
+    truth_tolerance
+        its tolerance, 0.0 for its default
+    starts
+        number of runs, from configurations that differ by about 1e-3
+    quick
+        whether it belongs to the quick benchmarks and comparisons
+    error_tolerance
+        tolerated relative growth of the error: small for discretisation errors, a factor for
+        rounding errors
+    rounding
+        growth of an error up to this is rounding, of the run or the truth, and no alarm
+    count_tolerance
+        the same for each count; 0, since counts are exact on one build and machine
+    slower
+        relative growth of the median time required for an alarm besides the rank test
+    contender
+        "package.module:Class" of another integrator, run at `setting` over step * steps in place of
+        galvi's method; see `benchmarks.applications.external.integrator`
     """
 
     name: str

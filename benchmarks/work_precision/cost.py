@@ -43,10 +43,16 @@ class Cost(NamedTuple):
 class Column:
     """A column of cost.csv and of the table on the page.
 
-    name     in cost.csv
-    value    Cost -> value
-    heading  on the page; "" for a column that is in cost.csv only
-    kind     "text", "number" or "seconds"
+    Attributes
+    ----------
+    name
+        in cost.csv
+    value
+        Cost -> value
+    heading
+        on the page; "" for a column that is in cost.csv only
+    kind
+        "text", "number" or "seconds"
     """
 
     name: str
@@ -97,8 +103,13 @@ def cost_table(
 ) -> pd.DataFrame:
     """One row for each problem and method, at a step size typical of its use.
 
-    only  names of the problems; () for all
+    Parameters
+    ----------
+    only
+        names of the problems; () for all
 
+    Notes
+    -----
     Counts are exact for a build and machine. ``forces_per_step`` counts configurations; ``solver``
     is the solver of the stage equations: fixed point, Newton, or both. Seconds are those of a whole
     run divided by its steps.

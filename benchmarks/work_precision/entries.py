@@ -29,11 +29,18 @@ SECOND, MIDDLE = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
 class Entry(NamedTuple):
     """A contender of a problem.
 
-    values   whole numbers of steps, or tolerances
-    label    the contender's name where empty
-    few      which of the values a quick form keeps, all where that leaves none
-    early    whether galvi's iterations are stopped early too, but in the quick form
-    options  of every setting
+    Attributes
+    ----------
+    values
+        whole numbers of steps, or tolerances
+    label
+        the contender's name where empty
+    few
+        which of the values a quick form keeps, all where that leaves none
+    early
+        whether galvi's iterations are stopped early too, but in the quick form
+    options
+        of every setting
     """
 
     contender: Contender
@@ -91,8 +98,12 @@ def rounded(
 ) -> Callable[[], Truth]:
     """The truth of a reference that errs by the rounding of its numbers.
 
-    of    what is rounded, in words
-    size  of the numbers; None for the largest
+    Parameters
+    ----------
+    of
+        what is rounded, in words
+    size
+        of the numbers; None for the largest
     """
 
     def truth() -> Truth:

@@ -115,7 +115,10 @@ def in_clock(stages: int, clock: Any) -> InClock:
 def gauss_collocation(stages: int, chart: Any = None) -> Variational:
     """Polynomials of degree s with s Gauss points: order 2 s by the cheapest rule.
 
-    chart  chart of the polynomials on a group; None for the default
+    Parameters
+    ----------
+    chart
+        chart of the polynomials on a group; None for the default
     """
     charts = {} if chart is None else {"chart": chart}
     return Variational(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages), **charts))

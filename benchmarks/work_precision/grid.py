@@ -68,7 +68,10 @@ def wanted(
 ) -> list[tuple[str, Setting]]:
     """What to add to one code: (contender, setting), each new.
 
-    runs      its rows so far, with `dependable` errors; a row's index is a key of `settings`
+    Parameters
+    ----------
+    runs
+        its rows so far, with `dependable` errors; a row's index is a key of `settings`
     """
     lines = {index: (who, line_of(one)) for index, (who, one) in settings.items()}
     have = {(lines[index], fine(one)) for index, (_, one) in settings.items()}
@@ -121,8 +124,12 @@ def refined(
 ) -> None:
     """Add settings to each code until nothing is wanted, or its share is used up.
 
-    frame     () -> the rows so far, of which the index is a key of `settings`
-    add       (contender, setting): runs it and enters it in both
+    Parameters
+    ----------
+    frame
+        () -> the rows so far, of which the index is a key of `settings`
+    add
+        (contender, setting): runs it and enters it in both
     """
     spent: dict[str, float] = {}
     added: dict[str, int] = {}

@@ -8,9 +8,14 @@ from typing import NamedTuple
 class Label(NamedTuple):
     """A problem for readers.
 
-    title  its name in tables and figures
-    text   what moves, from where, for how long; "" for a problem that is not the suite's
-    time   unit of its steps; "" for the problem's own
+    Attributes
+    ----------
+    title
+        its name in tables and figures
+    text
+        what moves, from where, for how long; "" for a problem that is not the suite's
+    time
+        unit of its steps; "" for the problem's own
     """
 
     title: str

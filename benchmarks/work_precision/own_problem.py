@@ -72,8 +72,12 @@ def own_problem(
     """galvi and every other code here that takes the problem, at settings found by trying them.
 
     Steps are halved from where a contender is within a tenth of the motion until it is as accurate
-    as the truth, or takes PATIENCE. Raises ValueError where no code but galvi solves the problem,
-    or none reaches the end.
+    as the truth, or takes PATIENCE.
+
+    Raises
+    ------
+    ValueError
+        Where no code but galvi solves the problem, or none reaches the end.
     """
     truth = truth_of(problem, duration, report)
     participants = []
@@ -119,7 +123,10 @@ def ladder(
     where the contender is within a tenth of the motion until it is as accurate as the truth, or
     takes PATIENCE.
 
-    options  entries of each setting; None for its best here
+    Parameters
+    ----------
+    options
+        entries of each setting; None for its best here
     """
     options = FIXED.get(contender.name, {}) if options is None else options
     return _Ladder(problem, duration, contender, options, truth, quick).settings()

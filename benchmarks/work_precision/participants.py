@@ -88,7 +88,10 @@ def ensemble(
 ) -> Iterator[tuple[Setting, Trajectory]]:
     """Its runs from each start at its finest setting, until one fails or PATIENCE is exceeded.
 
-    problems  equal except for their initial states
+    Parameters
+    ----------
+    problems
+        equal except for their initial states
     """
     began, setting = time.perf_counter(), None
     for problem in problems:

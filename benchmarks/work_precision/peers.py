@@ -19,10 +19,16 @@ Named = Mapping[str, Any]
 class Options(NamedTuple):
     """Of one code.
 
-    closed  its defaults
-    open    name -> options, the best first: a quick form runs that alone
-    built   how the build here was compiled
-    source  where its documentation describes them
+    Attributes
+    ----------
+    closed
+        its defaults
+    open
+        name -> options, the best first: a quick form runs that alone
+    built
+        how the build here was compiled
+    source
+        where its documentation describes them
     """
 
     closed: Named

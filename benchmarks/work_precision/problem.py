@@ -32,11 +32,18 @@ class Participant(NamedTuple):
 class Truth:
     """The true configuration at the end.
 
-    end          (...,) in the configuration's shape
-    error        its own error, measured like `WorkPrecisionProblem.distance`
-    description  text for the table
-    source       label and settings, as text, of the run that it is: not compared with itself
-    momenta      (...,) at the end, where they are known
+    Attributes
+    ----------
+    end
+        in the configuration's shape
+    error
+        its own error, measured like `WorkPrecisionProblem.distance`
+    description
+        text for the table
+    source
+        label and settings, as text, of the run that it is: not compared with itself
+    momenta
+        at the end, where they are known
     """
 
     end: Array
@@ -55,18 +62,29 @@ def farthest_body(q: Array, truth: Array) -> float:
 class WorkPrecisionProblem:
     """One work-precision study.
 
-    problem       the problem
-    duration      from its t0, in its unit of time
-    participants  contenders with their settings
-    truth         () -> the truth
-    quantity      the quantity of the error: POSITION, ATTITUDE, ANGLE, COORDINATES or MOTION
-    distance      the error: a distance of two configurations
-    repeated_run  whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`),
-                  since they are shorter than the overhead of a call
-    notes         label of a participant -> what the status of its rows adds
-    net_time      whether what a call costs besides its steps is subtracted instead
-                  (`benchmarks.statistics.repeated_run`), since a longer run is another:
-                  chaotic, or with coordinates that grow, and with them what a tolerance allows
+    Attributes
+    ----------
+    problem
+        the problem
+    duration
+        from its t0, in its unit of time
+    participants
+        contenders with their settings
+    truth
+        () -> the truth
+    quantity
+        the quantity of the error: POSITION, ATTITUDE, ANGLE, COORDINATES or MOTION
+    distance
+        the error: a distance of two configurations
+    repeated_run
+        whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`), since they
+        are shorter than the overhead of a call
+    notes
+        label of a participant -> what the status of its rows adds
+    net_time
+        whether what a call costs besides its steps is subtracted instead
+        (`benchmarks.statistics.repeated_run`), since a longer run is another: chaotic, or with
+        coordinates that grow, and with them what a tolerance allows
     """
 
     problem: Problem

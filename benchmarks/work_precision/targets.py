@@ -38,15 +38,23 @@ IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 class Target:
     """A target for the ratio of times at an error.
 
-    problem     name of the problem
-    contenders  labels in the work-precision study; the fastest of them at the error counts
-    error       final error of the position in au or of the attitude; None for the smallest error
-                that the contenders reach
-    ratio       least ratio of the contenders' time to galvi's; None when galvi only has to reach
-                the error
-    source      origin of the target
-    ours        galvi's labels that count; () for all but the contenders
-    note        a sentence on what has changed since it was set
+    Attributes
+    ----------
+    problem
+        name of the problem
+    contenders
+        labels in the work-precision study; the fastest of them at the error counts
+    error
+        final error of the position in au or of the attitude; None for the smallest error that the
+        contenders reach
+    ratio
+        least ratio of the contenders' time to galvi's; None when galvi only has to reach the error
+    source
+        origin of the target
+    ours
+        galvi's labels that count; () for all but the contenders
+    note
+        a sentence on what has changed since it was set
     """
 
     problem: str

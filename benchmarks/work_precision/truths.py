@@ -128,8 +128,13 @@ def state_distance(
     """Distance of a state from that at the end: of the configurations, or of the momenta in units
     that make both of one size, whichever is larger; of the configurations where no p is known.
 
-    motion  states along it, of which the largest q and p give these units; None: of the end alone
+    Parameters
+    ----------
+    motion
+        states along it, of which the largest q and p give these units; None: of the end alone
 
+    Notes
+    -----
     At a turning point the configuration alone is right to the square of the error in time.
     """
     _, distance = measure_of(problem)
@@ -156,8 +161,14 @@ def size_of(problem: Problem, end: Array) -> float:
 
 def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report: Report) -> Truth:
     """The end by a closed form; by an exact engine, compared with the finest pair of galvi's runs
-    (`_pair`) where that is nearer than its second source; else by that pair, compared with a code
-    that is not galvi; else by that code. Raises ValueError where there is none."""
+    (`_pair`) where that is nearer than its second source; else by that pair, compared with a
+    code that is not galvi; else by that code.
+
+    Raises
+    ------
+    ValueError
+        Where there is none.
+    """
     try:
         other = truth_of(problem, duration, report)
     except ValueError:
@@ -190,9 +201,14 @@ def _pair(
     problem: Problem, duration: float, method: galvi.Galerkin, report: Report
 ) -> tuple[Trajectory, float, str]:
     """The finer one of a method's runs at a number of steps and at twice as many, doubled until the
-    difference of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times; the
-    larger one of the last two differences; and a text. Raises ValueError where no pair comes to its
-    end."""
+    difference of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times;
+    the larger one of the last two differences; and a text.
+
+    Raises
+    ------
+    ValueError
+        Where no pair comes to its end.
+    """
     runs: list[Trajectory] = []
     apart: list[float] = []
     status = ""

@@ -39,10 +39,16 @@ SETTLED = 1e-29  # round-off of the terms of Kepler's equation, relative
 class Orbit:
     """The constants of a bound orbit, from its start; exact to 100 digits.
 
-    inverse_axis  1 / a, positive for an ellipse
-    mean_motion   n
-    r0            distance, over a
-    sigma         r0.v0 / sqrt(gm a)
+    Attributes
+    ----------
+    inverse_axis
+        1 / a, positive for an ellipse
+    mean_motion
+        n
+    r0
+        distance, over a
+    sigma
+        r0.v0 / sqrt(gm a)
     """
 
     inverse_axis: Decimal

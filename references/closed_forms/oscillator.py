@@ -76,7 +76,10 @@ Row = list[Fraction]
 class OscillatorStep:
     """The step of degree s >= 1 and rational size h > 0.
 
-    a, b  of the discrete Lagrangian, exact
+    Attributes
+    ----------
+    a, b
+        of the discrete Lagrangian, exact
     """
 
     a: Fraction

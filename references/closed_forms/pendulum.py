@@ -38,7 +38,13 @@ class Modulus:
 
     @cached_property
     def quarter(self) -> Decimal:
-        """K, a quarter of the period of sn. Raises ZeroDivisionError on the separatrix."""
+        """K, a quarter of the period of sn.
+
+        Raises
+        ------
+        ZeroDivisionError
+            On the separatrix.
+        """
         return PI / 2 * self._growth
 
     @cached_property

@@ -28,8 +28,13 @@ SWEEPS = 20
 def principal_axes(inertia: Any) -> tuple[Any, Any]:
     """Moments (3,), ascending, and axes as columns of an orthogonal (3, 3), by Jacobi's method.
 
-    inertia  (3, 3) symmetric, of decimals; call inside ``localcontext(DIGITS)``
+    Parameters
+    ----------
+    inertia : array, shape (3, 3)
+        symmetric, of decimals; call inside ``localcontext(DIGITS)``
 
+    Notes
+    -----
     Those of a diagonal matrix are its own, exactly.
     """
     J, axes = inertia.copy(), decimals(np.eye(3))
@@ -60,10 +65,13 @@ def _rotation(J: Any, i: int, j: int) -> Any:
 class PrincipalBody:
     """The constants of one problem in principal axes.
 
-    axes     (3, 3), columns: the principal axes in the body's frame; the unit matrix for a
-             diagonal inertia
-    numbers  inverse moments (3,), mass g in the frame of the start (3,), centre of mass (3,), and
-             whether there is weight
+    Attributes
+    ----------
+    axes : array, shape (3, 3)
+        columns: the principal axes in the body's frame; the unit matrix for a diagonal inertia
+    numbers
+        inverse moments (3,), mass g in the frame of the start (3,), centre of mass (3,), and
+        whether there is weight
     """
 
     axes: Array
@@ -178,11 +186,18 @@ def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
 class Top:
     """A motion other than rotation at constant angular velocity.
 
-    moments     I_a and I_b
-    size        |m|
-    amplitudes  A_a, +-A_b, A_c
-    rate        u = start + rate t
-    nu          as above, 0 for I_a = I_b
+    Attributes
+    ----------
+    moments
+        I_a and I_b
+    size
+        |m|
+    amplitudes
+        A_a, +-A_b, A_c
+    rate
+        u = start + rate t
+    nu
+        as above, 0 for I_a = I_b
     """
 
     moments: tuple[Decimal, Decimal]

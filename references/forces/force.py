@@ -21,8 +21,13 @@ LARGEST, RATIO = 2.0**-4, 2.0
 def derivative(function: Callable[[float], float], scale: float) -> float:
     """f'(0), from central differences of halved steps, extrapolated to zero.
 
-    scale  length over which the function changes: the first step is a sixteenth of it
+    Parameters
+    ----------
+    scale
+        length over which the function changes: the first step is a sixteenth of it
 
+    Notes
+    -----
     The entry of the extrapolation table that differs least from its neighbours is taken.
     """
     best, error, above = np.nan, np.inf, []
@@ -90,10 +95,15 @@ COMPLEX_STEP = 1e-30
 class Force:
     """f(q, v, t) of one configuration.
 
-    function  (q (d,), v (d,), t, numbers, out (d,)), which adds the force to out; compiled for
-              SIGNATURE, or plain Python
-    numbers   constants of the function
-    formula   the uncompiled function when it is one of `references.forces.formulas`, else None
+    Attributes
+    ----------
+    function
+        (q (d,), v (d,), t, numbers, out (d,)), which adds the force to out; compiled for SIGNATURE,
+        or plain Python
+    numbers
+        constants of the function
+    formula
+        the uncompiled function when it is one of `references.forces.formulas`, else None
     """
 
     function: Function

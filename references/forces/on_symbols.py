@@ -26,8 +26,13 @@ ELEMENTARY = {
 class Written:
     """A SymPy expression that takes part in arithmetic, where every number is the rational it is.
 
-    length  the operations that it took; ValueError above LONGEST
+    Parameters
+    ----------
+    length
+        the operations that it took; ValueError above LONGEST
 
+    Notes
+    -----
     numpy's elementary functions work on it by the methods of their names. It cannot be compared:
     code that branches on it raises TypeError.
     """
@@ -112,9 +117,15 @@ def has_values(
 ) -> bool:  # fmt: skip
     """Whether formulas have the values of a function that returns as many numbers, to rounding.
 
-    symbols  of each argument of the function: a tuple for an array, one for a number
-    points   arguments; at COMPARED of them or more the function must be finite
+    Parameters
+    ----------
+    symbols
+        of each argument of the function: a tuple for an array, one for a number
+    points
+        arguments; at COMPARED of them or more the function must be finite
 
+    Notes
+    -----
     Rounding is relative to the largest sum of the magnitudes of a formula's terms.
     """
     import sympy

@@ -45,8 +45,13 @@ def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
 class OnCoordinates:
     """Taylor's method on states (q, v), in double or quadruple precision.
 
-    precision  "double", or "real128": numbers, times and states are quadruple throughout
+    Attributes
+    ----------
+    precision
+        "double", or "real128": numbers, times and states are quadruple throughout
 
+    Notes
+    -----
     Setting as `references.heyoka.taylor.HeyokaTaylor`.
     """
 

@@ -28,8 +28,13 @@ from references.setting import described
 class HeyokaRigid:
     """A RigidBody, free or with its weight, or a FreeBody, in double or quadruple precision.
 
-    precision  "double", or "real128": numbers, times and states are quadruple throughout
+    Attributes
+    ----------
+    precision
+        "double", or "real128": numbers, times and states are quadruple throughout
 
+    Notes
+    -----
     Setting as `references.heyoka.taylor.HeyokaTaylor`. Quaternions turn from the start and are
     normalised where they become matrices.
     """

@@ -32,7 +32,10 @@ from references.setting import described
 class HeyokaBatches:
     """Many starts about a fixed centre, in ``taylor_adaptive_batch``.
 
-    own  by heyoka's ``ensemble_propagate_until_batch``, else by a loop in each thread
+    Attributes
+    ----------
+    own
+        by heyoka's ``ensemble_propagate_until_batch``, else by a loop in each thread
     """
 
     name: str
@@ -106,8 +109,13 @@ BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_m
 class HeyokaTaylor:
     """heyoka's adaptive Taylor integrator, in double or quadruple precision.
 
-    precision  "double", or "real128": masses, G, times and states are quadruple throughout
+    Attributes
+    ----------
+    precision
+        "double", or "real128": masses, G, times and states are quadruple throughout
 
+    Notes
+    -----
     Setting: samples; tolerance, high_accuracy (compensated sums), compact_mode (quick to compile,
     slower to run) as in heyoka, where the default is heyoka's own (DEFAULT) in double and QUADRUPLE
     in real128. Add BEST for what its authors advise at machine precision: a tolerance below it.

@@ -53,7 +53,10 @@ def missing() -> str:
 def ephemeris() -> dict[str, Array]:
     """GM (au^3/day^2), position (au) and velocity (au/day) of each body, (7,), at EPOCH.
 
-    Raises ModuleNotFoundError without jplephem and de421.
+    Raises
+    ------
+    ModuleNotFoundError
+        Without jplephem and de421.
     """
     if missing():
         raise EngineMissing(missing(), name="jplephem")
@@ -71,7 +74,10 @@ def ephemeris() -> dict[str, Array]:
 def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
     """Positions (au) and velocities (au/day) of the first bodies, both (saved, bodies, 3).
 
-    days  (saved,) since EPOCH; ValueError outside the years that DE421 covers
+    Parameters
+    ----------
+    days : array, shape (saved,)
+        since EPOCH; ValueError outside the years that DE421 covers
     """
     if missing():
         raise EngineMissing(missing(), name="jplephem")

@@ -101,7 +101,10 @@ OFF = (
 def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
     """The XML of a model with these bodies and gravity (3,); angles are in radians.
 
-    off  names of what is disabled
+    Parameters
+    ----------
+    off
+        names of what is disabled
     """
     flags = " ".join(f'{name}="disable"' for name in off)
     return (
@@ -205,12 +208,20 @@ DOUBLINGS = 64
 class MujocoBody:
     """One body on one joint, in the world's frame at the joint's zero.
 
-    joint    "ball", "free", or "hinge" about y
-    mass     positive
-    centre   (3,) of mass, from the joint, in the body's frame
-    moments  (3,) about the centre of mass
-    axes     (4,) quaternion, w first, that turns the body's frame into its principal axes
-    gravity  (3,) acceleration in space
+    Attributes
+    ----------
+    joint
+        "ball", "free", or "hinge" about y
+    mass
+        positive
+    centre : array, shape (3,)
+        of mass, from the joint, in the body's frame
+    moments : array, shape (3,)
+        about the centre of mass
+    axes : array, shape (4,)
+        quaternion, w first, that turns the body's frame into its principal axes
+    gravity : array, shape (3,)
+        acceleration in space
     """
 
     joint: str
@@ -292,12 +303,19 @@ def on_a_pivot(mass: float, centre: Array, inertia: Array) -> tuple[float, Array
 class MujocoChain:
     """Links that hang from each other, in the world's frame when all hang straight down.
 
-    lengths  (n,)
-    masses   (n,)
-    levers   (n,) of the centres of mass, from each link's upper hinge
-    moments  (n,) about the centres of mass; of the plane they swing in, the only one they feel
-    gravity  downwards
+    Attributes
+    ----------
+    lengths : array, shape (n,)
+    masses : array, shape (n,)
+    levers : array, shape (n,)
+        of the centres of mass, from each link's upper hinge
+    moments : array, shape (n,)
+        about the centres of mass; of the plane they swing in, the only one they feel
+    gravity
+        downwards
 
+    Notes
+    -----
     A link is a body whose three moments are the same, so that no moment is as small as a thin rod's
     about itself. MuJoCo's angles are those between links.
     """

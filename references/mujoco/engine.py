@@ -45,7 +45,12 @@ def version() -> str:
 def compiled(system: Any) -> tuple[Any, Any, Any]:
     """The joint, or a tree's system, and MuJoCo's model and data, made once for each system.
 
-    Run once before timing. Raises ValueError with MuJoCo's message for a body that it refuses.
+    Run once before timing.
+
+    Raises
+    ------
+    ValueError
+        With MuJoCo's message for a body that it refuses.
     """
     import mujoco
 
@@ -103,9 +108,14 @@ def broken(model: Any, data: Any) -> bool:
 def energies(run: Trajectory) -> Array:
     """Potential and kinetic energy of each state by MuJoCo's own sensors, (saved, 2).
 
-    For any contender's run of a problem that MuJoCo supports; NaN past a failure. A chain's
-    or a body's potential energy is zero where its centre of mass is as high as the joint
-    or the origin of space. Raises ValueError as `compiled`.
+    For any contender's run of a problem that MuJoCo supports; NaN past a failure. A chain's or a
+    body's potential energy is zero where its centre of mass is as high as the joint or the origin
+    of space.
+
+    Raises
+    ------
+    ValueError
+        As `compiled`.
     """
     import mujoco
 

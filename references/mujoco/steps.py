@@ -29,10 +29,17 @@ DEFAULT_STEP = 0.002  # of MuJoCo, s
 class MujocoSteps:
     """Equal steps in C, as many in one call as lie between two saved states.
 
-    integrator  MuJoCo's name of it
-    order       of convergence of attitude and velocity
-    made        (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
+    Attributes
+    ----------
+    integrator
+        MuJoCo's name of it
+    order
+        of convergence of attitude and velocity
+    made
+        (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
 
+    Notes
+    -----
     Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
     evaluations.
     """
@@ -62,7 +69,13 @@ class MujocoSteps:
         return supports(problem) or mujoco_engine.is_of_user(self.made, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Equal steps; see `Contender`. Raises ValueError for a body that MuJoCo does not take."""
+        """Equal steps; see `Contender`.
+
+        Raises
+        ------
+        ValueError
+            For a body that MuJoCo does not take.
+        """
         steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
         joint, *engine = self.made(problem)
@@ -94,8 +107,12 @@ class MujocoSteps:
 class _Motion:
     """MuJoCo's model and data on their way.
 
-    done   steps that are
-    state  `everything` that MuJoCo integrates from, before the steps that are being done
+    Attributes
+    ----------
+    done
+        steps that are
+    state
+        `everything` that MuJoCo integrates from, before the steps that are being done
     """
 
     model: Any

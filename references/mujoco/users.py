@@ -21,8 +21,13 @@ Kind = TypeVar("Kind", MujocoSteps, MujocoAccelerations)
 def of_user(contender: Kind, own: Any, problem: Problem) -> Kind:
     """The contender on a copy of a user's own model, which `problem` was read from.
 
-    own  has the user's ``model``, and ``data()`` at its start: see galvi.interop.from_mujoco
+    Parameters
+    ----------
+    own
+        has the user's ``model``, and ``data()`` at its start: see galvi.interop.from_mujoco
 
+    Notes
+    -----
     From the problem itself a run starts at MuJoCo's own numbers, else at those of the problem that
     is asked for, with mocap bodies where they are at the user's start.
     """

@@ -55,10 +55,15 @@ def compiled(system: Multibody) -> PinocchioTree:
 class PinocchioTree:
     """Pinocchio's model of a tree, and what it has no part for: springs and damping.
 
-    order    (nq,) entries of qpos in Pinocchio's order;  zeros: (nq,) to be taken from them
-    scalars  hinges and slides: their entries of qpos, those of qvel, stiffness and rest
-    turning  balls and free joints: the joint, its first entries of qpos and of qvel
-    damping  (nv,)
+    Attributes
+    ----------
+    order : array, shape (nq,)
+        entries of qpos in Pinocchio's order; zeros: (nq,) to be taken from them
+    scalars
+        hinges and slides: their entries of qpos, those of qvel, stiffness and rest
+    turning
+        balls and free joints: the joint, its first entries of qpos and of qvel
+    damping : array, shape (nv,)
     """
 
     model: Any
@@ -138,7 +143,10 @@ class PinocchioTree:
 def _added(model: Any, link: Link, joint: int, place: Any) -> tuple[int, Any]:
     """The joint that carries the link, and the link's frame in that joint's.
 
-    joint, place  those of its parent
+    Parameters
+    ----------
+    joint, place
+        those of its parent
     """
     import pinocchio
 

@@ -24,13 +24,23 @@ LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no clo
 class ReboundAdaptive:
     """Steps of the engine's own choice; the one before each sample is shortened to end on it.
 
-    integrator  REBOUND's name of it
-    defaults    options that every run sets and records
-    options     further keys of a setting that are set on REBOUND's configuration of it
-    tolerances  those of the defaults that the key "tolerance" stands for
-    fits        what `supports` says
-    made        (problem, integrator, options): the simulation; see `references.rebound.users`
+    Attributes
+    ----------
+    integrator
+        REBOUND's name of it
+    defaults
+        options that every run sets and records
+    options
+        further keys of a setting that are set on REBOUND's configuration of it
+    tolerances
+        those of the defaults that the key "tolerance" stands for
+    fits
+        what `supports` says
+    made
+        (problem, integrator, options): the simulation; see `references.rebound.users`
 
+    Notes
+    -----
     Setting: samples, the options, tolerance, first_step (default 1e-3). The shortened step does not
     hurt an adaptive method of high order but is not free: ask for few samples where time is
     measured. REBOUND passes through collisions without a word, so a run whose energy moves by more

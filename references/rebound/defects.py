@@ -103,7 +103,10 @@ DEFECTS: Mapping[str, Callable[[], str]] = {
 def seen() -> dict[str, str]:
     """Defect -> what was seen now, in the installed version; '' for one that is not there.
 
-    Raises ModuleNotFoundError when REBOUND is missing.
+    Raises
+    ------
+    ModuleNotFoundError
+        When REBOUND is missing.
     """
     if why := rebound_simulation.missing():
         raise ModuleNotFoundError(why)

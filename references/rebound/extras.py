@@ -39,8 +39,11 @@ def states(
 ) -> tuple[Array, Array]:  # fmt: skip
     """q and v (n, bodies, 3) of bodies in space at even times, which are multiples of dt.
 
-    name   of REBOUNDx's force, "" for none; own are its parameters, of_bodies those of bodies,
-           their radius "r" among them
+    Parameters
+    ----------
+    name
+        of REBOUNDx's force, "" for none; own are its parameters, of_bodies those of bodies, their
+        radius "r" among them
     """
     import reboundx
 

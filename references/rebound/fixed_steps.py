@@ -30,14 +30,25 @@ def _no_objection(problem: Problem, options: Mapping[str, Any]) -> str:
 class ReboundSteps:
     """Whole steps only: the engine never shortens the last one (``exact_finish_time = 0``).
 
-    integrator  REBOUND's name of it
-    options     keys of a setting that are set on REBOUND's configuration of it
-    order       of convergence with its defaults, at vanishing step
-    advance     (engine, steps): take so many steps
-    objection   (problem, options): why they do not go together, or nothing
-    engine_missing, fits   what `missing` and `supports` say
-    made        (problem, integrator, options): the simulation; see `references.rebound.users`
+    Attributes
+    ----------
+    integrator
+        REBOUND's name of it
+    options
+        keys of a setting that are set on REBOUND's configuration of it
+    order
+        of convergence with its defaults, at vanishing step
+    advance
+        (engine, steps): take so many steps
+    objection
+        (problem, options): why they do not go together, or nothing
+    engine_missing, fits
+        what `missing` and `supports` say
+    made
+        (problem, integrator, options): the simulation; see `references.rebound.users`
 
+    Notes
+    -----
     Setting: step, save_every and the options, each with REBOUND's default, values and meaning.
     States are synchronised when they are saved and not otherwise, if safe_mode is 0. REBOUND does
     not count force evaluations. Its warnings, as of a step above one orbit, go to the status.
@@ -67,7 +78,13 @@ class ReboundSteps:
         return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Equal steps; see `Contender`. Raises ValueError for options that do not go together."""
+        """Equal steps; see `Contender`.
+
+        Raises
+        ------
+        ValueError
+            For options that do not go together.
+        """
         steps = steps_of_run(self, problem, duration, setting, *self.options)
         options = {key: setting[key] for key in self.options if key in setting}
         if self.objection(problem, options):

@@ -60,9 +60,14 @@ def supports(problem: Problem) -> bool:
 class Simulation:
     """A REBOUND simulation and which of its particles are the problem's.
 
-    engine     the rebound.Simulation
-    place      (bodies,) index of each of the problem's bodies among the particles
-    dimension  of the problem, 2 or 3
+    Attributes
+    ----------
+    engine
+        the rebound.Simulation
+    place : array, shape (bodies,)
+        index of each of the problem's bodies among the particles
+    dimension
+        of the problem, 2 or 3
     """
 
     engine: Any
@@ -85,7 +90,11 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
 
     The engine's masses are G m and its G is 1, because WHFast512 takes no other. A fixed centre is
     a particle of mass mu / m at rest that the massless body does not pull.
-    Raises ValueError for a value that REBOUND does not take.
+
+    Raises
+    ------
+    ValueError
+        For a value that REBOUND does not take.
     """
     import rebound
 

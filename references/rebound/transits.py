@@ -20,9 +20,14 @@ def transits(
     example of transit timing variations finds them with IAS15: y changes its sign between two
     outputs while the planet is in front, and the integration goes to and fro by bisection.
 
-    planets    numbers of bodies, all in one run
-    every      time between outputs
-    precision  of the times
+    Parameters
+    ----------
+    planets
+        numbers of bodies, all in one run
+    every
+        time between outputs
+    precision
+        of the times
     """
     sim = rebound_simulation.simulation(problem, "ias15", {})
     engine, found = sim.engine, [list[float]() for _ in planets]

@@ -25,10 +25,15 @@ def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> K
     """The contender on a copy of this `rebound.Simulation`, which `problem` was read from, or of
     one that is `Forced`, with its forces.
 
-    kept  its routine of gravity and its time are kept and, where the integrator is its own, all its
-          options and what is not synchronised; else gravity is that of point masses, summed
-          directly, and the integrator is as new
+    Parameters
+    ----------
+    kept
+        its routine of gravity and its time are kept and, where the integrator is its own, all its
+        options and what is not synchronised; else gravity is that of point masses, summed directly,
+        and the integrator is as new
 
+    Notes
+    -----
     From the problem itself a run starts at the simulation's own numbers, else at those of the
     problem that is asked for. It does not end where a particle passes exit_max_distance.
     """

@@ -20,9 +20,14 @@ from references.setting import described
 class RigidIvp:
     """One method of solve_ivp on (attitude, body momentum), any potential, any external torque.
 
-    quaternions  the attitude is a quaternion, normalised wherever it becomes a matrix; otherwise
-                 the nine entries of the matrix, which nothing keeps a rotation
+    Attributes
+    ----------
+    quaternions
+        the attitude is a quaternion, normalised wherever it becomes a matrix; otherwise the nine
+        entries of the matrix, which nothing keeps a rotation
 
+    Notes
+    -----
     Setting and states between steps as `references.scipy.ivp.ScipyIvp`.
     """
 

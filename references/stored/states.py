@@ -35,13 +35,23 @@ class Kept:
 class StoredStates:
     """Stored states of a few problems, which are recognised bit for bit except for t0.
 
-    module    that makes the files anew, with ``python -m``
-    made      file: what makes its problem, and the horizon in its unit of time
-    engine    heyoka in quadruple precision
-    knows     problem -> whether it is of the kind that has an identity
-    identity  problem -> the numbers that tell it from another, to the last bit
-    columns   titles of the entries of q and p
+    Attributes
+    ----------
+    module
+        that makes the files anew, with ``python -m``
+    made
+        file: what makes its problem, and the horizon in its unit of time
+    engine
+        heyoka in quadruple precision
+    knows
+        problem -> whether it is of the kind that has an identity
+    identity
+        problem -> the numbers that tell it from another, to the last bit
+    columns
+        titles of the entries of q and p
 
+    Notes
+    -----
     Setting: samples. Duration and samples must fall on times that are kept, every half unit.
     Accurate to the rounding of the states.
     """

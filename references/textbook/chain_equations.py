@@ -24,10 +24,15 @@ from references.newton import is_forced
 class ChainEquations:
     """The equations of motion of a chain of n links.
 
-    masses   (n,)
-    moments  (n,) of inertia about the centres of mass
-    levers   S (n, n)
-    gravity  acceleration, downwards
+    Attributes
+    ----------
+    masses : array, shape (n,)
+    moments : array, shape (n,)
+        of inertia about the centres of mass
+    levers
+        S (n, n)
+    gravity
+        acceleration, downwards
     """
 
     masses: Array

@@ -129,10 +129,16 @@ def cayley(x: Array) -> Array:
 class Galerkin:
     """The integrator of n basis functions and a quadrature rule on [0, 1].
 
-    n, c, b  number of basis functions; points and weights of the rule, (m,)
-    chart    `VectorSpace` or `Rotations`
-    nodes    t_i / h, (n,)
-    phi      phi_i(c_j h), and rates h phi_i'(c_j h), (n, m) each
+    Attributes
+    ----------
+    n, c, b
+        number of basis functions; points and weights of the rule, (m,)
+    chart
+        `VectorSpace` or `Rotations`
+    nodes
+        t_i / h, (n,)
+    phi
+        phi_i(c_j h), and rates h phi_i'(c_j h), (n, m) each
     """
 
     n: int
@@ -174,7 +180,10 @@ class Galerkin:
     def step(self, L: Function, q_k: Array, p_k: Array, h: float, x: Array) -> Array:
         """The coefficients x (n, d) of the step from (q_k, p_k), from a guess with x^1 = 0.
 
-        Raises ArithmeticError where the simplified Newton method does not converge.
+        Raises
+        ------
+        ArithmeticError
+            Where the simplified Newton method does not converge.
         """
         d, x = p_k.size, x.copy()
 

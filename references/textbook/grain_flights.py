@@ -73,8 +73,11 @@ def error_of(y, new, h, K, E3, E5, tolerance):
 def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, table, ends):
     """The flights of all grains, starts (n, 7) q, v and time, to a common end or to the ground.
 
-    ground  (e, slowest): e is the vertical speed after a contact over that before; a grain stays
-            where e is below 0, or where it would leave the ground no faster than ``slowest``
+    Parameters
+    ----------
+    ground : array, shape (e, slowest)
+        e is the vertical speed after a contact over that before; a grain stays where e is below 0,
+        or where it would leave the ground no faster than ``slowest``
     """
     A, E3, E5 = table
     e, slowest = ground
@@ -153,10 +156,19 @@ def landings(
 ) -> Landings:  # fmt: skip
     """The flights of n grains of a `galvi.problems.brownout` from (q0, v0) (n, 3) at t0 (n,).
 
-    restitution, slowest  as benchmarks.applications.brownout.flights.Ground
+    Parameters
+    ----------
+    restitution, slowest
+        as benchmarks.applications.brownout.flights.Ground
 
-    The moment of a contact is the root of the end of a step, found by Newton's method. Raises
-    RuntimeError where the steps became too small or contacts did not end.
+    Raises
+    ------
+    RuntimeError
+        Where the steps became too small or contacts did not end.
+
+    Notes
+    -----
+    The moment of a contact is the root of the end of a step, found by Newton's method.
     """
     drag, mass = external_force(problem), float(problem.system.mass)
     starts = np.ascontiguousarray(np.column_stack([q0, v0, t0]))

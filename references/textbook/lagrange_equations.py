@@ -26,11 +26,19 @@ from references.newton import is_forced, potential_formula, replaces_force
 class LagrangeEquations:
     """The equations of motion of d coordinates.
 
-    q, v     the symbols, (d,) each; the time is `time_symbol`
-    momenta  dL/dv, (d,)
-    mass     M by rows, (d, d); () where the equations are solved for a
-    pull     the right-hand side, (d,)
+    Attributes
+    ----------
+    q, v
+        the symbols, (d,) each; the time is `time_symbol`
+    momenta
+        dL/dv, (d,)
+    mass
+        M by rows, (d, d); () where the equations are solved for a
+    pull
+        the right-hand side, (d,)
 
+    Notes
+    -----
     All numbers are rationals, equal to those given.
     """
 

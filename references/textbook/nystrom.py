@@ -118,13 +118,23 @@ MET = "bodies met or the step is too large"
 class Nystrom:
     """An explicit Nystrom method with constant steps; setting: step, save_every.
 
-    name      for titles and tables
-    order     order of convergence
-    stages    A, (s, s), strictly lower triangular
-    nodes     c, (s,)
-    position  weights of the accelerations in q', (s,)
-    velocity  weights in v', (s,); ValueError unless they sum to 1
+    Attributes
+    ----------
+    name
+        for titles and tables
+    order
+        order of convergence
+    stages
+        A, (s, s), strictly lower triangular
+    nodes
+        c, (s,)
+    position
+        weights of the accelerations in q', (s,)
+    velocity
+        weights in v', (s,); ValueError unless they sum to 1
 
+    Notes
+    -----
     When the last stage is the new configuration, its acceleration starts the next step.
     """
 
@@ -204,8 +214,12 @@ class Nystrom:
 def splitting(name: str, order: int, nodes: Sequence[float], kicks: Sequence[float]) -> Nystrom:
     """Kicks of the velocity by the force, and drifts to their times between them: symplectic.
 
-    nodes  times of the kicks, (s,), as shares of the step
-    kicks  their shares of the step, (s,)
+    Parameters
+    ----------
+    nodes
+        times of the kicks, (s,), as shares of the step
+    kicks
+        their shares of the step, (s,)
     """
     times = range(len(nodes))
     return Nystrom(

@@ -166,7 +166,10 @@ def dop853(body, state, tableau, tolerance, clock, budget):
     """Up to `budget` tried steps to clock[1]; returns 0 done, 1 more to do, -1 failed; the tries
     and the steps.
 
-    tableau  as `dop853_tableau`;  clock (3,) time, where to end, next step: changed in place
+    Parameters
+    ----------
+    tableau
+        as `dop853_tableau`; clock (3,) time, where to end, next step: changed in place
     """
     numbers = constants(body)
     A, E3, E5 = tableau

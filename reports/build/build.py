@@ -42,7 +42,10 @@ def build(
     An interrupted build of the same sources and settings is resumed: its results are reused, and
     the provenance says so, as it does when sources change during the measurement.
 
-    single  write all results as one self-contained file, too
+    Parameters
+    ----------
+    single
+        write all results as one self-contained file, too
     """
     with alone(options.out), SiteBuilder() as site:
         cache = open_cache(suite, options)
@@ -82,7 +85,10 @@ def publish(
 
     Verdicts are those that were judged then. Returns the warnings of Sphinx.
 
-    tutorials  run their code for the pages
+    Parameters
+    ----------
+    tutorials
+        run their code for the pages
     """
     with alone(options.out), SiteBuilder(tutorials) as site:
         return write_pages(kept_report(suite, options), site, single)

@@ -30,7 +30,10 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
     """Measure, write, and print the targets, or the ratios where there are none or in the quick
     setting, whose runs are shorter than those that the targets are for.
 
-    cache  the build's result cache; None stores nothing
+    Parameters
+    ----------
+    cache
+        the build's result cache; None stores nothing
     """
     measured = measure_comparison(suite, options, cache)
     for name, frame in (("work_precision", measured.work_precision), ("cost", measured.cost)):

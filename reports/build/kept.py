@@ -115,8 +115,12 @@ def durations(out: Path) -> dict[str, float]:
 def read(path: Path, kinds: dict[str, str] | None = None, needed: str = "") -> pd.DataFrame | None:
     """A table with empty texts instead of missing ones; None where there is no readable file.
 
-    kinds   column -> dtype, where "object" is text; otherwise what pandas finds
-    needed  a column without which it is left out
+    Parameters
+    ----------
+    kinds
+        column -> dtype, where "object" is text; otherwise what pandas finds
+    needed
+        a column without which it is left out
     """
     if not path.is_file():
         return None

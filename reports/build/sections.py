@@ -30,7 +30,10 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
     """`studies`: do every missing run; returns a sentence for each that raised.
 
-    only  names of studies, with commas between; all when empty; ValueError for another name
+    Parameters
+    ----------
+    only
+        names of studies, with commas between; all when empty; ValueError for another name
     """
     failures: list[str] = []
     folder = options.out / FOLDER

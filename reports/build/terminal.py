@@ -81,7 +81,10 @@ def show_targets(frame: pd.DataFrame) -> None:
 def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:
     """Print texts in columns.
 
-    red  positions of lines whose last cell is red, on a terminal with colours
+    Parameters
+    ----------
+    red
+        positions of lines whose last cell is red, on a terminal with colours
     """
     lines: list[Sequence[str]] = table.map(visible).to_numpy().tolist()
     for k in red:

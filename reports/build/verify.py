@@ -52,8 +52,12 @@ WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off di
 class Verified:
     """The result of `verify`.
 
-    changed     differences from the previous rows
-    fail_under  percent of the checks that must come out as expected
+    Attributes
+    ----------
+    changed
+        differences from the previous rows
+    fail_under
+        percent of the checks that must come out as expected
     """
 
     checked: tuple[ClaimResult, ...]
@@ -117,9 +121,15 @@ class Verified:
 def selected(suite: Suite, options: Options, expression: str, last_failed: bool) -> Options:
     """The options with fewer claims.
 
-    expression   words of a check's name, source or claim, with `and`, `or`, `not`; "" for any
-    last_failed  only claims that have failed in this folder; all, where none of them has
+    Parameters
+    ----------
+    expression
+        words of a check's name, source or claim, with `and`, `or`, `not`; "" for any
+    last_failed
+        only claims that have failed in this folder; all, where none of them has
 
+    Notes
+    -----
     Raises typer.BadParameter where no check matches.
     """
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
@@ -169,9 +179,15 @@ def verify(
 ) -> Verified:
     """Check the selected claims, or all; write, print and return the results.
 
-    cache   the build's result cache; None stores nothing
-    beside  titles of sections to measure for the build as well
+    Parameters
+    ----------
+    cache
+        the build's result cache; None stores nothing
+    beside
+        titles of sections to measure for the build as well
 
+    Notes
+    -----
     Claims and sections without timings run in two processes.
     """
     cache = cache or BuildCache()

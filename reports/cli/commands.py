@@ -81,8 +81,12 @@ def application() -> typer.Typer:
 def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:
     """Run the command; returns the exit status. Whatever goes wrong becomes a sentence on stderr.
 
-    load    the suite, imported when called
-    called  the words before the arguments, as usage and provenance name the command
+    Parameters
+    ----------
+    load
+        the suite, imported when called
+    called
+        the words before the arguments, as usage and provenance name the command
     """
     return ended(lambda: _run(load, list(arguments), called))
 

@@ -45,7 +45,13 @@ def request_of(
     truth: str | None,
     quick: bool,
 ) -> ConvergenceRequest:
-    """The request that options ask for. Raises ContenderError and ValueError for what is none."""
+    """The request that options ask for.
+
+    Raises
+    ------
+    ContenderError, ValueError
+        For texts that name no method, problem or steps.
+    """
     loaded, span = load_problem(problem, duration)
     counts, sizes = counts_and_sizes(steps)
     named = [*map(_method, methods), *(("", path) for path in contenders)]

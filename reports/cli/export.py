@@ -56,8 +56,13 @@ def export_figures(
     """Draw the figure `name`, or for "" every one whose rows are kept, in the width of a column or
     a page, and print the paths.
 
-    to  the file of one figure; None for figures/NAME-WIDTH.FORM in `out`
+    Parameters
+    ----------
+    to
+        the file of one figure; None for figures/NAME-WIDTH.FORM in `out`
 
+    Notes
+    -----
     Raises typer.BadParameter for an unknown figure, and where rows are not kept or cannot be drawn.
     """
     if name:
@@ -111,11 +116,19 @@ def export_table(
     """Write the table `name` of the report in `out`, or NUMBERS, its numbers as LaTeX macros; print
     the path.
 
-    to       the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
-    where    "column=value": rows to take, which have the value, a text or a number
-    columns  those to take, in this order; () for all
-    sort     columns, most significant first; "-seconds" sorts in descending order
+    Parameters
+    ----------
+    to
+        the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
+    where
+        "column=value": rows to take, which have the value, a text or a number
+    columns
+        those to take, in this order; () for all
+    sort
+        columns, most significant first; "-seconds" sorts in descending order
 
+    Notes
+    -----
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
     Raises typer.BadParameter for a table that cannot be read, an unknown column or value.
     """

@@ -15,9 +15,15 @@ from galvi.interop.suite_process import HANDED_OVER
 def handed_over(file: Path, call: str) -> Any:
     """The value that this process was started with.
 
-    call  what writes such a file, as in "galvi.judge(problem)"
+    Parameters
+    ----------
+    call
+        what writes such a file, as in "galvi.judge(problem)"
 
-    Raises ValueError for any other file, since loading a pickle runs whatever it says.
+    Raises
+    ------
+    ValueError
+        For any other file, since loading a pickle runs whatever it says.
     """
     pickled = file.read_bytes()
     if os.environ.get(HANDED_OVER) != hashlib.sha256(pickled).hexdigest():

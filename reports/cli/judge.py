@@ -77,8 +77,12 @@ def report_judgement(
     """Write the page, JSON and JUnit XML, and print sentences; 1 when an error was asked for that
     the user's own run does not reach, else 0.
 
-    command  as typed
-    called   its words before "judge", such as "galvi"
+    Parameters
+    ----------
+    command
+        as typed
+    called
+        its words before "judge", such as "galvi"
     """
     page = write_judgement(judgement, file, provenance(command), out)
     suites = junit_suites(judgement, file, error)

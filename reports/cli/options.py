@@ -27,9 +27,14 @@ LISTED = 20  # words that are listed where another one is typed
 class Invocation:
     """What a command is given besides its options, as `obj` of its context.
 
-    load     the suite, imported when called
-    command  as typed
-    called   the words before the command, such as "galvi"
+    Attributes
+    ----------
+    load
+        the suite, imported when called
+    command
+        as typed
+    called
+        the words before the command, such as "galvi"
     """
 
     load: Callable[[], Suite]
@@ -132,9 +137,14 @@ def check_known(kind: str, word: str, known: Collection[str]) -> None:
 def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
     """The ids that the words of --claims name, in the order of the claims; without words, all.
 
-    asked  ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong
-           to external integrators; words that make up a place that has a comma are this place
+    Parameters
+    ----------
+    asked
+        ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
+        external integrators; words that make up a place that has a comma are this place
 
+    Notes
+    -----
     Raises typer.BadParameter for an unknown id or place, a place that no claim checks, and claims
     of external integrators where there are none.
     """

@@ -48,11 +48,17 @@ def track_command(
 ) -> int:
     """Compare with a revision; returns 1 if worse, 2 if not comparable.
 
-    contenders  integrators of the repository that the current folder is in, to compare in place of
-                galvi
-    timeout     seconds for each answer of a side; None for the default
-    thresholds  what counts as worse in the contenders
+    Parameters
+    ----------
+    contenders
+        integrators of the repository that the current folder is in, to compare in place of galvi
+    timeout
+        seconds for each answer of a side; None for the default
+    thresholds
+        what counts as worse in the contenders
 
+    Notes
+    -----
     Raises typer.BadParameter for incompatible options and for an unknown benchmark.
     """
     if not against.strip():
@@ -102,10 +108,17 @@ def track_against(
     """Compare the working tree with a revision; print, and write against.md, against.json,
     track.xml and, of another project's integrators, a bench for the history.
 
-    both   a context of base and head
-    limit  seconds for each answer of a side
+    Parameters
+    ----------
+    both
+        a context of base and head
+    limit
+        seconds for each answer of a side
 
-    Returns 0 when nothing got worse, 1 when something did. Raises CannotCompare.
+    Returns
+    -------
+    int
+        0 when nothing got worse, 1 when something did. Raises CannotCompare.
     """
     with ExitStack() as stack:
         # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.

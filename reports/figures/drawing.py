@@ -100,7 +100,10 @@ def draw(
 ) -> Gallery:
     """Draw the figures of the claims, of the studies, and of each compared problem.
 
-    each  map, or one that does the same in several processes
+    Parameters
+    ----------
+    each
+        map, or one that does the same in several processes
     """
     wanted = list(drawable(checked, comparison, sections))
     measured = [(figure, frame) for figure, frame in wanted if frame is not None]

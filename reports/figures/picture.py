@@ -37,7 +37,10 @@ SMALL = {
 class Picture:
     """A drawn figure: its name, title, caption and alternative text, and the bytes of its files.
 
-    narrow  the SVG for a telephone, of the width NARROW; empty where the figure needs more
+    Attributes
+    ----------
+    narrow
+        the SVG for a telephone, of the width NARROW; empty where the figure needs more
     """
 
     name: str
@@ -84,7 +87,10 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
 def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
     """The file of a figure that is `width` inches wide.
 
-    form  pdf, svg or png
+    Parameters
+    ----------
+    form
+        pdf, svg or png
     """
     with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 3.6 else {}]):
         canvas = drawn(figure, frame, width)

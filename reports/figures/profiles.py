@@ -21,7 +21,10 @@ POINTS = 160  # of a line
 def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> None:
     """A panel for each error: shares of problems with their bands, one look per code.
 
-    value  "ratio", from 1, or "cost", in seconds
+    Parameters
+    ----------
+    value
+        "ratio", from 1, or "cost", in seconds
     """
     tables = {error: table for error, table in costs_at(frame).items() if len(table)}
     if not tables:
@@ -55,7 +58,10 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
 def drawn(counts: pd.Series) -> list[str]:
     """The codes with FEWEST problems or more, at most MOST, in the order of legends.
 
-    counts  code -> number of problems on which it was run
+    Parameters
+    ----------
+    counts
+        code -> number of problems on which it was run
     """
     chosen = counts[counts >= FEWEST].sort_values(ascending=False, kind="stable").index[:MOST]
     return in_order(map(str, chosen))

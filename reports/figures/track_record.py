@@ -20,7 +20,10 @@ COMMITS = 12  # more are not all named
 def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> None:
     """Stacked panels over the same benchmark runs, in order.
 
-    panels  (label, values, changes, logarithmic)
+    Parameters
+    ----------
+    panels
+        (label, values, changes, logarithmic)
     """
     commits = [commit[:8] for commit in frame["commit"]]
     if not commits or not panels:

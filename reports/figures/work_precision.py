@@ -96,7 +96,10 @@ def headline(
 ) -> None:  # fmt: skip
     """A panel for each problem (name -> title), with a common axis of errors and one legend.
 
-    marked  (contender, step, label): a circle on its line where that step would be
+    Parameters
+    ----------
+    marked
+        (contender, step, label): a circle on its line where that step would be
     """
     known = [name for name in panels if (frame["problem"] == name).any()]
     if not known:

@@ -16,9 +16,14 @@ def junit_suites(
 ) -> Mapping[str, Sequence[JUnitCase]]:
     """One suite, of the file, with the case of the user's own run and that of the truth.
 
-    error  that was asked for; None for none, and then nothing is a failure, as nothing is for the
-           status of the command
+    Parameters
+    ----------
+    error
+        that was asked for; None for none, and then nothing is a failure, as nothing is for the
+        status of the command
 
+    Notes
+    -----
     A truth that no second source confirms to within the error is "skipped".
     """
     return {file: [_own_run(found, file, error), _truth(found, file)]}

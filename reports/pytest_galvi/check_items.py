@@ -37,7 +37,13 @@ class OtherProcess:
         self.process: subprocess.Popen[str] | None = None
 
     def answer(self, request: Mapping[str, Any]) -> Any:
-        """Its answer. Raises UsageError for what cannot be loaded, and where it ended."""
+        """Its answer.
+
+        Raises
+        ------
+        UsageError
+            For what cannot be loaded, and where it ended.
+        """
         requests = [request] if self.process else [self.asked, request]
         process = self.process or self._start()
         with suppress(BrokenPipeError):  # it may have said why it ended

@@ -57,11 +57,18 @@ class CachedResult:
 class BuildCache:
     """The results of one build, by name.
 
-    store    where results are stored; None stores nothing
-    run      start date of this run
-    sources  digest of the current sources
-    results  of interrupted runs and of this one
-    edited   whether the sources changed since this run began; nothing is stored from then on
+    Attributes
+    ----------
+    store
+        where results are stored; None stores nothing
+    run
+        start date of this run
+    sources
+        digest of the current sources
+    results
+        of interrupted runs and of this one
+    edited
+        whether the sources changed since this run began; nothing is stored from then on
     """
 
     store: ResultCache | None = None

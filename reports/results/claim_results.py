@@ -27,10 +27,16 @@ from reports.results.progress import Studies
 class ClaimResult:
     """A claim with its frame and rows.
 
-    frame    the study's tidy frame; None when the study raised
-    rows     the judge's rows; "not run", with the exception as reason, when the study raised
-    seconds  run time of the study
-    run      start date of the run that measured it; empty for this run
+    Attributes
+    ----------
+    frame
+        the study's tidy frame; None when the study raised
+    rows
+        the judge's rows; "not run", with the exception as reason, when the study raised
+    seconds
+        run time of the study
+    run
+        start date of the run that measured it; empty for this run
     """
 
     claim: Claim
@@ -46,7 +52,10 @@ def check(
     """Judge each claim, and before it study those without a result in the cache, where claims with
     timings are the last; progress goes to stderr.
 
-    cache  the build's result cache; None stores nothing
+    Parameters
+    ----------
+    cache
+        the build's result cache; None stores nothing
     """
     cache = cache or BuildCache()
     missing = [claim for claim in claims if claim.id not in cache.results]

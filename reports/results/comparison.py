@@ -29,8 +29,12 @@ def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
 def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
     """The rows of the file, marked; None when it is missing or (with a warning) unreadable.
 
-    key     required column
-    origin  marks for rows without their own
+    Parameters
+    ----------
+    key
+        required column
+    origin
+        marks for rows without their own
     """
     if not path.is_file():
         return None

@@ -21,12 +21,20 @@ TOTALS: Mapping[str, Outcome] = {"failures": "failure", "errors": "error", "skip
 class JUnitCase:
     """A check, as JUnit XML has it.
 
-    class_name  what was checked; CI services group by it
-    seconds     that it took, 0 where nobody measured it
-    outcome     "failure": the answer is not as expected; "error": there is no answer
-    message     one sentence on an outcome other than "passed"
-    details     more text, for people, whatever the outcome
-    properties  (name, text) of each, whatever the outcome
+    Attributes
+    ----------
+    class_name
+        what was checked; CI services group by it
+    seconds
+        that it took, 0 where nobody measured it
+    outcome
+        "failure": the answer is not as expected; "error": there is no answer
+    message
+        one sentence on an outcome other than "passed"
+    details
+        more text, for people, whatever the outcome
+    properties
+        (name, text) of each, whatever the outcome
     """
 
     class_name: str
@@ -42,8 +50,12 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
     """The text of a JUnit file, well-formed whatever the texts are: signs that XML forbids
     become "?".
 
-    title   the command as the user called it, such as "galvi verify"
-    suites  name -> its cases
+    Parameters
+    ----------
+    title
+        the command as the user called it, such as "galvi verify"
+    suites
+        name -> its cases
     """
     every_case = [case for cases in suites.values() for case in cases]
     root = tree.Element("testsuites", _totals(every_case), name=title)

@@ -25,7 +25,10 @@ NEEDED = ("problem", "contender", "settings", "error", "seconds", "is_truth")
 class Machine:
     """A machine with the rows of its comparison.
 
-    origin  date, commit, versions and processor
+    Attributes
+    ----------
+    origin
+        date, commit, versions and processor
     """
 
     runs: pd.DataFrame
@@ -68,8 +71,13 @@ def machines(out: Path) -> list[Machine]:
 def merge(out: Path, folders: Sequence[Path]) -> list[str]:
     """Bring the rows and benches of other reports into `out`; a sentence on each.
 
-    Of rows of the same processor the newer stay. Raises ValueError, before anything is written,
-    for a folder that holds neither, or rows whose origin or columns are not known.
+    Of rows of the same processor the newer stay.
+
+    Raises
+    ------
+    ValueError
+        Before anything is written, for a folder that holds neither, or rows whose origin or columns
+        are not known.
     """
     for folder in folders:
         _check(folder)

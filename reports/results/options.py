@@ -16,15 +16,26 @@ OUT = Path("reports/out" if Path.cwd() == ROOT and (ROOT / "galvi").is_dir() els
 class Options:
     """The options of a command.
 
-    quick       the quick setting
-    claims      ids of the selected claims; () for all
-    out         output folder
-    command     as typed
-    called      the words before the command, such as "galvi"
-    fail_under  percent of the checks that must come out as expected
-    require     engines that must be available
-    contenders  external integrators, as package.module:Class
-    anew        do not resume an interrupted build
+    Attributes
+    ----------
+    quick
+        the quick setting
+    claims
+        ids of the selected claims; () for all
+    out
+        output folder
+    command
+        as typed
+    called
+        the words before the command, such as "galvi"
+    fail_under
+        percent of the checks that must come out as expected
+    require
+        engines that must be available
+    contenders
+        external integrators, as package.module:Class
+    anew
+        do not resume an interrupted build
     """
 
     quick: bool = False

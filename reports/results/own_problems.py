@@ -26,8 +26,12 @@ from reports.results.suite import Suite
 class Engines:
     """Every optional engine.
 
-    absence   name -> why it cannot be used here; empty when it can
-    required  names of engines that must be available
+    Attributes
+    ----------
+    absence
+        name -> why it cannot be used here; empty when it can
+    required
+        names of engines that must be available
     """
 
     absence: Mapping[str, str] = field(default_factory=dict)
@@ -51,8 +55,13 @@ class Engines:
 def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> Iterator[Suite]:
     """The suite with these external integrators in its checks and in every open comparison.
 
-    timeout  seconds for each of their answers; None for the default
+    Parameters
+    ----------
+    timeout
+        seconds for each of their answers; None for the default
 
+    Notes
+    -----
     Their processes end with the context. Raises typer.BadParameter for a path that cannot be
     loaded, and for two integrators of the same name.
     """
@@ -99,8 +108,13 @@ Own = Mapping[str, tuple[Problem, float]]
 def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Suite:
     """The suite with the comparisons on these problems, and no other ones, no studies or targets.
 
-    sent  whether they are sent to the process of an external integrator
+    Parameters
+    ----------
+    sent
+        whether they are sent to the process of an external integrator
 
+    Notes
+    -----
     Raises typer.BadParameter for a path that cannot be loaded, for two problems of one name, and
     for one that must be sent and cannot be.
     """
@@ -136,9 +150,15 @@ def _compared(
 def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
     """The suite with the comparisons, costs and targets of some problems, and no studies.
 
-    text  parts of their names, in any case, separated by commas
+    Parameters
+    ----------
+    text
+        parts of their names, in any case, separated by commas
 
-    Raises ValueError without a part, or where one is in no name.
+    Raises
+    ------
+    ValueError
+        Without a part, or where one is in no name.
     """
     known = suite.problems(quick)
     asked = [word.strip() for word in text.split(",") if word.strip()]

@@ -14,7 +14,10 @@ from tqdm import tqdm
 class Studies(AbstractContextManager["Studies"]):
     """Count studies; `with studies("V3", title) as report` runs one, report(text) shows details.
 
-    count  number of studies
+    Parameters
+    ----------
+    count
+        number of studies
     """
 
     def __init__(self, count: int) -> None:

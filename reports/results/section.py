@@ -16,15 +16,26 @@ from benchmarks.checks.claim import Report
 class Figure:
     """One picture.
 
-    name     base name of its files, e.g. "fig-2-03"
-    title    one line
-    draw     (axes, frame, **options)
-    source   the paper's figure, e.g. "H fig. 2.3"
-    claims   ids of claims; the frame of the first that was measured is drawn
-    options  further arguments of `draw`: quantities, labels, claimed rates
-    caption  explanation for the reader
-    size     width and height in inches, where there is room
-    least    inches, below which it cannot be read and is not drawn
+    Attributes
+    ----------
+    name
+        base name of its files, e.g. "fig-2-03"
+    title
+        one line
+    draw
+        (axes, frame, **options)
+    source
+        the paper's figure, e.g. "H fig. 2.3"
+    claims
+        ids of claims; the frame of the first that was measured is drawn
+    options
+        further arguments of `draw`: quantities, labels, claimed rates
+    caption
+        explanation for the reader
+    size
+        width and height in inches, where there is room
+    least
+        inches, below which it cannot be read and is not drawn
     """
 
     name: str
@@ -46,8 +57,12 @@ Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its 
 class LongForm:
     """The long form of a study: hours of runs, done one by one and stored.
 
-    runs    (folder, report) -> runs, each with title, done() and run(report)
-    stored  (folder, report) -> the rows of the finished runs
+    Attributes
+    ----------
+    runs
+        (folder, report) -> runs, each with title, done() and run(report)
+    stored
+        (folder, report) -> the rows of the finished runs
     """
 
     runs: Callable[[Path, Report], Sequence[Any]]
@@ -58,18 +73,32 @@ class LongForm:
 class Section:
     """One study.
 
-    name       base name of its files, e.g. "brouwer"
-    title      its heading on the page
-    text       an introduction of a few sentences
-    measure    (quick, report) -> frame
-    table      frame -> the table as text, and the CSS classes of its columns
-    summary    frame -> sentences on what its rows show, or ""
-    figures    figures of the frame
-    long_form  None when it has none
-    open       whether external integrators take part
-    compared   whether `compare` measures it too
-    timed      whether it measures times; a report measures all others beside its claims
-    absent     () -> why the study cannot run here, for want of an engine; "" where it can
+    Attributes
+    ----------
+    name
+        base name of its files, e.g. "brouwer"
+    title
+        its heading on the page
+    text
+        an introduction of a few sentences
+    measure
+        (quick, report) -> frame
+    table
+        frame -> the table as text, and the CSS classes of its columns
+    summary
+        frame -> sentences on what its rows show, or ""
+    figures
+        figures of the frame
+    long_form
+        None when it has none
+    open
+        whether external integrators take part
+    compared
+        whether `compare` measures it too
+    timed
+        whether it measures times; a report measures all others beside its claims
+    absent
+        () -> why the study cannot run here, for want of an engine; "" where it can
     """
 
     name: str

@@ -22,10 +22,14 @@ FOLDER = "studies"  # subfolder of the report for rows of the long forms
 class SectionResult:
     """A study with its rows.
 
-    frame    its rows, those of the long form among them; None when there are none
-    note     a sentence on the long form, or on an absent engine for want of which it did not
-             run; or ""
-    failure  a sentence when it raised, or ""
+    Attributes
+    ----------
+    frame
+        its rows, those of the long form among them; None when there are none
+    note
+        a sentence on the long form, or on an absent engine for want of which it did not run; or ""
+    failure
+        a sentence when it raised, or ""
     """
 
     section: Section

@@ -17,17 +17,29 @@ from reports.results.section import Measure, Section
 class Suite:
     """The claims, comparisons and studies of a report.
 
-    make_method     the constructor of the claims' methods, `galvi.Galerkin`
-    work_precision  (quick, report) -> errors and times of contenders
-    problems        quick -> the values of its argument `problem`; empty by default
-    cost            (quick, report) -> costs of a step
-    sections        studies with their own sections
-    targets         targets for the times of `work_precision`
-    engines         every engine: name -> why it cannot be used here, or ""
-    faults          sentences on the faults of external integrators so far
-    provenance      command -> versions, commit, machine, date
-    in_workers      claims and sections without timings, by id and title: (quick) -> frame,
-                    importable in another process
+    Attributes
+    ----------
+    make_method
+        the constructor of the claims' methods, `galvi.Galerkin`
+    work_precision
+        (quick, report) -> errors and times of contenders
+    problems
+        quick -> the values of its argument `problem`; empty by default
+    cost
+        (quick, report) -> costs of a step
+    sections
+        studies with their own sections
+    targets
+        targets for the times of `work_precision`
+    engines
+        every engine: name -> why it cannot be used here, or ""
+    faults
+        sentences on the faults of external integrators so far
+    provenance
+        command -> versions, commit, machine, date
+    in_workers
+        claims and sections without timings, by id and title: (quick) -> frame, importable in
+        another process
     """
 
     claims: tuple[Claim, ...]

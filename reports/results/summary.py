@@ -33,7 +33,10 @@ def write_job_summary(text: str) -> None:
 class Summary:
     """The rows of claims and their counts; `str()` gives one sentence.
 
-    differing  rows whose verdict is not as expected
+    Attributes
+    ----------
+    differing
+        rows whose verdict is not as expected
     """
 
     rows: tuple[Row, ...]

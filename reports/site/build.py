@@ -52,8 +52,12 @@ class SiteBuilder:
     """Builds the site as often as it is called; what Sphinx keeps from one time to the next is
     removed when the context ends.
 
-    tutorials     run their code, unless it ran before; else it is shown without what it prints
-    only_results  the pages of results alone, without the docs' text, as tests build them
+    Parameters
+    ----------
+    tutorials
+        run their code, unless it ran before; else it is shown without what it prints
+    only_results
+        the pages of results alone, without the docs' text, as tests build them
     """
 
     def __init__(self, tutorials: bool = False, only_results: bool = False) -> None:
@@ -144,8 +148,12 @@ def broken(
 ) -> list[str]:
     """A sentence for each link inside that leads nowhere; those outside go to OUTSIDE.
 
-    files    the built pages
-    results  as `anchors_of_results`
+    Parameters
+    ----------
+    files
+        the built pages
+    results
+        as `anchors_of_results`
     """
     folder = folder.resolve()
     pages = {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in files}

@@ -34,11 +34,18 @@ AS_ABOVE, LONG = "as above", 40  # shorter beginnings are repeated
 class ClaimSection:
     """The data of a claim for the template.
 
-    headings    of the texts that differ between rows
-    checks      each row with its texts under these headings
-    shared      (heading, text) common to all rows
-    undrawn     a sentence for each missing picture
-    seconds     of its study, when it was last measured
+    Attributes
+    ----------
+    headings
+        of the texts that differ between rows
+    checks
+        each row with its texts under these headings
+    shared
+        (heading, text) common to all rows
+    undrawn
+        a sentence for each missing picture
+    seconds
+        of its study, when it was last measured
     """
 
     claim: Claim
@@ -124,8 +131,12 @@ EXTERNAL = "Claims of external integrators", "Their agreement with the truth"
 class ClaimGroup:
     """What stands under a heading of a document.
 
-    document    its title where this is its first heading, else ""
-    statements  what the paper prints there
+    Attributes
+    ----------
+    document
+        its title where this is its first heading, else ""
+    statements
+        what the paper prints there
     """
 
     document: str

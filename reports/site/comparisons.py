@@ -37,8 +37,12 @@ LIMITS = 1e-9, 1e-6  # errors that divide the answer on MuJoCo's default step
 class AbsentEngine:
     """An engine that was not installed.
 
-    text    a sentence on what is missing
-    reason  the status of its runs, with the remedy; empty where nobody asked for them
+    Attributes
+    ----------
+    text
+        a sentence on what is missing
+    reason
+        the status of its runs, with the remedy; empty where nobody asked for them
     """
 
     name: str

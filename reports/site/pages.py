@@ -63,8 +63,12 @@ SETTINGS = {  # of docutils; lines are as long as the pictures in them
 def page(name: str, report: Report, single: bool = False) -> str:
     """The MyST text of a page.
 
-    name    its name in Sphinx, as "results/claims"
-    single  for one file that holds all pages: pictures are embedded, links stay inside
+    Parameters
+    ----------
+    name
+        its name in Sphinx, as "results/claims"
+    single
+        for one file that holds all pages: pictures are embedded, links stay inside
     """
     text = (DOCS / f"{name}.md").read_text(encoding="utf-8")
     return rendered(text, name, report, single)

@@ -34,9 +34,14 @@ NOT_SHOWN = ("save_every", "samples")
 class Peer:
     """What the comparisons hold of one family of contenders.
 
-    facts   its line of ``peers.csv``
-    orders  of convergence, of each contender that states it
-    runs    problem -> its participants there
+    Attributes
+    ----------
+    facts
+        its line of ``peers.csv``
+    orders
+        of convergence, of each contender that states it
+    runs
+        problem -> its participants there
     """
 
     facts: Mapping[str, str]

@@ -47,10 +47,16 @@ NO_PICTURES = Gallery({}, {})
 class Report:
     """All that the pages of results are made from; what is derived from it is a property.
 
-    provenance  of the pages
-    history     the kept benches; None without any
-    kept        the pages show kept rows; nothing was measured for them
-    left        what is still being measured
+    Attributes
+    ----------
+    provenance
+        of the pages
+    history
+        the kept benches; None without any
+    kept
+        the pages show kept rows; nothing was measured for them
+    left
+        what is still being measured
     """
 
     suite: Suite

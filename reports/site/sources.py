@@ -22,8 +22,12 @@ OF_A_RUN = (*MARKS, "command")  # what of an origin is not a version or the mach
 class Source:
     """A part of the pages that one or several measurements gave.
 
-    part     its name
-    origins  of its rows, see `reports.results.origins`
+    Attributes
+    ----------
+    part
+        its name
+    origins
+        of its rows, see `reports.results.origins`
     """
 
     part: str

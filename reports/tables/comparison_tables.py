@@ -37,10 +37,16 @@ from reports.tables.writing import write_table
 class ComparisonTables:
     """Empty frames where nothing was compared.
 
-    ratios    times at matched errors
-    fastest   the fastest code for each error, and its run
-    smallest  times at the smallest error of each contender
-    targets   targets with the measured ratios
+    Attributes
+    ----------
+    ratios
+        times at matched errors
+    fastest
+        the fastest code for each error, and its run
+    smallest
+        times at the smallest error of each contender
+    targets
+        targets with the measured ratios
     """
 
     ratios: pd.DataFrame
@@ -52,7 +58,11 @@ class ComparisonTables:
 def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
     """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised.
 
-    Raises ValueError for a cell whose setting was not run."""
+    Raises
+    ------
+    ValueError
+        For a cell whose setting was not run.
+    """
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
     runs = dependable(runs)

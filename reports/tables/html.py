@@ -23,10 +23,17 @@ def html_table(
 ) -> Markup:
     """A table within a region that scrolls; the first column are the headings of the rows.
 
-    numbers  columns whose cells and heading have the class `number`
-    best     (line, column) of cells with the class `best`
-    id       of the table
+    Parameters
+    ----------
+    numbers
+        columns whose cells and heading have the class `number`
+    best
+        (line, column) of cells with the class `best`
+    id
+        of the table
 
+    Notes
+    -----
     Cells that say that a number is missing have the class `absent`. Texts are escaped, but for
     those that are Markup, which pandas keeps in columns of dtype object alone; a missing value is
     an empty cell. The table has two columns or more.

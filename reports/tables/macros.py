@@ -34,7 +34,10 @@ def macro(*words: str) -> str:
 def numbers(out: Path) -> str:
     """numbers.tex of the report in a folder; a comment says what each number is.
 
-    Raises FileNotFoundError without claims.csv.
+    Raises
+    ------
+    FileNotFoundError
+        Without claims.csv.
     """
     claims, ratios = read_csv(out / CLAIMS), out / "tables" / "ratios.csv"
     lines = [*_of_origin(out), *_of_claims(claims)]

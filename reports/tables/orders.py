@@ -26,8 +26,12 @@ READ = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
 class OrderTable:
     """The rows of `benchmarks.applications.convergence.table`, and what they rest on.
 
-    faults  sentences on the faults of integrators
-    origin  versions, machine and date
+    Attributes
+    ----------
+    faults
+        sentences on the faults of integrators
+    origin
+        versions, machine and date
     """
 
     frame: pd.DataFrame

@@ -94,7 +94,10 @@ TIMES = {
 def results(claims: pd.DataFrame) -> str:
     """The headline rows of claims.csv as a Markdown table.
 
-    Raises KeyError for a headline that is not among the rows.
+    Raises
+    ------
+    KeyError
+        For a headline that is not among the rows.
     """
     rows = claims.set_index(["id", "quantity"]).loc[list(HEADLINES)].reset_index()
     slack = [f", slack x{plain(number, 2)}" if number > 1.0 else "" for number in rows["slack"]]
@@ -241,7 +244,13 @@ def marks(name: str) -> tuple[str, str]:
 
 
 def with_table(page: str, name: str, table: str) -> str:
-    """The page with another text between the marks. Raises ValueError when a mark is missing."""
+    """The page with another text between the marks.
+
+    Raises
+    ------
+    ValueError
+        When a mark is missing.
+    """
     begin, end = marks(name)
     before, _, after = page.partition(begin)
     _, closed, after = after.partition(end)
@@ -255,7 +264,11 @@ def renew(root: Path, out: Path) -> list[str]:
     and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
     that were written.
 
-    Raises ValueError for rows of the quick setting, whose runs are shorter than the pages say."""
+    Raises
+    ------
+    ValueError
+        For rows of the quick setting, whose runs are shorter than the pages say.
+    """
     origins = read_origins(out)
     quick = [name for name in MEASURED if origins.get(name, {}).get("setting") == "quick"]
     if quick:

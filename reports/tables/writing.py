@@ -34,7 +34,10 @@ def write_table(
 ) -> None:
     """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`.
 
-    origin  where the rows come from, for the caption of name.tex
+    Parameters
+    ----------
+    origin
+        where the rows come from, for the caption of name.tex
     """
     shown = frame if read is None else read
     caption = caption_of(name, origin) if origin else ""

@@ -40,8 +40,12 @@ def compare(
     an integrator did and none alone is slower already: the memory layout of a process alone can
     cost percents.
 
-    studies  (name, title) -> a context that yields a progress callback
-    limit    seconds for each answer of a side; after two that miss it, the side is not asked again
+    Parameters
+    ----------
+    studies
+        (name, title) -> a context that yields a progress callback
+    limit
+        seconds for each answer of a side; after two that miss it, the side is not asked again
     """
     patience = {side: Patience(limit) for side in SIDES}
     count = YARDSTICKS if any(case.contender for case in cases) else 0

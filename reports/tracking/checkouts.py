@@ -36,11 +36,18 @@ class CannotCompare(Exception):
 class Checkout:
     """A copy of a repository.
 
-    folder   of the copy
-    commit   in full
-    changed  whether it is not exactly that commit
-    places   where Python imports from; () for the folder alone
-    python   interpreter to run it with
+    Attributes
+    ----------
+    folder
+        of the copy
+    commit
+        in full
+    changed
+        whether it is not exactly that commit
+    places
+        where Python imports from; () for the folder alone
+    python
+        interpreter to run it with
     """
 
     folder: Path

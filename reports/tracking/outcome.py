@@ -51,8 +51,12 @@ TOGETHER = "time of all benchmarks together"
 class Outcome:
     """Names of base and head, and a finding for each benchmark.
 
-    together   the times of each integrator's benchmarks together, where it is not galvi
-    yardstick  seconds of the fixed workload, timed beside the first round; NaN where it was not
+    Attributes
+    ----------
+    together
+        the times of each integrator's benchmarks together, where it is not galvi
+    yardstick
+        seconds of the fixed workload, timed beside the first round; NaN where it was not
     """
 
     base: str
@@ -161,7 +165,10 @@ def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
 def as_junit(outcome: Outcome, title: str) -> str:
     """A JUnit file with a test case for each benchmark and family of gates.
 
-    title  the command as the user called it, such as "galvi track"
+    Parameters
+    ----------
+    title
+        the command as the user called it, such as "galvi track"
     """
     cases = [
         _junit_case(finding, family, finding.compared and (family != "time" or finding.pair.timed))

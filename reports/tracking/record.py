@@ -47,12 +47,19 @@ TEXT = (
 class Place:
     """One machine and its versions.
 
-    benches   number of benches
-    rows      the last run of each benchmark, its time relative to the median of earlier ones
-    commits   each bench: median over the benchmarks of their time over their own median, and of
-              what a first call and a fresh process cost
-    extremes  a sentence on the slowest and the fastest commit, "" for a single bench
-    changes   sentences on changes of level
+    Attributes
+    ----------
+    benches
+        number of benches
+    rows
+        the last run of each benchmark, its time relative to the median of earlier ones
+    commits
+        each bench: median over the benchmarks of their time over their own median, and of what a
+        first call and a fresh process cost
+    extremes
+        a sentence on the slowest and the fastest commit, "" for a single bench
+    changes
+        sentences on changes of level
     """
 
     name: str

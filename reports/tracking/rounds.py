@@ -34,11 +34,17 @@ LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothin
 class Pair:
     """A benchmark on both sides; each mapping is by side.
 
-    runs    results of all runs, see the worker's program: one in the first process, or two of those
-            that are timed, and one in each further process
-    why     the reasons of failed sides
-    rounds  for each round, the samples in seconds
-    notes   sentences on what was run
+    Attributes
+    ----------
+    runs
+        results of all runs, see the worker's program: one in the first process, or two of those
+        that are timed, and one in each further process
+    why
+        the reasons of failed sides
+    rounds
+        for each round, the samples in seconds
+    notes
+        sentences on what was run
     """
 
     case: Case

@@ -31,10 +31,16 @@ Samples = tuple[Sequence[float], Sequence[float]]  # of base and head
 class Together:
     """All timed benchmarks of one integrator.
 
-    name        of the integrator, as "package.module:Class"
-    benchmarks  their names
-    rounds      means of those rounds that all benchmarks have
-    size        relative growth of times that is required
+    Attributes
+    ----------
+    name
+        of the integrator, as "package.module:Class"
+    benchmarks
+        their names
+    rounds
+        means of those rounds that all benchmarks have
+    size
+        relative growth of times that is required
     """
 
     name: str
@@ -103,7 +109,10 @@ def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
 def suspected(pairs: Iterable[Pair], red: set[str]) -> set[str]:
     """Names of the benchmarks of integrators that look slower in all that was timed so far.
 
-    red  names of benchmarks that are slower by their own times: their integrators need no more
+    Parameters
+    ----------
+    red
+        names of benchmarks that are slower by their own times: their integrators need no more
     """
     doubtful = [group for group in judge_together(pairs) if group.suspicious]
     return {name for group in doubtful if not red & group.benchmarks for name in group.benchmarks}
@@ -127,7 +136,10 @@ def _by_rank(further: Sequence[Samples]) -> bool:
 def means(samples: Sequence[Samples]) -> Samples:
     """The samples of base and head, each the geometric mean of those of the benchmarks.
 
-    samples  of base and head, for each benchmark; of equal numbers
+    Parameters
+    ----------
+    samples
+        of base and head, for each benchmark; of equal numbers
     """
     times = np.array(samples, dtype=float)
     middle = np.median(times, axis=(1, 2), keepdims=True)

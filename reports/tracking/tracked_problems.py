@@ -23,11 +23,17 @@ def tracked(
 ) -> Case:
     """A problem that every integrator which supports it is compared on.
 
-    problem    its name in galvi.problems, called with the arguments
-    duration   in the problem's unit of time
-    truth      name of a reference, at its tolerance `tight`; 0 for its default
-    accuracy   times the least error that is compared: how large the motion is, or how much less
-               accurate the truth
+    Parameters
+    ----------
+    problem
+        its name in galvi.problems, called with the arguments
+    duration
+        in the problem's unit of time
+    truth
+        name of a reference, at its tolerance `tight`; 0 for its default
+    accuracy
+        times the least error that is compared: how large the motion is, or how much less accurate
+        the truth
     """
     return Case(
         problem, TRAJECTORY, problem, 0, 0, duration, 1, truth, arguments or {},
@@ -54,11 +60,18 @@ FEWEST = 100  # steps of an integrator that offers no settings
 def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
     """Its finest setting on each problem that an integrator supports, in the working tree.
 
-    paths  "package.module:Class"
-    limit  of each answer, in seconds
+    Parameters
+    ----------
+    paths
+        "package.module:Class"
+    limit
+        of each answer, in seconds
 
-    Raises ContenderError for one that cannot be loaded, CannotCompare where none takes a problem,
-    and where one fails to say which it takes.
+    Raises
+    ------
+    ContenderError
+        For one that cannot be loaded, CannotCompare where none takes a problem, and where one fails
+        to say which it takes.
     """
     cases = []
     for path in dict.fromkeys(paths):

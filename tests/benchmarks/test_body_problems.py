@@ -37,7 +37,7 @@ def study(case: WorkPrecisionProblem, *labels: str) -> pd.DataFrame:
     """The problem with these contenders only, in the quick setting."""
     few = tuple(one for one in case.participants if not labels or one.label in labels)
     alone = replace(case, participants=few)
-    return work_precision._study(alone, 0.005, lambda sentence: None, quick=True)
+    return work_precision._study(alone, lambda sentence: None, quick=True)
 
 
 @pytest.mark.parametrize("make", [free_body, pendulum])

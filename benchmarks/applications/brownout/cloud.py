@@ -31,10 +31,16 @@ EXTINCTION = 2.0  # cross-sections that a grain removes from a ray, much larger 
 class Cloud:
     """Super-particles of one diameter.
 
-    diameter  m
-    drag      CONSTANT or BY_REYNOLDS
-    grains    numbers of the super-particles, (n,)
-    ground    what a contact does
+    Attributes
+    ----------
+    diameter
+        m
+    drag
+        CONSTANT or BY_REYNOLDS
+    grains
+        numbers of the super-particles, (n,)
+    ground
+        what a contact does
     """
 
     diameter: float

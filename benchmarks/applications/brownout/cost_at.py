@@ -13,10 +13,17 @@ from galvi.arrays import Array
 def cost_at(level: float, costs: Array, errors: Array, own: Array) -> Estimate:
     """The cost from which on the size of the errors stays at or below a level.
 
-    costs   (k,), increasing
-    errors  (k,), signed
-    own     (k,), standard errors of them
+    Parameters
+    ----------
+    costs : array, shape (k,)
+        increasing
+    errors : array, shape (k,)
+        signed
+    own : array, shape (k,)
+        standard errors of them
 
+    Notes
+    -----
     Linear in the error and the logarithm of the cost, between the last point above the level and
     the next. The uncertainty is that of the errors. NaN where the last point is above, all are
     below, or a number is missing.

@@ -63,9 +63,14 @@ def upward_flux(speed: Any, diameter: float, alpha: float = ALPHA) -> Any:
 class Emission:
     """Grains of one diameter that the wind lifts from 0 to a time.
 
-    diameter  m
-    until     s
-    share     of the ground that they cover
+    Attributes
+    ----------
+    diameter
+        m
+    until
+        s
+    share
+        of the ground that they cover
     """
 
     diameter: float
@@ -85,7 +90,12 @@ class Emission:
     def starts(self, grains: Any, seed: int = 1) -> tuple[Array, Array, Array]:
         """q (n, 3), v (n, 3) and t (n,) of grains by their numbers (n,), each of the same mass.
 
-        Radius and time are drawn by rejection. Raises RuntimeError where nothing is lifted.
+        Radius and time are drawn by rejection.
+
+        Raises
+        ------
+        RuntimeError
+            Where nothing is lifted.
         """
         grains = np.asarray(grains, dtype=np.uint64)
         most = 1.02 * float(np.max(_on_grid(self)))

@@ -60,10 +60,15 @@ STATUSES = (
 class Ground:
     """What a contact with z = 0 does.
 
-    restitution  vertical speed after a contact over that before; None: a grain stays where it lands
-    slowest      m/s; a grain that would leave the ground no faster stays
-    exact        whether the time of contact is the root of the end of a shortened step, of order
-                 2 s with s points, or that of the curve of the whole step, of order s + 1
+    Attributes
+    ----------
+    restitution
+        vertical speed after a contact over that before; None: a grain stays where it lands
+    slowest
+        m/s; a grain that would leave the ground no faster stays
+    exact
+        whether the time of contact is the root of the end of a shortened step, of order 2 s with s
+        points, or that of the curve of the whole step, of order s + 1
     """
 
     restitution: float | None = None
@@ -89,16 +94,25 @@ class Ground:
 class Flights:
     """What became of n grains.
 
-    status           (n,)       index of STATUSES
-    t, q, v          (n,), (n, 3)  the last time and state: at the end, at the last contact, at
-                     the start of a grain that waits; where equations were not solved, the time at
-                     which that step starts, and NaN
-    drag             (n, 3)     impulse of the drag over the mass, m/s
-    contact          (n, 3)     impulses of the ground over the mass
-    contacts, steps, passes  (n,)  how many; passes of the iteration
-    places           (n, k, 3)  at the saved times; NaN before the start, after a failure or the
-                     last contact allowed, and of a grain that does not start
-    success          (n,)       aloft at the end, on the ground to stay, or not started
+    Attributes
+    ----------
+    status
+        (n,) index of STATUSES
+    t, q, v
+        (n,), (n, 3) the last time and state: at the end, at the last contact, at the start of a
+        grain that waits; where equations were not solved, the time at which that step starts, and
+        NaN
+    drag : array, shape (n, 3)
+        impulse of the drag over the mass, m/s
+    contact : array, shape (n, 3)
+        impulses of the ground over the mass
+    contacts, steps, passes
+        (n,) how many; passes of the iteration
+    places : array, shape (n, k, 3)
+        at the saved times; NaN before the start, after a failure or the last contact allowed, and
+        of a grain that does not start
+    success
+        (n,) aloft at the end, on the ground to stay, or not started
     """
 
     status: Codes
@@ -137,22 +151,39 @@ def follow(
 ) -> Flights:
     """Follow n grains from their starts to a common end, or to where they stay on the ground.
 
-    method  Gauss collocation of up to 8 points, e.g. ``Galerkin(Polynomials(2), gauss(2))``
-    q0, v0  (n, 3) in m and m/s, z above the ground or on it with an upward velocity
-    t0      (n,) starts in s, from 0 on; a grain that would start at the end, but for
-            rounding, or after it does not
-    rates   (n, 1 + numbers of the drag law), none negative: factor over mass, then the law's
-            numbers
-    step    s, one for all or (n,), each a whole fraction of ``until`` and of its saved parts:
-            steps end at its multiples, so that the first one is shorter
-    saves   places are kept at so many equal parts of ``until``, and at 0
-    tolerance  of the iteration: the change of the last pass, or that expected of one more, relative
-            to the velocities; it also ends where a change below 1e-11 is more than half the last
-    wind    the lines that define ``wind`` in lanes, see brownout.grain_pass; also
-            asked for below the ground, where a step leads that is done anew up to the contact
+    Parameters
+    ----------
+    method
+        Gauss collocation of up to 8 points, e.g. ``Galerkin(Polynomials(2), gauss(2))``
+    q0, v0 : array, shape (n, 3)
+        in m and m/s, z above the ground or on it with an upward velocity
+    t0 : array, shape (n,)
+        starts in s, from 0 on; a grain that would start at the end, but for rounding, or after it
+        does not
+    rates : array, shape (n, 1 + numbers of the drag law)
+        none negative: factor over mass, then the law's numbers
+    step
+        s, one for all or (n,), each a whole fraction of ``until`` and of its saved parts: steps end
+        at its multiples, so that the first one is shorter
+    saves
+        places are kept at so many equal parts of ``until``, and at 0
+    tolerance
+        of the iteration: the change of the last pass, or that expected of one more, relative to the
+        velocities; it also ends where a change below 1e-11 is more than half the last
+    wind
+        the lines that define ``wind`` in lanes, see brownout.grain_pass; also asked for below the
+        ground, where a step leads that is done anew up to the contact
 
-    A grain's numbers do not depend on the other grains, their order, lanes or threads. Raises
-    ValueError for bad input, KeyboardInterrupt after Ctrl-C.
+    Raises
+    ------
+    ValueError
+        For bad input.
+    KeyboardInterrupt
+        After Ctrl-C.
+
+    Notes
+    -----
+    A grain's numbers do not depend on the other grains, their order, lanes or threads.
     """
     _check_method(method)
     given = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}

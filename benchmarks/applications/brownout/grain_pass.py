@@ -223,9 +223,13 @@ class Rows:
 def begin_next_step(rows, ready, rate, once, twice):
     """Begin the next step in the lanes that are ready for it.
 
-    rate         -1 / DESCENT
-    once, twice  coefficients of the accelerations at its stages, from those of one step or of two;
-                 after a part of a step those at its last stage are taken
+    Parameters
+    ----------
+    rate
+        -1 / DESCENT
+    once, twice
+        coefficients of the accelerations at its stages, from those of one step or of two; after a
+        part of a step those at its last stage are taken
     """
     s = rows.s
     last, before, known = rows.stages(DECAY + 2 * s), rows.stages(DECAY + 5 * s), rows.at(KNOWN)

@@ -27,8 +27,12 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 class Answers:
     """What a run gives for each super-particle: (sizes, n), whose sums over n are the answers.
 
-    work      passes of the iteration times stages: evaluations of the wind
-    unsolved  grains whose step equations were not solved, and whose shares are NaN
+    Attributes
+    ----------
+    work
+        passes of the iteration times stages: evaluations of the wind
+    unsolved
+        grains whose step equations were not solved, and whose shares are NaN
     """
 
     depth: Array

@@ -32,10 +32,15 @@ Methods = Mapping[str, Contender]
 def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Methods]:
     """The contenders of a request by their names; processes of integrators end with the context.
 
-    timeout  seconds for an answer of an integrator in a process of its own
+    Parameters
+    ----------
+    timeout
+        seconds for an answer of an integrator in a process of its own
 
-    Raises ValueError, ContenderError or ModuleNotFoundError, in a sentence, for a method that is
-    not there or does not solve the problem.
+    Raises
+    ------
+    ValueError, ContenderError, ModuleNotFoundError
+        In a sentence, for a method that is not there or does not solve the problem.
     """
     problem = request.problem
     methods: dict[str, Contender] = {}
@@ -88,8 +93,12 @@ def _contender(problem: Problem, name: str, method: Any, timeout: float) -> Any:
 def with_settings(methods: Methods, request: ConvergenceRequest, truth: Truth) -> list[Participant]:
     """Each method with its settings, from coarse to fine.
 
-    Raises ValueError for a step that does not go into the duration, and ContenderError for an
-    integrator that offers no settings.
+    Raises
+    ------
+    ValueError
+        For a step that does not go into the duration.
+    ContenderError
+        For an integrator that offers no settings.
     """
     return [
         Participant(name, contender, _settings(request, contender, truth))

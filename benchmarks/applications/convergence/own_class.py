@@ -53,7 +53,13 @@ class OwnIntegrator:
         return float(order) if is_positive(order) else None
 
     def supports(self, problem: Problem) -> bool:
-        """What it says. Raises ContenderError where it raises."""
+        """What it says.
+
+        Raises
+        ------
+        ContenderError
+            Where it raises.
+        """
         try:
             return bool(self.given.supports(problem))
         except Exception as error:

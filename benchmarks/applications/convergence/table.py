@@ -123,7 +123,10 @@ def _first_run(
 ) -> _Measured:  # fmt: skip
     """The run whose states are kept, and the call that is timed, of the last state alone.
 
-    lengthened  whether a short run is timed by a longer one, since its later parts take as long
+    Parameters
+    ----------
+    lengthened
+        whether a short run is timed by a longer one, since its later parts take as long
     """
     contender = one.contender
     call = call_of(contender, problem, duration, setting)

@@ -32,8 +32,11 @@ DEGREE = 8  # of galvi's pair, where no method of a higher order is compared
 def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Report) -> Truth:
     """The configuration at the end, with its error and where it is from.
 
-    Raises ValueError for a truth of another shape, of a code that does not reach the end, and where
-    there is none.
+    Raises
+    ------
+    ValueError
+        For a truth of another shape, of a code that does not reach the end, and where there is
+        none.
     """
     problem, duration, given = request.problem, request.duration, request.truth
     if isinstance(given, str):

@@ -27,17 +27,29 @@ from references.stored.attitude import STORED_ATTITUDE
 class CheckProblem:
     """A problem for checking external integrators.
 
-    problem   the problem
-    duration  states are compared after half and after all of it, in the problem's unit of time
-    truth     the contender that gives the truth, at `setting`
-    size      of the configurations, over which errors that show an order are measured
-    floor     such an error below which rounding or the truth's own error dominates
-    ordered   the least order of convergence that its errors show: any of a nonlinear motion on one
-              time scale; infinite for none
-    kept      which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
-    long      duration of the conservation run: some twenty periods, never a whole number
-    watched   the problem of that run, where it starts elsewhere: a regular motion
-    energy    the energy: (problem, q, p) -> (k,)
+    Attributes
+    ----------
+    problem
+        the problem
+    duration
+        states are compared after half and after all of it, in the problem's unit of time
+    truth
+        the contender that gives the truth, at `setting`
+    size
+        of the configurations, over which errors that show an order are measured
+    floor
+        such an error below which rounding or the truth's own error dominates
+    ordered
+        the least order of convergence that its errors show: any of a nonlinear motion on one time
+        scale; infinite for none
+    kept
+        which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
+    long
+        duration of the conservation run: some twenty periods, never a whole number
+    watched
+        the problem of that run, where it starts elsewhere: a regular motion
+    energy
+        the energy: (problem, q, p) -> (k,)
     """
 
     problem: Problem

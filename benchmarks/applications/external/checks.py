@@ -431,13 +431,21 @@ def _own_floor(errors: Sequence[float], floor: float) -> float:
 class Check:
     """A check of an external integrator, which can be measured on one problem at a time.
 
-    name     as in the item of the plugin of pytest
-    measure  (runs, problem) -> rows of the tidy frame
-    judge    (judge, problem, its rows) -> rows of claims.csv; None where all problems are judged
-             together
-    jointly  (judge, rows of all problems) -> such rows
-    applies  (integrator, problem that it supports) -> whether it is measured there
-    once     whether it is measured on one problem alone, the first that conserves something
+    Attributes
+    ----------
+    name
+        as in the item of the plugin of pytest
+    measure
+        (runs, problem) -> rows of the tidy frame
+    judge
+        (judge, problem, its rows) -> rows of claims.csv; None where all problems are judged
+        together
+    jointly
+        (judge, rows of all problems) -> such rows
+    applies
+        (integrator, problem that it supports) -> whether it is measured there
+    once
+        whether it is measured on one problem alone, the first that conserves something
     """
 
     name: str

@@ -34,7 +34,10 @@ CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 class CheckedRun:
     """A run, and the seconds that it took in its process; NaN where it failed.
 
-    asked  False where no run was asked for, since answers before were late
+    Attributes
+    ----------
+    asked
+        False where no run was asked for, since answers before were late
     """
 
     run: Trajectory
@@ -173,7 +176,10 @@ class ExternalIntegrator:
     ) -> TimedRun:
         """A run that measures its own time; see `benchmarks.statistics.timing`.
 
-        tried  whether the setting is one that it did not offer: a failure is then no fault
+        Parameters
+        ----------
+        tried
+            whether the setting is one that it did not offer: a failure is then no fault
         """
         words = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
                          for name, value in setting.items())  # fmt: skip
@@ -275,7 +281,10 @@ class ExternalIntegrator:
     def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
         """The answer of the process. Raises ContenderError.
 
-        tried  whether late answers are counted apart: to requests that it did not offer to answer
+        Parameters
+        ----------
+        tried
+            whether late answers are counted apart: to requests that it did not offer to answer
         """
         if self._late[tried] >= PATIENCE:
             raise NotAsked(

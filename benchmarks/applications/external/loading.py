@@ -33,7 +33,10 @@ class NotAsked(ContenderError):
 def load_class(path: str) -> Any:
     """An instance of the class at "package.module:Class".
 
-    Raises ContenderError when it cannot be imported or lacks a required member.
+    Raises
+    ------
+    ContenderError
+        When it cannot be imported or lacks a required member.
     """
     contender = object_at(path, "contender", "Class")
     name = path.partition(":")[2]
@@ -62,7 +65,10 @@ def load_class(path: str) -> Any:
 def object_at(path: str, kind: str, noun: str) -> Any:
     """What a module has at "package.module:name"; kind and noun are for messages.
 
-    Raises ContenderError when it cannot be imported.
+    Raises
+    ------
+    ContenderError
+        When it cannot be imported.
     """
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
@@ -121,7 +127,10 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
     """Its name, its order (None when not declared), its declared conserved quantities, and whether
     it declares that it is symmetric.
 
-    Raises ContenderError when one of them has the wrong type or value.
+    Raises
+    ------
+    ContenderError
+        When one of them has the wrong type or value.
     """
     order, conserves = getattr(contender, "order", None), getattr(contender, "conserves", {})
     symmetric = getattr(contender, "symmetric", False)

@@ -40,8 +40,12 @@ SHARE = 1.0 / 3.0  # of the limit of time, as it would be if time grew with the 
 class LongRun:
     """A run over some twenty revolutions at the finest setting.
 
-    done   the run and its time
-    steps  number of equal steps; 0 where it has none
+    Attributes
+    ----------
+    done
+        the run and its time
+    steps
+        number of equal steps; 0 where it has none
     """
 
     check: CheckProblem

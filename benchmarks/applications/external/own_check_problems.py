@@ -24,9 +24,13 @@ def own_check_problem(path: str) -> CheckProblem:
     """The problem of the function at "package.module:function", for the checks.
 
     Its truth is that of `benchmarks.work_precision.truths`; energy and angular momentum are kept
-    where this truth keeps them. The long run is as long as the function says. Raises ContenderError
-    for anything else than a problem and its duration, for one that cannot be sent to another
-    process, and for one that no code but galvi solves.
+    where this truth keeps them. The long run is as long as the function says.
+
+    Raises
+    ------
+    ContenderError
+        For anything else than a problem and its duration, for one that cannot be sent to another
+        process, and for one that no code but galvi solves.
     """
     problem, duration = load_problem(path)
     require_sendable(problem)

@@ -15,7 +15,12 @@ def load_problem(path: str, duration: float | None = None) -> tuple[Problem, flo
     """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration),
     or () -> galvi.Problem where a duration is given, which wins.
 
-    A problem without a name gets that of the function. Raises ContenderError for anything else.
+    A problem without a name gets that of the function.
+
+    Raises
+    ------
+    ContenderError
+        For anything else.
     """
     found = object_at(path, *KIND)
     if not callable(found):

@@ -17,8 +17,12 @@ BLOCK = 1 << 16  # bytes of a read
 class Printed:
     """The output of the processes of one integrator.
 
-    lines  number of lines; an unfinished one counts
-    first  the first FIRST lines, as in a log
+    Attributes
+    ----------
+    lines
+        number of lines; an unfinished one counts
+    first
+        the first FIRST lines, as in a log
     """
 
     lines: int = 0

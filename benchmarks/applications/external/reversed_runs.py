@@ -52,8 +52,12 @@ def reversed_runs(
     growth of a small change of the start. Where no run back can be made, row NOT_REVERSED, the
     reason in its status.
 
-    settings  those that it offers
-    end       the true configuration at the end
+    Parameters
+    ----------
+    settings
+        those that it offers
+    end
+        the true configuration at the end
     """
     equal = [setting for setting in settings if "step" in setting]
     if not equal:

@@ -52,9 +52,14 @@ Item = Mapping[str, str]
 class ServedChecks:
     """The checks of these integrators; raises ContenderError for what cannot be loaded.
 
-    contenders  their paths, "package.module:Class"
-    problems    paths of problems in place of the suite's; empty for those
-    limit       seconds for each answer of an integrator
+    Attributes
+    ----------
+    contenders
+        their paths, "package.module:Class"
+    problems
+        paths of problems in place of the suite's; empty for those
+    limit
+        seconds for each answer of an integrator
     """
 
     contenders: Sequence[str]

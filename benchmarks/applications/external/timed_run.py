@@ -18,10 +18,16 @@ from galvi.arrays import read_only
 class TimedRun:
     """A callable that runs an external integrator once and records the time.
 
-    ask      number of runs -> data of the last one and mean seconds; raises ContenderError
-    report   called with the error of each failure
-    took     seconds of the last call, inside its process
-    failure  why a call failed, or ""
+    Attributes
+    ----------
+    ask
+        number of runs -> data of the last one and mean seconds; raises ContenderError
+    report
+        called with the error of each failure
+    took
+        seconds of the last call, inside its process
+    failure
+        why a call failed, or ""
     """
 
     name: str

@@ -130,7 +130,13 @@ def valid_run(
 
 
 def _numbers(name: str, part: Any) -> Array:
-    """A copy, float64. Raises ContenderError for what are no real numbers."""
+    """A copy, float64.
+
+    Raises
+    ------
+    ContenderError
+        For what are no real numbers.
+    """
     try:
         kind = np.asarray(part).dtype
         if kind.kind in "biufO":

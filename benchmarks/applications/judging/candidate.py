@@ -21,11 +21,16 @@ TOLERANCES = ("epsilon", "eps_rel", "step")  # that a setting is told by; the st
 class Model:
     """What is judged.
 
-    problem  as galvi reads it
-    own      the user's own, which its engine steps: a `rebound.Simulation`, or what
-             `galvi.interop.from_mujoco.read` returns; None where there is the problem alone, from
-             which the engine's is rebuilt
-    notes    what of it was left out or is read otherwise, in sentences
+    Attributes
+    ----------
+    problem
+        as galvi reads it
+    own
+        the user's own, which its engine steps: a `rebound.Simulation`, or what
+        `galvi.interop.from_mujoco.read` returns; None where there is the problem alone, from which
+        the engine's is rebuilt
+    notes
+        what of it was left out or is read otherwise, in sentences
     """
 
     problem: Problem
@@ -37,8 +42,12 @@ class Model:
 class Source:
     """A contender whose runs may be the truth, at this setting.
 
-    engine   what computes the forces; "" for galvi, whose opinion is not counted as a source
-    step     largest step; None where it chooses its own
+    Attributes
+    ----------
+    engine
+        what computes the forces; "" for galvi, whose opinion is not counted as a source
+    step
+        largest step; None where it chooses its own
     """
 
     label: str
@@ -167,7 +176,10 @@ class Kind(Protocol):
     def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
         """The problem from a start whose coordinates differ by this amount, relatively.
 
-        signs  (m,) random signs, at least as many as coordinates
+        Parameters
+        ----------
+        signs : array, shape (m,)
+            random signs, at least as many as coordinates
         """
 
     def errors(self, run: Trajectory, truth: Trajectory) -> Array:

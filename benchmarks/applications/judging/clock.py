@@ -20,8 +20,12 @@ def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
     """The seconds of ``whole`` steps, from runs of n and of 2n: their difference has no set-up in
     it. n grows until steps outweigh set-up.
 
-    run     (n): n steps
-    enough  seconds below which no better answer is needed than a bound from above
+    Parameters
+    ----------
+    run
+        (n): n steps
+    enough
+        seconds below which no better answer is needed than a bound from above
     """
     count = 2
     run(count)  # what compiles, and what a first call costs
@@ -76,7 +80,10 @@ def race(
     timings, and none of the slowest where ``limit`` seconds do not suffice; the first has
     precedence.
 
-    walls  seconds that a run of each takes, about
+    Parameters
+    ----------
+    walls
+        seconds that a run of each takes, about
     """
     times: list[list[float]] = [[] for _ in candidates]
     by_time = sorted(range(len(walls)), key=lambda k: (k > 0, walls[k]))

@@ -40,26 +40,43 @@ LOST = 1e-3  # share of the motion by which sources differ where there is no tru
 class Judgement:
     """What is found of a model.
 
-    kind         of model
-    problem      the model, and its duration
-    error        that is asked for, largest distance from the truth of any part at any time
-    source       of the truth
-    agreements   of the truth with other sources
-    own          the user's: integrator with its step, setting (the step), error, last_error (at the
-                 end), unstopped_error (at the end of a run that does not stop at the times at which
-                 it is compared; NaN for equal steps, which these do not change), seconds,
-                 seconds_low and seconds_high (median and quartiles; NaN where it was timed once),
-                 energy and momentum (their largest relative changes), status
-    own_errors   t, error: of the user's run
-    parts        the errors of each part in that run
-    table        the own run and all that was tried, those that reach the error first, by their time
-    encounters   close passages
-    horizons     until when a start known to so many digits predicts the motion to ``error``; empty
-                 where that was not asked for
-    truth        the trajectory of the truth
-    notes        what a reader should know of the run, in sentences
-    samples      times at which the candidates are compared with the truth
-    more         what adds another engine to the sources, and how; "" where none does
+    Attributes
+    ----------
+    kind
+        of model
+    problem
+        the model, and its duration
+    error
+        that is asked for, largest distance from the truth of any part at any time
+    source
+        of the truth
+    agreements
+        of the truth with other sources
+    own
+        the user's: integrator with its step, setting (the step), error, last_error (at the end),
+        unstopped_error (at the end of a run that does not stop at the times at which it is
+        compared; NaN for equal steps, which these do not change), seconds, seconds_low and
+        seconds_high (median and quartiles; NaN where it was timed once), energy and momentum (their
+        largest relative changes), status
+    own_errors
+        t, error: of the user's run
+    parts
+        the errors of each part in that run
+    table
+        the own run and all that was tried, those that reach the error first, by their time
+    encounters
+        close passages
+    horizons
+        until when a start known to so many digits predicts the motion to ``error``; empty where
+        that was not asked for
+    truth
+        the trajectory of the truth
+    notes
+        what a reader should know of the run, in sentences
+    samples
+        times at which the candidates are compared with the truth
+    more
+        what adds another engine to the sources, and how; "" where none does
     """
 
     kind: Kind
@@ -123,18 +140,29 @@ def judge(
 ) -> Judgement:
     """Judge a model of point masses, or a tree of rigid bodies.
 
-    duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree;
-              negative: backwards, as where the own step is. It is lengthened by some of the own
-              integrator's steps, to a multiple of 50 to 100 of them
-    error     None: that of the user's own run, or ten times that of the truth if that is larger
-    own       the user's integrator by its engine's name, dt, and its options; what is not given is
-              as in the model
-    quick     with shorter looks at other sources of the truth and other integrators, and none at
-              neighbouring starts
-    first     called with what is known of the own run before anything is compared with it
+    Parameters
+    ----------
+    duration
+        in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree; negative:
+        backwards, as where the own step is. It is lengthened by some of the own integrator's steps,
+        to a multiple of 50 to 100 of them
+    error
+        None: that of the user's own run, or ten times that of the truth if that is larger
+    own
+        the user's integrator by its engine's name, dt, and its options; what is not given is as in
+        the model
+    quick
+        with shorter looks at other sources of the truth and other integrators, and none at
+        neighbouring starts
+    first
+        called with what is known of the own run before anything is compared with it
 
-    Raises ValueError for a model of another kind or that is misread, and for an own integrator that
-    is not known; RuntimeError where no source of the truth can be run.
+    Raises
+    ------
+    ValueError
+        For a model of another kind or that is misread, and for an own integrator that is not known.
+    RuntimeError
+        Where no source of the truth can be run.
     """
     problem = model.problem if isinstance(model, Model) else model
     kind = kind_of(problem)
@@ -259,7 +287,10 @@ def kind_of(problem: Problem) -> Kind:
 def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
     """The user's own integrator and step, as asked for or as the model has them.
 
-    Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
+    Raises
+    ------
+    ValueError
+        For an integrator that is unknown, and for a fixed step that is not given.
     """
     parameters = model.problem.parameters
     kept = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
@@ -294,7 +325,10 @@ def _samples(step: float, span: float) -> tuple[int, int]:
     """How many states of a run in own steps are kept, SAMPLES at most, and the number of steps,
     which are as few more than fit as that number of states allows.
 
-    Raises ValueError for a step longer than the duration.
+    Raises
+    ------
+    ValueError
+        For a step longer than the duration.
     """
     if step > abs(span):
         raise ValueError(f"own dt must be at most the duration {abs(span):g}; received {step:g}.")

@@ -30,11 +30,18 @@ REACHED, MISSED = "reached", "not reached with this setting"
 class Limits:
     """Seconds that parts of a judgement may take, beside the truth and the user's own run.
 
-    source      another source of the truth
-    integrator  the settings of one integrator, once it is compiled
-    candidates  all of them, in equal shares; what one leaves is for those that follow
-    spread      timings of those that reach the error
-    neighbours  whether neighbouring starts are run
+    Attributes
+    ----------
+    source
+        another source of the truth
+    integrator
+        the settings of one integrator, once it is compiled
+    candidates
+        all of them, in equal shares; what one leaves is for those that follow
+    spread
+        timings of those that reach the error
+    neighbours
+        whether neighbouring starts are run
     """
 
     source: float
@@ -55,12 +62,20 @@ class Limits:
 class Tried:
     """A row of the table, but for the spread of its times.
 
-    candidate   what was run; None where nothing was
-    last_error  that at the end
-    seconds     of one run
-    wall        of it with what is beside the engine
-    hard        whether Newton's method did steps, so that more of them may take less time
-    stopped     time at which a force reached its limit, where it stopped; else infinite
+    Attributes
+    ----------
+    candidate
+        what was run; None where nothing was
+    last_error
+        that at the end
+    seconds
+        of one run
+    wall
+        of it with what is beside the engine
+    hard
+        whether Newton's method did steps, so that more of them may take less time
+    stopped
+        time at which a force reached its limit, where it stopped; else infinite
     """
 
     integrator: str

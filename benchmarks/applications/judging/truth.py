@@ -22,10 +22,14 @@ Errors = Callable[[Trajectory, Trajectory], Array]
 class Agreement:
     """The largest distance of a part of the model between two sources, until one of them stops.
 
-    source   the other one
-    t        (times,)
-    apart    (times,)
-    stopped  why it did not reach the end, in words; "" where it did
+    Attributes
+    ----------
+    source
+        the other one
+    t : array, shape (times,)
+    apart : array, shape (times,)
+    stopped
+        why it did not reach the end, in words; "" where it did
     """
 
     source: Source
@@ -69,7 +73,10 @@ def agreements(
 ) -> list[Agreement]:  # fmt: skip
     """Of the truth with each other source, at the ends of ``pieces`` of its time.
 
-    limit  seconds after which a source is not taken any further
+    Parameters
+    ----------
+    limit
+        seconds after which a source is not taken any further
     """
     problem = truth.problem
     rows = np.unique(np.linspace(0, len(truth.t) - 1, pieces + 1).round().astype(int))

@@ -84,10 +84,20 @@ def sampled(
 ) -> list[Mutant]:
     """``count`` mutants of the Python files in the folders, each folder by its lines of code.
 
-    without  folders that are left out
+    Parameters
+    ----------
+    without
+        folders that are left out
 
+    Raises
+    ------
+    ModuleNotFoundError
+        Without cosmic-ray.
+
+    Notes
+    -----
     The mutants of a folder are those whose digests with the seed are least, so that an edit changes
-    the sample in its own file only. Raises ModuleNotFoundError without cosmic-ray.
+    the sample in its own file only.
     """
     rooms: dict[Path, list[Path]] = {}
     for folder in folders:

@@ -35,8 +35,12 @@ FIRST = 120.0  # seconds of tests at most, the quickest ones first
 class Reach:
     """The tests of a checkout and what they execute.
 
-    root    the sources
-    folder  holds coverage.sqlite and durations.json, written by `recorded`
+    Attributes
+    ----------
+    root
+        the sources
+    folder
+        holds coverage.sqlite and durations.json, written by `recorded`
     """
 
     root: Path
@@ -198,8 +202,13 @@ def _lines_with_names_of(modules: set[str], text: str) -> set[int]:
 def copied(root: Path, copy: Path, how: Callable[..., object] = shutil.copy2) -> Path:
     """The sources and compiled kernels of a checkout, in another place.
 
-    how  of a file: `os.link` takes a tenth of the time, and what is written anew is the copy's own
+    Parameters
+    ----------
+    how
+        of a file: `os.link` takes a tenth of the time, and what is written anew is the copy's own
 
+    Notes
+    -----
     Locks are left out: linked, one copy would wait for another.
     """
 
@@ -220,8 +229,12 @@ def in_copy(copy: Path) -> dict[str, str]:
 def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
     """Run the tests once under coverage, in a copy as of a mutant, in about twice their time.
 
-    What fails there without a fault finds none, and is left out. Raises RuntimeError when the tests
-    do not run.
+    What fails there without a fault finds none, and is left out.
+
+    Raises
+    ------
+    RuntimeError
+        When the tests do not run.
     """
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)

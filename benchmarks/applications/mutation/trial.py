@@ -35,8 +35,13 @@ class Outcome:
 def tried(mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
     """Run the tests that reach the mutant in a copy of the sources, until one fails.
 
-    sources  a copy of reach.root, whose files trials share but for the mutant's
+    Parameters
+    ----------
+    sources
+        a copy of reach.root, whose files trials share but for the mutant's
 
+    Notes
+    -----
     A run that takes SLOWER times as much processor time as usual, or a test as much time as that,
     counts as killed: it hangs.
     """

@@ -182,7 +182,10 @@ class ScaledRotations(Rotations):
 class BodySteps:
     """Steps of length h with n basis functions and Gauss's rule of m points.
 
-    printed  whether D_1 L_d is taken as printed
+    Parameters
+    ----------
+    printed
+        whether D_1 L_d is taken as printed
     """
 
     def __init__(self, n: int, m: int, h: float, printed: bool) -> None:

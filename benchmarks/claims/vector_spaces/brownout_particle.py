@@ -59,7 +59,10 @@ def truth(start: str, contender: Contender = DOP853) -> Array:
 
     The moment in which w is 0, where the drag's second derivative jumps, is a step end too.
 
-    contender  DOP853 at its tightest tolerance, or Radau, of a different family, to check it
+    Parameters
+    ----------
+    contender
+        DOP853 at its tightest tolerance, or Radau, of a different family, to check it
     """
     problem, places = problem_of(start), []
     ends = [DURATION[start] * (k + 1) / PIECES for k in range(PIECES)]

@@ -31,11 +31,15 @@ def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
 class Iteration:
     """Passes x -> h^2 pull V'(q0 + places x) - h v0 drift, from x = 0; stages are q0 + places x.
 
-    pull    (unknowns, stages)
-    places  (stages, unknowns)
-    drift   (unknowns,)
-    end     (unknowns,): the step ends at q0 + end x
-    norm    of x: 2 or inf
+    Attributes
+    ----------
+    pull : array, shape (unknowns, stages)
+    places : array, shape (stages, unknowns)
+    drift : array, shape (unknowns,)
+    end : array, shape (unknowns,)
+        the step ends at q0 + end x
+    norm
+        of x: 2 or inf
     """
 
     pull: Array

@@ -48,8 +48,12 @@ def follow(
     one, -1 where all were done; the largest specific energy, above 0 for one that may escape; and
     the last.
 
-    q, v  (k, d); mu, h (k,)
-    smaller_at  steps, counted from 1, that take the smaller solution; the larger where left out
+    Parameters
+    ----------
+    q, v : array, shape (k, d)
+        mu, h (k,)
+    smaller_at
+        steps, counted from 1, that take the smaller solution; the larger where left out
     """
     counts = np.floor(duration / h + 0.5).astype(int)
     solved, live = np.zeros(h.size, int), np.arange(h.size)

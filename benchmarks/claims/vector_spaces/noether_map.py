@@ -62,8 +62,12 @@ def momentum(at: tuple[Array, Array], phi: Array, h: float) -> Array:
 class Step:
     """One step of a run beside the exact motion between the same two points.
 
-    run     one step
-    points  of its Gauss rule
+    Attributes
+    ----------
+    run
+        one step
+    points
+        of its Gauss rule
     """
 
     run: Trajectory

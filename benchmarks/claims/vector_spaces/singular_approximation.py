@@ -35,8 +35,13 @@ def closed_errors(
 ) -> Array:
     """inf |u - v|_X over polynomials v of each degree on [start, stop], for u'' = |t - t*|^-b.
 
-    place  t*, in this interval, where u' = 0
+    Parameters
+    ----------
+    place
+        t*, in this interval, where u' = 0
 
+    Notes
+    -----
     |u'|^2 less the squares of its Legendre coefficients. NaN where this difference, of which about
     1e-15 of |u'|^2 is rounding, is below LEAST of it.
     """

@@ -36,10 +36,16 @@ FLOOR = 1e-12  # of |u - u_N|_X; below it round-off is seen
 class Comparison:
     """A motion u on steps from an exact state.
 
-    mass, slope  mu of t, F of (t, u)
-    motion       t -> (u, u'), t increasing and not before t0
-    problem      from the exact state at t0
-    constants    h -> K, m, M on [t0, t0 + h]
+    Attributes
+    ----------
+    mass, slope
+        mu of t, F of (t, u)
+    motion
+        t -> (u, u'), t increasing and not before t0
+    problem
+        from the exact state at t0
+    constants
+        h -> K, m, M on [t0, t0 + h]
     """
 
     name: str

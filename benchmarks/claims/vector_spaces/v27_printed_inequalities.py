@@ -88,9 +88,14 @@ def discrete(u: Array, du: Array, b: Array, ends: Array, h: float) -> tuple[floa
     """The largest |v| / |v'|, v = 0 at both ends, and |u(end)| / |u|_X at the norm's own end and at
     the other one, in the span of functions on [0, 1].
 
-    u, du  values and slopes at a rule's nodes, (functions, nodes)
-    b      its weights
-    ends   values at 0 and 1, (functions, 2)
+    Parameters
+    ----------
+    u, du
+        values and slopes at a rule's nodes, (functions, nodes)
+    b
+        its weights
+    ends
+        values at 0 and 1, (functions, 2)
     """
     mass, stiffness, inside = (u * b) @ u.T, (du * b) @ du.T, null_space(ends.T)
     squares = eigvalsh(inside.T @ mass @ inside, inside.T @ stiffness @ inside)

@@ -37,9 +37,14 @@ REVOLUTIONS = 20.37  # ends away from the pericentre, with its phase
 class Case(NamedTuple):
     """One problem of close encounters.
 
-    maps   steps of TRACE and MERCURIUS, in its unit of time; none where no mass dominates
-    share  of the stored truth's time that is run
-    loose  whether DOP853, far behind, runs at its loosest tolerance alone, as that takes a second
+    Attributes
+    ----------
+    maps
+        steps of TRACE and MERCURIUS, in its unit of time; none where no mass dominates
+    share
+        of the stored truth's time that is run
+    loose
+        whether DOP853, far behind, runs at its loosest tolerance alone, as that takes a second
     """
 
     maps: tuple[float, ...] = ()

@@ -28,8 +28,13 @@ def chain(
 ) -> WorkPrecisionProblem:
     """All contenders on one chain; a few settings of each when quick.
 
-    tolerances  of heyoka, not in compact mode, which compiles for seconds and runs faster
+    Parameters
+    ----------
+    tolerances
+        of heyoka, not in compact mode, which compiles for seconds and runs faster
 
+    Notes
+    -----
     MuJoCo's discrete and implicitfast equal its Euler without damping, so they are omitted.
     """
     entries = [
@@ -57,9 +62,14 @@ def on_coordinates(
 ) -> WorkPrecisionProblem:
     """galvi, heyoka and a DOP853; two settings of each when quick.
 
-    peer   the DOP853
-    truth  None for the stored one
-    timed  `repeated_run` or `net_time`
+    Parameters
+    ----------
+    peer
+        the DOP853
+    truth
+        None for the stored one
+    timed
+        `repeated_run` or `net_time`
     """
     entries = [
         *ours(counts, early=True, few=MIDDLE),

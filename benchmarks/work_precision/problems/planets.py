@@ -62,10 +62,16 @@ def planets(
 ) -> WorkPrecisionProblem:
     """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
 
-    duration  duration of the stored truth, in the problem's unit of time
-    period    period of the fastest planet, likewise, to which numbers of steps refer
-    few       fewer settings of the references, including their defaults and their best
-    others    (label, contender, steps per period, options), for this problem only
+    Parameters
+    ----------
+    duration
+        duration of the stored truth, in the problem's unit of time
+    period
+        period of the fastest planet, likewise, to which numbers of steps refer
+    few
+        fewer settings of the references, including their defaults and their best
+    others
+        (label, contender, steps per period, options), for this problem only
     """
 
     def truth() -> Truth:

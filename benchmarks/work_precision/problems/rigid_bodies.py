@@ -56,10 +56,16 @@ def rigid_body(
 ) -> WorkPrecisionProblem:
     """Everyone on one body; a few settings of each when quick.
 
-    counts       with as many Gauss points as the degree
-    more_points  the same with one point more, H's n points for n functions, in Cayley's chart
-    longer       more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
-    brief        Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
+    Parameters
+    ----------
+    counts
+        with as many Gauss points as the degree
+    more_points
+        the same with one point more, H's n points for n functions, in Cayley's chart
+    longer
+        more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
+    brief
+        Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
     """
 
     def counts_of(chart: Any, degree: int) -> Sequence[int]:

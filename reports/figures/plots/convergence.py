@@ -26,8 +26,12 @@ from reports.tables.number_format import concise, known
 class Refinement:
     """What is refined.
 
-    xlabel, xscale   of the horizontal axis
-    fitted, claimed  formats of rates, of a text and of a number
+    Attributes
+    ----------
+    xlabel, xscale
+        of the horizontal axis
+    fitted, claimed
+        formats of rates, of a text and of a number
     """
 
     xlabel: str
@@ -45,16 +49,28 @@ IN_DEGREE = Refinement("degree $N$", "log", "N^{{-{}}}", "N^{{-{:g}}}")
 class Rate:
     """A series of errors under refinement.
 
-    study, quantity  which rows of the claim's frame
-    label            text in the legend
-    floor            level of round-off, as the claim states it
-    claimed          base of n or power of h; None where the paper gives no number
-    n                the n whose h-refinement this is; None for an n-refinement
-    start            first n of the fit, where the claim concerns large n only
-    until            largest h of the fit, where the claim concerns small h only
-    since            h above which it is fitted, where one range serves all n
-    algebraic        of an n-refinement: errors fall like a power of the degree N = n - 1
-    power            exponent of a known factor n^-power, and its error
+    Attributes
+    ----------
+    study, quantity
+        which rows of the claim's frame
+    label
+        text in the legend
+    floor
+        level of round-off, as the claim states it
+    claimed
+        base of n or power of h; None where the paper gives no number
+    n
+        the n whose h-refinement this is; None for an n-refinement
+    start
+        first n of the fit, where the claim concerns large n only
+    until
+        largest h of the fit, where the claim concerns small h only
+    since
+        h above which it is fitted, where one range serves all n
+    algebraic
+        of an n-refinement: errors fall like a power of the degree N = n - 1
+    power
+        exponent of a known factor n^-power, and its error
     """
 
     study: str
@@ -138,7 +154,10 @@ def convergence(
     """Errors on a logarithmic axis under refinement of n, of h, or of the degree N, which falls to
     the right; points that are not in the fit are hollow.
 
-    top  larger errors, of unstable runs, are shown as an arrow and a number at the edge
+    Parameters
+    ----------
+    top
+        larger errors, of unstable runs, are shown as an arrow and a number at the edge
     """
     refined = rates[0].refinement
     axes.set(xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit),
@@ -204,7 +223,10 @@ def points(
 ) -> None:  # fmt: skip
     """A thin line through all points, which are hollow where they are not `filled`.
 
-    hollow  what that means, for the legend
+    Parameters
+    ----------
+    hollow
+        what that means, for the legend
     """
     axes.plot(x, y, **{**style, "marker": ""}, linewidth=0.6, alpha=0.5)
     marks = {**style, "linestyle": "none"}
@@ -218,7 +240,10 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
     """Two panels with a common axis of errors: against the step, with the fitted slopes in the
     legend, and against the time of a run. Hollow points are not in the fit, or not resolved.
 
-    frame  rows of `benchmarks.applications.convergence.table`
+    Parameters
+    ----------
+    frame
+        rows of `benchmarks.applications.convergence.table`
     """
     measured = frame[frame["error"] > 0.0]
     if measured.empty:

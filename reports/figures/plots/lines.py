@@ -25,7 +25,10 @@ def curve(
 ) -> tuple[Array, Array]:
     """Finite pairs of a study, in the order of times or of numbers of steps.
 
-    against  a column, or a quantity that is paired by the number of steps
+    Parameters
+    ----------
+    against
+        a column, or a quantity that is paired by the number of steps
     """
     by = "t" if against == TIME else "steps"
     rows = pick(frame, study=study, quantity=quantity).sort_values(by)
@@ -57,11 +60,18 @@ def lines(
     """The size of a quantity, a line for each study in `labels` (study -> text); a cross where a
     run in time failed.
 
-    against  time, the step, which falls to the right, or a quantity of the same runs
-    between  quantities of the same runs, from which to which there is a bar; none where empty
-    least    drawn in place of smaller sizes
-    unit     of the horizontal axis, in the frame's
-    signed   the quantity with its sign; the caller sets the scale of the vertical axis
+    Parameters
+    ----------
+    against
+        time, the step, which falls to the right, or a quantity of the same runs
+    between
+        quantities of the same runs, from which to which there is a bar; none where empty
+    least
+        drawn in place of smaller sizes
+    unit
+        of the horizontal axis, in the frame's
+    signed
+        the quantity with its sign; the caller sets the scale of the vertical axis
     """
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
     for k, (study, text) in enumerate(labels.items()):
@@ -103,7 +113,10 @@ def energies(
     """The change of a quantity, with its sign, for each study in `labels` (study -> text); a cross
     where a run ended early.
 
-    unit  year of the time axis, in the frame's unit of time
+    Parameters
+    ----------
+    unit
+        year of the time axis, in the frame's unit of time
     """
     lines(axes, frame, quantity=quantity, labels=labels, xlabel="time [years]",
           ylabel="relative change of energy", unit=unit, signed=True)  # fmt: skip
@@ -125,8 +138,11 @@ def history(
 
     An error that grows with time leaves the band in the second half.
 
-    rounding  in units of the machine epsilon, with guides in place of the band that grow as the
-              square root of the time and as the time, to the mean of the last tenth
+    Parameters
+    ----------
+    rounding
+        in units of the machine epsilon, with guides in place of the band that grow as the square
+        root of the time and as the time, to the mean of the last tenth
     """
     t, value = curve(frame, "history", quantity)
     if not t.size:
@@ -174,8 +190,12 @@ def jumps(
     """First panel: |quantity| of each study in `runs`; a cross where one ends early. Second: for
     each study in `steps`, `change` against `turn` at the same times.
 
-    steps  study -> (text, colour)
-    limit  an angle to mark, and its label
+    Parameters
+    ----------
+    steps
+        study -> (text, colour)
+    limit
+        an angle to mark, and its label
     """
     left, right = panels(axes, 2, least=3.0)
     lines(left, frame, quantity=quantity, labels=runs, xlabel="time $t$",
@@ -199,7 +219,10 @@ def limits(
     """For each chart (a study), the error against the rotation angle; crosses above where runs
     failed.
 
-    charts  study -> (limit in radians, label of the limit)
+    Parameters
+    ----------
+    charts
+        study -> (limit in radians, label of the limit)
     """
     axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude [1]",
              yscale="log", ylim=(LEAST, 10.0))  # fmt: skip

@@ -27,12 +27,20 @@ INK = "#222222"
 class Panel:
     """Paths of one run.
 
-    title     above it
-    study     of the paths; each `label` is a body, with positions in x and y
-    quantity  of the lines
-    ends      quantity of dots, such as the ends of steps; "" for none
-    half      half the width of the panel; 0 for that of the paths
-    stops     whether they stop early, at crosses
+    Attributes
+    ----------
+    title
+        above it
+    study
+        of the paths; each `label` is a body, with positions in x and y
+    quantity
+        of the lines
+    ends
+        quantity of dots, such as the ends of steps; "" for none
+    half
+        half the width of the panel; 0 for that of the paths
+    stops
+        whether they stop early, at crosses
     """
 
     title: str

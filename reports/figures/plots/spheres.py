@@ -31,11 +31,17 @@ AXES = {"$y_1$": (1.0, 0.0, 0.0), "$-y_2$": (0.0, -1.0, 0.0), "$y_3$": (0.0, 0.0
 class Sphere:
     """One panel of momenta.
 
-    title      above it
-    study      of the momenta, in x, y, z; each `label` is a path
-    lines      join the momenta, which are otherwise dots on the exact curves
-    ellipsoid  the label whose ellipsoid of energy is drawn too, with the paths of that energy only;
-               "" for none
+    Attributes
+    ----------
+    title
+        above it
+    study
+        of the momenta, in x, y, z; each `label` is a path
+    lines
+        join the momenta, which are otherwise dots on the exact curves
+    ellipsoid
+        the label whose ellipsoid of energy is drawn too, with the paths of that energy only; "" for
+        none
     """
 
     title: str
@@ -77,7 +83,10 @@ def pendulum_spheres(
 ) -> None:
     """One sphere for each study in `panels` (study -> title); z points down.
 
-    curve, ends  quantities with points x, y, z on the unit sphere
+    Parameters
+    ----------
+    curve, ends
+        quantities with points x, y, z on the unit sphere
     """
     around = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
     equator = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1)

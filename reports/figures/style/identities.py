@@ -79,7 +79,10 @@ CHART_LEGEND = "lines by chart: " + ", ".join(
 class Identity(NamedTuple):
     """The look of one name.
 
-    family  the text of its row, by which a legend groups names
+    Attributes
+    ----------
+    family
+        the text of its row, by which a legend groups names
     """
 
     family: str

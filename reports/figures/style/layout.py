@@ -41,8 +41,15 @@ UNBROKEN = "\u00a0"
 class Canvas(Figure):
     """A figure whose height follows from its width.
 
-    natural  width and height in inches where width is not limited
-    entries  label -> handle of its legend, beside those of its axes
+    Parameters
+    ----------
+    natural
+        width and height in inches where width is not limited
+
+    Attributes
+    ----------
+    entries
+        label -> handle of its legend, beside those of its axes
     """
 
     def __init__(self, natural: tuple[float, float], width: float) -> None:
@@ -65,7 +72,10 @@ def panels(
     """`count` axes in place of these: side by side as far as each is `least` inches wide, else in
     rows; in so many columns at any width where these are given.
 
-    keywords  of `Figure.add_subplot`
+    Parameters
+    ----------
+    keywords
+        of `Figure.add_subplot`
     """
     canvas = axes.get_figure(root=True)
     wide, high = canvas.natural
