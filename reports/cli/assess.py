@@ -57,6 +57,32 @@ def setting(text: str) -> dict[str, Any]:
 Request = Annotated[  # of galvi.judge and galvi.convergence
     Path | None, typer.Option("--request", hidden=True)
 ]
+Key = Annotated[
+    Any,
+    typer.Option(
+        "--key", metavar="NAME|N", parser=number_or_text, help="Keyframe of a model to start from."
+    ),
+]
+Ignore = Annotated[
+    Any,
+    typer.Option(
+        "--ignore", metavar="contacts,limits", parser=words, help="Parts of a model to leave out."
+    ),
+]
+Positions = Annotated[
+    Any,
+    typer.Option("--qpos", metavar="1,0.5", parser=numbers, help="Initial positions of a model."),
+]
+Velocities = Annotated[
+    Any,
+    typer.Option("--qvel", metavar="0,0.1", parser=numbers, help="Initial velocities of a model."),
+]
+Controls = Annotated[
+    Any,
+    typer.Option(
+        "--ctrl", metavar="0,0.1", parser=numbers, help="Constant controls of a model's actuators."
+    ),
+]
 
 
 def track_performance(
@@ -154,32 +180,11 @@ def judge_model(
     snapshot: Annotated[
         int, typer.Option(metavar="N", help="Snapshot of an archive; -1 is the last.")
     ] = -1,
-    key: Annotated[
-        Any,
-        typer.Option(
-            metavar="NAME|N", parser=number_or_text, help="Keyframe of a model to start from."
-        ),
-    ] = None,
-    ignore: Annotated[
-        Any,
-        typer.Option(
-            metavar="contacts,limits", parser=words, help="Parts of a model to leave out."
-        ),
-    ] = None,
-    qpos: Annotated[
-        Any,
-        typer.Option(metavar="1,0.5", parser=numbers, help="Initial positions of a model."),
-    ] = None,
-    qvel: Annotated[
-        Any,
-        typer.Option(metavar="0,0.1", parser=numbers, help="Initial velocities of a model."),
-    ] = None,
-    ctrl: Annotated[
-        Any,
-        typer.Option(
-            metavar="0,0.1", parser=numbers, help="Constant controls of a model's actuators."
-        ),
-    ] = None,
+    key: Key = None,
+    ignore: Ignore = None,
+    qpos: Positions = None,
+    qvel: Velocities = None,
+    ctrl: Controls = None,
     quick: Annotated[
         bool,
         typer.Option("--quick", help="Spend less time on other sources and integrators."),

@@ -52,6 +52,12 @@ def shipped(folder: Path) -> set[str]:
     return {name for name in names if Path(name).suffix in SHIPPED and not name.startswith("out/")}
 
 
+def documented() -> set[str]:
+    """All files of the docs but those that are generated."""
+    names = contents(ROOT / "docs")
+    return {name for name in names if not name.startswith(("generated/", "theory/__pycache__"))}
+
+
 def contents(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
@@ -69,6 +75,7 @@ def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) 
     expected = shipped(ROOT / "galvi")
     for folder in SUITE:
         expected |= {f"_suite/{folder}/{name}" for name in shipped(ROOT / folder)}
+    expected |= {f"_suite/docs/{name}" for name in documented()}
     assert packed == {name for name in expected if not name.startswith(f"_suite/{PLUGIN}")}
     assert "py.typed" in packed
     assert any(name.startswith("problems/data/") and name.endswith(".csv") for name in packed)
