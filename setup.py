@@ -51,5 +51,5 @@ else:
         packages=[*names.values(), docs],
         package_dir={new: name.replace(".", "/") for name, new in names.items()} | {docs: "docs"},
         package_data={new: list(DATA) for new in names.values()} | {docs: ["**/*"]},
-        exclude_package_data={docs: ["generated/**/*"]},
+        exclude_package_data={docs: ["generated/*", "generated/**/*"]},
     )
