@@ -231,6 +231,11 @@ def test_an_installed_wheel_verifies_claims_of_each_kind(
     done = installed(script, folder_of_a_user, "verify", "--quick", *asked)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "every verdict is the expected one" in " ".join(done.stdout.split())
+    done = installed(script, folder_of_a_user, "build", "--kept")
+    assert done.returncode == 0 and "Warning" not in done.stderr, done.stdout + done.stderr
+    site = folder_of_a_user / "galvi-out"
+    assert 'id="V10"' in (site / "results" / "claims.html").read_text()
+    assert (site / "index.html").is_file() and (site / "theory" / "frames.html").is_file()
 
 
 WORKFLOW = (ROOT / "docs" / "workflow.yml").read_text()
