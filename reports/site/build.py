@@ -18,7 +18,6 @@ from contextvars import ContextVar
 from html.parser import HTMLParser
 from importlib import import_module
 from importlib.util import find_spec
-from itertools import chain
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -27,7 +26,6 @@ from benchmarks.store.atomic import write
 from benchmarks.work_precision.run import problems
 from reports.figures.picture import slug
 from reports.results.suite import Suite
-from reports.site import defects, peers
 from reports.site.pages import DOCS, RESULTS, rendered, single_file
 from reports.site.report import Report
 
@@ -38,7 +36,7 @@ PACKAGES = ("galvi", "references", "benchmarks", "reports")  # of which pages in
 CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
 COLOUR = re.compile("\x1b\\[[0-9;]*m")
 MATHJAX = "mathjax/tex-svg.js"  # under _static
-FRONT = "index"  # page beside those of RESULTS that shows results
+FILLED = ("index", "peers")  # pages beside those of RESULTS with expressions
 
 SHOWN: ContextVar[Report] = ContextVar("SHOWN")
 
@@ -81,8 +79,6 @@ class SiteBuilder:
         from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace, patch_docutils
 
-        if not self.only_results:
-            write_pages(self.source)
         told, token = io.StringIO(), SHOWN.set(report)
         try:
             with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
@@ -176,14 +172,6 @@ def broken(
     return sentences
 
 
-def write_pages(source: Path) -> None:
-    """Write every generated page whose text has changed."""
-    for name, text in chain(peers.pages(), defects.pages()):
-        path = source / GENERATED / name
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            write(path, text)
-
-
 def copy_mathjax(static: Path) -> None:
     """One file of MathJax, so that formulas are read without a network."""
     package = find_spec("mathjax")
@@ -203,7 +191,7 @@ def quiet_kernel(folder: Path) -> None:
 
 def shows_results(name: str) -> bool:
     """Whether a page has expressions that show a report."""
-    return name == FRONT or name.startswith(f"{RESULTS}/")
+    return name in FILLED or name.startswith(f"{RESULTS}/")
 
 
 def fill_in(app: Any, name: str, source: list[str]) -> None:

@@ -28,6 +28,7 @@ from reports.figures.profiles import PROFILES
 from reports.results.origins import described
 from reports.site import comparisons
 from reports.site.motion import motions
+from reports.site.peers import peers
 from reports.site.report import Report
 from reports.site.sources import command_lines, file_table, sentences, without_folder
 from reports.site.typeset import typeset
@@ -111,7 +112,7 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        file_table, html_table, in_text, label_of, motions, mujoco_overhead, of_mujoco,
+        file_table, html_table, peers, in_text, label_of, motions, mujoco_overhead, of_mujoco,
         readable_cost, readable_ratios, readable_targets, sentences, slug, without_common,
         comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip

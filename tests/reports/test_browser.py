@@ -40,8 +40,8 @@ DOCS = (  # a page of each kind, and those with what is widest
     "reference/run",
     "reference/systems",
     "commands",
-    "generated/peers/index",
-    "generated/peers/galvi",
+    "peers",
+    "defects",
     "genindex",
     "search",
 )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from importlib import metadata
-from itertools import chain
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,13 +15,18 @@ from benchmarks.work_precision.problems import work_precision_problems
 from reports.cli.commands import application
 from reports.cli.commands_page import commands_page
 from reports.contents import SECTIONS
+from reports.figures.picture import slug
 from reports.figures.style.identities import OURS, TABLE, identity
-from reports.site import build, defects, peers
-from reports.site.build import write_pages
+from reports.results.comparison import Comparison
+from reports.results.options import Options
+from reports.site import build, pages
+from reports.site.peers import FACTS, peers
+from reports.site.report import Report
+from reports.tables.comparison_tables import comparison_tables
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
-PEERS = dict(peers.pages())
+NO_TABLES = comparison_tables(None, ())
 PINS = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.M))
 A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
 
@@ -47,54 +52,46 @@ def test_the_page_of_commands_is_what_the_commands_say() -> None:
     assert commands_page() == COMMANDS
 
 
-def test_each_contender_of_a_comparison_has_a_page_that_names_its_comparisons() -> None:
-    pages = {one.family: PEERS[f"peers/{one.file}.md"] for one in peers.peers()}
+@pytest.fixture(scope="module")
+def page(make_suite) -> str:
+    """The page of compared integrators."""
+    report = Report(make_suite(), Options(), [], Comparison(None, None), NO_TABLES, [], {})
+    return pages.page("peers", report)
+
+
+def test_each_contender_of_a_comparison_has_a_section_that_names_its_comparisons(page) -> None:
+    sections = dict(zip((one.family for one in peers()), page.split("\n## ")[1:], strict=True))
     for case in work_precision_problems(quick=False):
         for one in case.participants:
             family = identity(one.label).family
             assert family in (OURS, *TABLE)
-            page = pages[family]
-            assert f"results/comparisons.html#{peers.slug(case.problem.name)}" in page
-            assert one.label.removeprefix(family).lstrip(" ,") in page
+            assert f"results/comparisons.html#{slug(case.problem.name)}" in sections[family]
+            assert one.label.removeprefix(family).lstrip(" ,") in sections[family]
 
 
-def test_every_page_of_an_integrator_says_what_readers_ask() -> None:
-    for one in peers.peers():
-        page = PEERS[f"peers/{one.file}.md"]
+def test_every_section_of_an_integrator_says_what_readers_ask(page) -> None:
+    for one, section in zip(peers(), page.split("\n## ")[1:], strict=True):
         assert one.runs, f"{one.family} is in peers.csv, and in no comparison"
         for heading in ("Order", "Steps", "Conserves", "Known limits and defects", "Sources"):
-            assert re.search(rf"^{heading}\n: \S", page, re.M), (one.family, heading)
-        assert one.package == "" or re.search(r"\d+\.\d+|not installed", one.package)
-        assert f"({one.file}.md)" in PEERS["peers/index.md"]
+            assert re.search(rf"^{heading}\n: \S", section, re.M), (one.family, heading)
+        assert re.search(r"\d+\.\d+|not installed|this repository", one.package)
+        assert f'<a href="#{one.anchor}">' in page
+    assert not A_MACHINE.search(page) and not A_MACHINE.search(COMMANDS)
 
 
 def test_the_table_of_facts_names_studies_and_files_that_exist() -> None:
-    text = peers.FACTS.read_text(encoding="utf-8")
-    anchors = {one.name.replace("_", "-") for one in SECTIONS}
-    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= anchors
-    rows = re.findall(r"\]\(\.\./\.\./(data/[\w.]+)\)", text)
-    for file in (*peers.FILE.findall(text), *(f"docs/{name}" for name in rows)):
+    text = FACTS.read_text(encoding="utf-8")
+    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= {one.anchor for one in SECTIONS}
+    rows = re.findall(r"\]\((data/[\w.]+)\)", text)
+    files = re.findall(r"`((?:references|reports|docs)/[\w/]+\.\w+)`", text)
+    assert rows and files
+    for file in (*files, *(f"docs/{name}" for name in rows)):
         assert (ROOT / file).is_file(), file
 
 
-def test_settings_are_said_in_short() -> None:
-    best = r"- best: \d+ settings: step [\d.]+ to [\d.]+ d, `corrector` 17, "
-    assert re.search(best, PEERS["peers/rebound-whfast.md"])
-
-
-def test_no_generated_page_names_a_place_of_this_machine() -> None:
-    for file, text in chain([("commands.md", COMMANDS)], peers.pages()):
-        assert not A_MACHINE.search(text) and str(ROOT) not in text, file
-
-
-def test_a_page_is_written_when_it_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build.peers, "pages", lambda: iter([("peers/one.md", "# One\n")]))
-    write_pages(tmp_path)
-    page = tmp_path / "generated" / "peers" / "one.md"
-    assert page.read_text() == "# One\n"
-    before = page.stat().st_mtime_ns
-    write_pages(tmp_path)
-    assert page.stat().st_mtime_ns == before
+def test_settings_are_said_in_short(page) -> None:
+    best = r"best: \d+ settings: step [\d.]+ to [\d.]+ d, `corrector` 17, "
+    assert re.search(best, page.partition("## REBOUND WHFast\n")[2])
 
 
 def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_path: Path) -> None:
@@ -134,13 +131,34 @@ def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial() -> None:
     assert card[0]["uri"] == "0.png" and card[0]["alt"] and plots[0] is not card[0]
 
 
-def test_an_integrator_that_is_wrong_with_a_force_is_on_the_page_of_defects() -> None:
-    text = defects.FORCES.read_text(encoding="utf-8")
-    found = {line["what"].split()[0]: line for line in defects.of_forces(text)}
-    assert set(found) == {"SABA", "TRACE"} and "rebound" in found["SABA"]["versions"].lower()
-    assert "J2, e = 0.9: wrong by 6.7 %" in found["TRACE"]["seen"]
-    ((_, page),) = defects.pages()
-    assert found["SABA"]["seen"] in page and page.index("SABA") < page.index("## Reported")
+HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", "trace": "TRACE",
+              "mercurius": "MERCURIUS"}  # fmt: skip
+
+
+def wrong_with_forces(page: str) -> dict[str, str]:
+    """Integrator of high order -> where the table of a page such as docs/forces.md says that it is
+    wrong."""
+    _, _, after = page.partition("prints this table")
+    lines = [line.strip("| ").split(" | ") for line in after.splitlines() if line[:1] == "|"]
+    headings, rows = lines[0], [row for row in lines[2:] if len(row) == len(lines[0])]
+    wrong = {
+        name: "; ".join(
+            f"{row[0]}, e = {row[1]}: {row[headings.index(integrator)]}"
+            for row in rows
+            if row[headings.index(integrator)].startswith("wrong")
+        )
+        for integrator, name in HIGH_ORDER.items()
+    }
+    return {name: text for name, text in wrong.items() if text}
+
+
+def test_an_integrator_that_is_wrong_with_a_force_is_among_the_defects() -> None:
+    text = (ROOT / "docs" / "forces.md").read_text(encoding="utf-8")
+    wrong = wrong_with_forces(text)
+    assert set(wrong) == {"SABA", "TRACE"} and "J2, e = 0.9: wrong by 6.7 %" in wrong["TRACE"]
+    with (ROOT / "docs" / "defects.csv").open(encoding="utf-8", newline="") as file:
+        lines = {line["what"].split()[0]: line for line in csv.DictReader(file)}
+    assert {name: lines[name]["seen"] for name in wrong} == wrong
     planted = re.sub(r"(\| drag .* refused \|) [^|]+(\| right for)", r"\1 wrong by 9 % \2", text)
     assert planted != text
-    assert any("drag" in line["seen"] for line in defects.of_forces(planted))
+    assert any("drag" in text for text in wrong_with_forces(planted).values())
