@@ -33,11 +33,15 @@ def integrate(
 
     Parameters
     ----------
+    problem
+        a `Problem`: a system with its initial state and time
+    method
+        a `Galerkin`
     step
         step size h in the problem's unit of time; negative integrates backwards. With a clock, in
         its units
     steps
-        number of steps; or
+        number of steps; this or ``duration``
     duration
         length of time, positive and a whole number of steps. With a clock of any length, reached by
         a last step that is shortened, and ``steps`` is the most there may be

@@ -32,7 +32,7 @@ from reports.site.report import Report
 SINGLE = "report.html"
 OUTSIDE = "external_links.txt"
 GENERATED = "generated"
-PACKAGES = ("galvi", "references", "benchmarks", "reports")  # of which pages include lines
+PACKAGES = ("galvi", "references")  # of which pages include lines
 CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
 COLOUR = re.compile("\x1b\\[[0-9;]*m")
 MATHJAX = "mathjax/tex-svg.js"  # under _static
@@ -67,7 +67,7 @@ class SiteBuilder:
         shutil.copytree(DOCS, self.source, ignore=shutil.ignore_patterns(GENERATED))
         for name in PACKAGES:
             package = Path(str(import_module(name).__file__)).parent
-            (self.source.parent / name).symlink_to(package, target_is_directory=True)
+            shutil.copytree(package, self.source.parent / name, ignore=shutil.ignore_patterns("_*"))
         return self
 
     def __exit__(self, *error: object) -> None:

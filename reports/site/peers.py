@@ -64,7 +64,7 @@ class Peer:
     def package(self) -> str:
         """Package and installed version."""
         name = PACKAGES.get(self.family.split()[0])
-        return f"{name}, {versions()[name]}" if name else "this repository"
+        return f"{name} {versions()[name]}" if name else "this repository"
 
     @property
     def steps(self) -> str:
