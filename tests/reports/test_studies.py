@@ -15,10 +15,9 @@ from reports.cli.commands import run
 from reports.contents import SECTIONS
 from reports.figures.style.layout import NoData
 from reports.results.section import LongForm
-from reports.studies.engine_versions import engine_versions_table
-from reports.studies.free_body_drift import free_body_drift_table
-from reports.studies.number_of_bodies import NUMBER_OF_BODIES, scaling_table
-from reports.studies.round_off import ROUND_OFF, round_off_table
+from reports.studies.costs import NUMBER_OF_BODIES, scaling_table
+from reports.studies.engines import engine_versions_table
+from reports.studies.long_runs import ROUND_OFF, free_body_drift_table, round_off_table
 from reports.tables.number_format import TIMES
 from reports.tables.study_table import readable_table
 from tests.reports.figure_frames import lay_out
