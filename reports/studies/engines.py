@@ -120,12 +120,6 @@ def _by_version(engines: pd.Series) -> pd.Series:
     return engines.map(lambda name: tuple(map(int, re.findall(r"\d+", name))))
 
 
-def one_version(frame: pd.DataFrame) -> str:
-    """That there is nothing to compare with, where this is so."""
-    versions = frame.loc[frame["integrator"] != "", "engine"].unique()
-    return f"This build has one version, {versions[0]}." if len(versions) == 1 else ""
-
-
 ENGINE_VERSIONS = Section(
     name="engine-versions",
     title="Versions of MuJoCo",
@@ -137,7 +131,6 @@ ENGINE_VERSIONS = Section(
     "its initial value. The energy error is no measure of the attitude error.",
     measure=engine_versions.engine_versions,
     table=engine_versions_table,
-    summary=one_version,
     long_form=LongForm(engine_versions.parts, engine_versions.stored),
 )
 

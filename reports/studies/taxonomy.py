@@ -55,11 +55,17 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
         numbers = sorted(pairs["points"].unique())
         for pair in pairs.itertuples():
             _cell_of(matrix, numbers.index(pair.points), spaces.index(pair.space), pair)
-        matrix.set_title(family)
-        matrix.set(xlim=(0, most), ylim=(len(spaces), 0), xlabel="points of the rule")
-        matrix.set_xticks(np.arange(len(numbers)) + 0.5, numbers)
         labelled = spaces if matrix.get_subplotspec().is_first_col() else []
-        matrix.set_yticks(np.arange(len(labelled)) + 0.5, map(space_label, labelled))
+        matrix.set(
+            title=family,
+            xlabel="points of the rule",
+            xlim=(0, most),
+            ylim=(len(spaces), 0),
+            xticks=np.arange(len(numbers)) + 0.5,
+            xticklabels=numbers,
+            yticks=np.arange(len(labelled)) + 0.5,
+            yticklabels=list(map(space_label, labelled)),
+        )
         matrix.tick_params(length=0.0)
         matrix.grid(False)
         matrix.spines[:].set_visible(False)
@@ -82,11 +88,8 @@ def _cell_of(axes: Axes, x: int, y: int, pair: Any) -> None:
 
 def code(name: str) -> str:
     """A name in two or three letters: `IM`, `3IM` for three steps of it, else its initials."""
-    short = short_name(name)
-    several = re.fullmatch(r"(\d+) steps of (.+)", short)
-    if several:
-        return several[1] + code(several[2])
-    return CODES.get(short, "".join(word[0] for word in short.split()))
+    count, method = re.fullmatch(r"(?:(\d+) steps of )?(.*)", short_name(name)).groups("")
+    return count + CODES.get(method, "".join(word[0] for word in method.split()))
 
 
 def space_label(space: str) -> str:
@@ -137,12 +140,9 @@ def _cell(row: pd.Series) -> str:
     if row["verdict"] != METHOD:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]
-    if not known(order):
-        text = f"not measured, predicted {predicted}"
-    elif abs(order - predicted) > APART:
-        text = f"{order:.1f}, predicted {predicted}"
-    else:
-        text = f"{order:.1f}"
+    text = f"{order:.1f}" if known(order) else "not measured"
+    if not abs(order - predicted) <= APART:
+        text += f", predicted {predicted}"
     return " ".join(filter(None, (text, short_name(row["name"]))))
 
 
