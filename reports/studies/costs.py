@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -226,12 +227,12 @@ def ensembles_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     table = frame.assign(
         per_member=each.mask(is_scaling),
         per_step=each.where(is_scaling),
-        gain=frame.apply(_gain, axis=1),
+        gain=[_gain(row) for row in frame.to_dict("records")],
     )
     return readable_table(table, ENSEMBLES_COLUMNS, ENSEMBLES_FORMATS)
 
 
-def _gain(row: pd.Series[Any]) -> str:
+def _gain(row: Mapping[Any, Any]) -> str:
     ratio = as_multiple(row["relative"])
     return "reference" if row["relative"] == 1.0 else ratio and GAINS[row["part"]].format(ratio)
 

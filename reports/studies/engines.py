@@ -178,7 +178,8 @@ def force_matrix(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 def versions_and_statuses(frame: pd.DataFrame) -> str:
     """The versions, and what contenders reported or did beside being right or wrong."""
     noted = frame[frame["status"].fillna("") != ""]
-    statuses = (noted["contender"] + ": " + noted["status"]).unique()
+    pairs = noted[["contender", "status"]].drop_duplicates().itertuples(index=False)
+    statuses = [f"{contender}: {status}" for contender, status in pairs]
     return " ".join([*(f"{text}." for text in frame["versions"].dropna().unique()), *statuses])
 
 
