@@ -14,17 +14,11 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
-from reports.studies.costs import BROWNOUT_CLOUD, START_UP
-from reports.studies.engine_versions import ENGINE_VERSIONS
-from reports.studies.ensembles import ENSEMBLES
-from reports.studies.ephemeris import EPHEMERIS
+from reports.studies.costs import BROWNOUT_CLOUD, ENSEMBLES, NUMBER_OF_BODIES, START_UP
+from reports.studies.engines import ENGINE_VERSIONS, EPHEMERIS, FORCES, TREES
 from reports.studies.faults import MUTANTS
-from reports.studies.forces import FORCES
-from reports.studies.free_body_drift import FREE_BODY_DRIFT
-from reports.studies.number_of_bodies import NUMBER_OF_BODIES
-from reports.studies.round_off import ROUND_OFF
+from reports.studies.long_runs import FREE_BODY_DRIFT, ROUND_OFF
 from reports.studies.taxonomy import TAXONOMY
-from reports.studies.trees import TREES
 
 CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page

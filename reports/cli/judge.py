@@ -15,8 +15,7 @@ from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import MODELS, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
 from reports.cli.handed_over import handed_over, show_progress
-from reports.judge.cases import junit_suites
-from reports.judge.page import write_judgement
+from reports.judge.files import junit_suites, write_judgement
 from reports.judge.sentences import own_run, sentences
 from reports.results.junit import github_annotations, junit_xml
 from reports.tables.number_format import capital

@@ -10,7 +10,7 @@ from benchmarks.applications.judging.bodies import MOST_STATES
 from benchmarks.applications.judging.judgement import YOURS, Judgement
 from benchmarks.applications.judging.truth import Agreement, time_text
 from galvi import End
-from reports.tables.number_format import readable, seconds
+from reports.tables.number_format import plain, readable, seconds
 
 TRUSTED = 0.1  # share of an error that the truth may be wrong by
 MOST_NAMED = 3  # integrators as fast as the cheapest
@@ -21,41 +21,46 @@ ENCOUNTERS = (
 )
 
 
-def sentences(found: Judgement) -> list[str]:
+def sentences(judgement: Judgement) -> list[str]:
     """What a reader wants to know first, the user's own run before all."""
-    length = found.kind.unit(found.problem, "length")
-    result = [*own_run(found), truth(found)]
-    asked, best = f"an error of {readable(found.error)}{length}", found.recommended
-    if best is not None:
-        result.append(_cheapest(found, best, asked))
-    elif found.truth_agreement <= found.error or math.isnan(found.truth_agreement):
-        result.append(f"Nothing that was tried reaches {asked}.")
-    return result + _encounters(found) + _horizon(found)
+    return [
+        *own_run(judgement),
+        truth(judgement),
+        *cheapest(judgement),
+        *encounters(judgement),
+        *horizon(judgement),
+    ]
 
 
-def own_run(found: Judgement) -> list[str]:
+def unit(judgement: Judgement, dimension: str) -> str:
+    """That of a length or a time, after a space."""
+    return judgement.kind.unit(judgement.problem, dimension)
+
+
+def own_run(judgement: Judgement) -> list[str]:
     """What is found of the user's own run."""
-    own, worst = found.own, found.parts.iloc[found.parts["largest_error"].argmax()]
-    length, time = (found.kind.unit(found.problem, one) for one in ("length", "time"))
+    own, length = judgement.own, unit(judgement, "length")
     if math.isnan(own["error"]):
         return [f"Your run ({own['integrator']}) does not reach the end. {own['status']}"]
+    worst = judgement.parts.iloc[judgement.parts["largest_error"].argmax()]
     energy = f"Its relative energy error is {readable(own['energy'])}."
     if math.isnan(own["energy"]):
         energy = "Its forces do work, so its energy is not conserved."
-    backwards = ", backwards" if found.duration < 0.0 else ""
+    backwards = ", backwards" if judgement.duration < 0.0 else ""
     result = [
         f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
-        f"{readable(abs(found.duration))}{time}{backwards}, and by "
-        f"{readable(own['last_error'])} at the end (measured at {len(found.own_errors) - 1} times, "
-        f"not between them; the worst {found.kind.PART} is {worst.iloc[0]}). {energy} It takes "
-        f"{timing(own)}."
+        f"{readable(abs(judgement.duration))}{unit(judgement, 'time')}{backwards}, and by "
+        f"{readable(own['last_error'])} at the end (measured at {len(judgement.own_errors) - 1} "
+        f"times, not between them; the worst {judgement.kind.PART} is {worst.iloc[0]}). {energy} "
+        f"It takes {timing(own)}."
     ]
-    if math.isinf(own["unstopped_error"]):
-        result.append("Run without stops at these times, which shorten its steps, it fails.")
-    elif not math.isnan(own["unstopped_error"]):
+    unstopped = own["unstopped_error"]
+    if not math.isnan(unstopped):
+        off = f"it is off by {readable(unstopped)}{length} there"
         result.append(
-            f"Run to the end without stops at these times, which shorten its steps, it is off by "
-            f"{readable(own['unstopped_error'])}{length} there."
+            "Run without stops at these times, which shorten its steps, it fails."
+            if math.isinf(unstopped)
+            else f"Run to the end without stops at these times, which shorten its steps, {off}."
         )
     if own["end"] != End.COMPLETED.value or own["remarks"]:
         result.append(f"Its status: {own['status']}")
@@ -64,142 +69,158 @@ def own_run(found: Judgement) -> list[str]:
 
 def timing(row: Mapping[str, Any]) -> str:
     """The seconds of a run with their spread."""
-    if math.isnan(row["seconds_low"]):
-        return f"{seconds(row['seconds'])} (timed once)"
-    low, high = (seconds(row[f"seconds_{one}"]) for one in ("low", "high"))
-    return f"{seconds(row['seconds'])} (quartiles {low} and {high})"
+    median, low, high = (seconds(row[name]) for name in ("seconds", "seconds_low", "seconds_high"))
+    return f"{median} (quartiles {low} and {high})" if low else f"{median} (timed once)"
 
 
-def _cheapest(found: Judgement, best: Mapping[str, Any], asked: str) -> str:
-    own, others = found.own, found.table[found.table["reached"]].iloc[1:]
-    ties = others[others["seconds_low"] <= best["seconds_high"]]
-    mine = (ties["setting"] == own["setting"]) & ties["integrator"].str.endswith(YOURS)
-    names = ties[~mine & (ties["integrator"] != best["integrator"])]["integrator"].unique()
-    if best["integrator"].endswith(YOURS) and best["setting"] == own["setting"]:
-        text = f"Of all that was tried, your own run reaches {asked} at the lowest cost"
-    else:
-        text = (
-            f"The cheapest that reaches {asked} is {best['integrator']}, {best['setting']}: error "
-            f"{readable(best['error'])}, in {timing(best)}"
-        )
-        if own["seconds"] > best["seconds"] and not math.isnan(own["error"]):
-            alike = own["seconds_low"] <= best["seconds_high"]
-            text += ", within quartiles no faster than your run" if alike else (
-                f", {_times(own, best)} times as fast as your run"
-            )  # fmt: skip
-    if not names.size:
-        return f"{text}."
-    listed = "; ".join(names) if names.size <= MOST_NAMED else f"{names.size} others"
-    return f"{text}. As fast, within quartiles: {listed}."
-
-
-def _times(own: Mapping[str, Any], best: Mapping[str, Any]) -> str:
-    """How often the best run fits into the own one, from quartile to quartile."""
-    ratios = [own["seconds_low"] / best["seconds_high"], own["seconds_high"] / best["seconds_low"]]
-    if any(math.isnan(one) for one in ratios):
-        ratios = [own["seconds"] / best["seconds"]]
-    return " to ".join(dict.fromkeys(f"{float(f'{one:.2g}'):g}" for one in ratios))
-
-
-def truth(found: Judgement) -> str:
+def truth(judgement: Judgement) -> str:
     """What the truth is, and how well it is known."""
-    text = f"The truth is {found.source.label}; runs of galvi are never the truth."
-    compared = [one for one in found.agreements if one.t.size > 1]
-    agreeing = [one for one in compared if one.largest <= found.error]
-    theirs = [one for one in agreeing if not one.source.opinion]
-    if theirs:
-        text += f" It agrees with {'; with '.join(_until(found, one) for one in theirs)}."
-    for one in found.agreements:
+    comparable = [one for one in judgement.agreements if one.t.size > 1]
+    agreeing = [one for one in comparable if one.largest <= judgement.error]
+    result = [f"The truth is {judgement.source.label}; runs of galvi are never the truth."]
+    others = "; with ".join(
+        f"{one.source.label}, to {_extent(judgement, one)}"
+        for one in agreeing if not one.source.opinion
+    )  # fmt: skip
+    result += [f"It agrees with {others}."] if others else []
+    for one in judgement.agreements:
         if one.source.opinion or one in agreeing:
             continue
-        text += (
-            f" {one.source.label} differs from it by up to {_extent(found, one)}."
-            if one.t.size > 1
-            else f" {one.source.label} ends too early to be compared."
+        result.append(
+            f"{one.source.label} differs from it by up to {_extent(judgement, one)}."
+            if one in comparable
+            else f"{one.source.label} ends too early to be compared."
         )
-    for one in agreeing:
-        if one.source.opinion and not one.stopped:
-            text += f" {one.source.label} agrees too, to {_extent(found, one)}."
-    if len(found.engines) == 1:
-        how = f": {found.more}" if found.more else ""
-        text += f" All of it rests on one engine, {found.engines[0]}{how}."
-    if math.isfinite(found.trusted_until):
-        elapsed = abs(found.trusted_until - found.problem.t0)
-        text += (
-            f" After t = {time_text(found.truth, found.trusted_until)} the sources part, and "
-            f"nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
+    result += [
+        f"{one.source.label} agrees too, to {_extent(judgement, one)}."
+        for one in agreeing if one.source.opinion and not one.stopped
+    ]  # fmt: skip
+    if len(judgement.engines) == 1:
+        how = f": {judgement.more}" if judgement.more else ""
+        result.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")
+    return " ".join(filter(None, (*result, _doubts(judgement, comparable))))
+
+
+def _extent(judgement: Judgement, agreement: Agreement) -> str:
+    """How far two sources are apart, and until when where one of them stopped."""
+    size = readable(agreement.largest)
+    if not agreement.stopped:
+        return size
+    return (
+        f"{size} up to t = {time_text(judgement.truth, agreement.t[-1])}, where {agreement.stopped}"
+    )
+
+
+def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
+    """What cannot be judged by this truth."""
+    problem, agreement = judgement.problem, judgement.truth_agreement
+    if math.isfinite(judgement.trusted_until):
+        elapsed = abs(judgement.trusted_until - problem.t0)
+        first = min((one.t[1] for one in comparable), key=lambda t: abs(t - problem.t0))
+        return (
+            f"After t = {time_text(judgement.truth, judgement.trusted_until)} the sources part, "
+            f"and nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
             f"duration={elapsed:.6g}."
             if elapsed > 0.0
-            else f" The sources part before t = {_first_compared(found)}, when they are first "
-            f"compared: nothing can be judged. Ask for a shorter duration."
+            else f"The sources part before t = {time_text(judgement.truth, first)}, when they are "
+            "first compared: nothing can be judged. Ask for a shorter duration."
         )
-    elif found.truth_agreement > found.error:
-        text += " Smaller errors cannot be measured: ask for a larger one or a shorter duration."
-    elif found.truth_agreement > TRUSTED * found.error:
-        text += " That is close to the error asked for: errors near it are uncertain."
-    return text
+    if agreement > judgement.error:
+        return "Smaller errors cannot be measured: ask for a larger one or a shorter duration."
+    if agreement > TRUSTED * judgement.error:
+        return "That is close to the error asked for: errors near it are uncertain."
+    return ""
 
 
-def _first_compared(found: Judgement) -> str:
-    times = [float(one.t[1]) for one in found.agreements if one.t.size > 1]
-    return time_text(found.truth, min(times, key=lambda t: abs(t - found.problem.t0)))
+def cheapest(judgement: Judgement) -> list[str]:
+    """The cheapest that reaches the error, and what is as fast."""
+    own, best = judgement.own, judgement.recommended
+    error = f"an error of {readable(judgement.error)}{unit(judgement, 'length')}"
+    if best is None:
+        measurable = not judgement.truth_agreement > judgement.error
+        return [f"Nothing that was tried reaches {error}."] if measurable else []
+    reached = judgement.table[judgement.table["reached"]]
+    is_own = reached["integrator"].str.endswith(YOURS) & (reached["setting"] == own["setting"])
+    if is_own.iloc[0]:
+        text = f"Of all that was tried, your own run reaches {error} at the lowest cost"
+    else:
+        text = (
+            f"The cheapest that reaches {error} is {best['integrator']}, {best['setting']}: error "
+            f"{readable(best['error'])}, in {timing(best)}{_gain(own, best)}"
+        )
+    as_fast = reached["seconds_low"] <= best["seconds_high"]
+    others = reached["integrator"][
+        as_fast & ~is_own & (reached["integrator"] != best["integrator"])
+    ]
+    names = list(others.unique())
+    if names:
+        listed = "; ".join(names) if len(names) <= MOST_NAMED else f"{len(names)} others"
+        text += f". As fast, within quartiles: {listed}"
+    return [f"{text}."]
 
 
-def _until(found: Judgement, one: Agreement) -> str:
-    return f"{one.source.label}, to {_extent(found, one)}"
+def _gain(own: Mapping[str, Any], best: Mapping[str, Any]) -> str:
+    """How often the best run, where it is faster, fits into the own one, between quartiles."""
+    if not own["seconds"] > best["seconds"] or math.isnan(own["error"]):
+        return ""
+    if own["seconds_low"] <= best["seconds_high"]:
+        return ", within quartiles no faster than your run"
+    ratios = [own["seconds_low"] / best["seconds_high"], own["seconds_high"] / best["seconds_low"]]
+    if any(math.isnan(ratio) for ratio in ratios):
+        ratios = [own["seconds"] / best["seconds"]]
+    times = " to ".join(dict.fromkeys(plain(ratio, 2) for ratio in ratios))
+    return f", {times} times as fast as your run"
 
 
-def _extent(found: Judgement, one: Agreement) -> str:
-    words = readable(one.largest)
-    if one.stopped:
-        words += f" up to t = {time_text(found.truth, one.t[-1])}, where {one.stopped}"
-    return words
-
-
-def _encounters(found: Judgement) -> list[str]:
-    result, count = [], len(found.encounters)
-    if len(found.truth.t) > MOST_STATES and len(found.encounters.columns):
+def encounters(judgement: Judgement) -> list[str]:
+    """Close encounters, and whether fixed steps and the user's output resolve them."""
+    meetings, result = judgement.encounters, []
+    if len(judgement.truth.t) > MOST_STATES and len(meetings.columns):
         result.append("The run is too long for a search of all of it: encounters may be missing.")
-    if count:
-        nearest = found.encounters.iloc[0]
-        many = f"There are {count} close encounters; the closest" if count > 1 else (
-            "There is a close encounter; it"
-        )  # fmt: skip
-        fixed = found.table["reached"] & found.table["setting"].str.startswith("dt")
-        unresolved = f", and no fixed step that was tried resolves {'them' if count > 1 else 'it'}"
-        when = time_text(found.truth, nearest["time"])
+    if meetings.empty:
+        return result
+    count, nearest = len(meetings), meetings.iloc[0]
+    begin, them = "There is a close encounter; it", "it"
+    if count > 1:
+        begin, them = f"There are {count} close encounters; the closest", "them"
+    fixed = judgement.table["reached"] & judgement.table["setting"].str.startswith("dt")
+    unresolved = "" if fixed.any() else f", and no fixed step that was tried resolves {them}"
+    result.append(
+        f"{begin} is that of {nearest['bodies']} at "
+        f"t = {time_text(judgement.truth, nearest['time'])}, at {readable(nearest['hill_radii'])} "
+        f"mutual Hill radii{unresolved}. {ENCOUNTERS}"
+    )
+    if "outputs" in meetings:
+        every = readable(judgement.problem.parameters["output_every"]) + unit(judgement, "time")
         result.append(
-            f"{many} is that of {nearest['bodies']} at t = {when}, at "
-            f"{readable(nearest['hill_radii'])} mutual Hill radii"
-            f"{'' if fixed.any() else unresolved}. {ENCOUNTERS}"
-        )
-    if count and "outputs" in found.encounters:
-        every = readable(found.problem.parameters["output_every"])
-        missed = int((found.encounters["outputs"] == 0).sum())
-        result.append(
-            f"Your output every {every}{found.kind.unit(found.problem, 'time')} misses {missed} of "
-            f"{count} encounters: no state of it falls into them. galvi.find_events sees each."
+            f"Your output every {every} misses {(meetings['outputs'] == 0).sum()} of {count} "
+            "encounters: no state of it falls into them. galvi.find_events sees each."
         )
     return result
 
 
-def _horizon(found: Judgement) -> list[str]:
-    if found.horizons.empty:
+def horizon(judgement: Judgement) -> list[str]:
+    """Until when starts that are known to so many digits predict the motion."""
+    table = judgement.horizons
+    beyond = table["until"].isna()
+    within = table[~beyond & (table["until"] != judgement.problem.t0)]
+    ends = [
+        (row.start_known_to, f"until t = {time_text(judgement.truth, row.until)}")
+        for row in within.tail(1).itertuples()
+    ]
+    if beyond.any():
+        ends.append((table.loc[beyond, "start_known_to"].max(), "until the end"))
+    if table.empty:
         return []
-    t0, rows = found.problem.t0, list(found.horizons.itertuples())
-    whole = [row.start_known_to for row in rows if math.isnan(row.until)]
-    later = [row for row in rows if not math.isnan(row.until) and row.until != t0]
-    ends = [(row.start_known_to, f"until t = {time_text(found.truth, row.until)}")
-            for row in later[-1:]]  # fmt: skip
-    ends += [(max(whole), "until the end")] if whole else []
     if not ends:
         return [
             "Even from a start known to a relative 1e-15 the motion is soon unpredictable to "
             "within that error, whatever the integrator."
         ]
-    (known, until), *longer = ends
-    text = (
-        f"From a start known to a relative {known:g} the motion is predictable to within that "
+    (digits, until), *longer = ends
+    return [
+        f"From a start known to a relative {digits:g} the motion is predictable to within that "
         f"error {until}, whatever the integrator"
-    )
-    return [text + "".join(f"; from one known to {one:g}, {end}" for one, end in longer) + "."]
+        + "".join(f"; from one known to {digits:g}, {end}" for digits, end in longer)
+        + "."
+    ]

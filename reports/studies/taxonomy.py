@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import re
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import Rectangle
 
 from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
-from reports.figures.style.identities import GUIDE
-from reports.figures.style.layout import NoData, legend, panels
+from reports.figures.style.layout import NoData, panels
 from reports.results.section import Figure, Section
 from reports.tables.number_format import known, readable
 
@@ -26,110 +27,69 @@ CODES = {
     "Radau IIA-II": "R",
     "symplectic Euler": "SE",
 }
-GAP = 0.6  # between families, in cells
 CELL, LABELS, ABOVE_AND_BELOW = 0.3, 2.4, 0.9  # inches: of a cell, and around them
-HATCHES = {ILL_POSED: ("xxxx", "#f3f3f3"), INCONSISTENT: ("////", "#ffffff")}
-HIGHEST = 10.0  # order that has the darkest colour
+NO_METHOD = {
+    ILL_POSED: {"hatch": "xxxx", "facecolor": "#f3f3f3"},
+    INCONSISTENT: {"hatch": "////", "facecolor": "#ffffff"},
+}
+SHADES = ScalarMappable(Normalize(-1.5, 11.0), "Blues")  # of orders; without its darkest and palest
+DARK = 5.5  # order from which a shade needs white letters
 
 
 def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
-    """A row for each space, a column for each rule, in groups by family; several such tables below
-    one another where the columns do not fit.
+    """A panel for each family of rules: a row for each space, a column for each number of points.
 
     Colour and number are the measured order; letters below it the classical name.
     """
-    if frame.empty or not np.any(np.isfinite(frame["measured"].to_numpy(float))):
+    if frame.empty or frame["measured"].isna().all():
         raise NoData("no method has a measured order.")
-    spaces = list(dict.fromkeys(frame["space"]))
-    blocks = _blocks(frame, axes.figure.get_figwidth())
-    axes.figure.set_figheight(len(blocks) * (CELL * len(spaces) + ABOVE_AND_BELOW))
-    parts = [frame[frame["family"].isin(families)] for families in blocks]
-    widest = max(max(_columns(part)[0].values()) for part in parts)
-    for one, part in zip(panels(axes, len(parts), columns=1), parts, strict=True):
-        _block(one, part, spaces)
-        one.set_xlim(-0.1, widest + 1.1)
-    handles = [
-        Patch(facecolor=color, hatch=hatch, edgecolor=GUIDE, linewidth=0.4, label=verdict)
-        for verdict, (hatch, color) in HATCHES.items()
-    ]
-    legend(one, handles, list(HATCHES))
+    spaces = list(frame["space"].unique())
+    families = list(frame.groupby("family", sort=False))
+    most = frame.groupby("family")["points"].nunique().max()
+    canvas = axes.get_figure(root=True)
+    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * most)))
+    rows = math.ceil(len(families) / columns)
+    matrices = panels(axes, len(families), columns=math.ceil(len(families) / rows))
+    canvas.set_figheight(rows * (CELL * len(spaces) + ABOVE_AND_BELOW))
+    for matrix, (family, pairs) in zip(matrices, families, strict=True):
+        numbers = sorted(pairs["points"].unique())
+        for pair in pairs.itertuples():
+            _cell_of(matrix, numbers.index(pair.points), spaces.index(pair.space), pair)
+        labelled = spaces if matrix.get_subplotspec().is_first_col() else []
+        matrix.set(
+            title=family,
+            xlabel="points of the rule",
+            xlim=(0, most),
+            ylim=(len(spaces), 0),
+            xticks=np.arange(len(numbers)) + 0.5,
+            xticklabels=numbers,
+            yticks=np.arange(len(labelled)) + 0.5,
+            yticklabels=list(map(space_label, labelled)),
+        )
+        matrix.tick_params(length=0.0)
+        matrix.grid(False)
+        matrix.spines[:].set_visible(False)
 
 
-def _blocks(frame: pd.DataFrame, width: float) -> list[list[str]]:
-    """Families that fit beside one another, in columns of the width of a cell."""
-    blocks: list[list[str]] = []
-    room = 0.0
-    for family, rows in frame.groupby("family", sort=False):
-        need = CELL * (rows["points"].nunique() + GAP)
-        if need > room:
-            blocks.append([])
-            room = max(width - LABELS, need)
-        blocks[-1].append(str(family))
-        room -= need
-    return blocks
-
-
-def _block(axes: Axes, frame: pd.DataFrame, spaces: list[str]) -> None:
-    places, middles = _columns(frame)
-    colors = colormaps["Blues"]
-    for _, row in frame.iterrows():
-        x, y = places[row["family"], row["points"]], float(spaces.index(row["space"]))
-        _square(axes, x, y, row, colors)
-    axes.set_ylim(len(spaces) + 0.1, -1.1)
-    axes.set_yticks([k + 0.5 for k in range(len(spaces))], [space_label(name) for name in spaces])
-    points = {x + 0.5: str(number) for (_, number), x in places.items()}
-    axes.set_xticks(list(points), list(points.values()))
-    axes.set_xlabel("points of the rule, on each piece of the space")
-    axes.tick_params(length=0.0)
-    axes.grid(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
-    for family, middle in middles.items():
-        axes.text(middle, -0.35, family, ha="center", va="bottom", fontweight="bold")
+def _cell_of(axes: Axes, x: int, y: int, pair: Any) -> None:
+    if pair.verdict != METHOD:
+        look = {"edgecolor": "#c4c4c4", "linewidth": 0.0, **NO_METHOD[pair.verdict]}
+        axes.add_patch(Rectangle((x, y), 1.0, 1.0, label=pair.verdict, **look))
+        return
+    measured = np.isfinite(pair.measured)
+    color = SHADES.to_rgba(pair.measured) if measured else "white"
+    axes.add_patch(Rectangle((x, y), 1.0, 1.0, facecolor=color, edgecolor="white"))
+    text = f"{pair.measured:.0f}" if measured else "?"
+    ink = "white" if pair.measured > DARK else "#222222"
+    style = {"color": ink, "ha": "center", "va": "center"}
+    axes.text(x + 0.5, y + (0.32 if pair.name else 0.5), text, fontsize=8.5, **style)
+    axes.text(x + 0.5, y + 0.74, code(pair.name), fontsize=7.0, **style)
 
 
 def code(name: str) -> str:
-    """A name in two or three letters: `IM`, `3IM` for three steps of it, initials when unknown."""
-    short = short_name(name)
-    several = re.fullmatch(r"(\d+) steps of (.+)", short)
-    if several:
-        return several[1] + code(several[2])
-    return CODES.get(short, "".join(word[0] for word in short.split()))
-
-
-def _columns(frame: pd.DataFrame) -> tuple[dict[tuple[str, int], float], dict[str, float]]:
-    """The left edge of each (family, points), and the middle of each family."""
-    places: dict[tuple[str, int], float] = {}
-    middles: dict[str, float] = {}
-    x = 0.0
-    for family in dict.fromkeys(frame["family"]):
-        numbers = sorted(set(frame.loc[frame["family"] == family, "points"]))
-        for number in numbers:
-            places[family, number] = x
-            x += 1.0
-        middles[family] = x - 0.5 * len(numbers)
-        x += GAP
-    return places, middles
-
-
-def _square(axes: Axes, x: float, y: float, row: pd.Series, colors: Colormap) -> None:
-    if row["verdict"] != METHOD:
-        hatch, color = HATCHES[row["verdict"]]
-        axes.add_patch(
-            Rectangle((x, y), 1.0, 1.0, facecolor=color, hatch=hatch, edgecolor="#c4c4c4",
-                      linewidth=0.0)
-        )  # fmt: skip
-        return
-    order = float(row["measured"])
-    finite = np.isfinite(order)
-    color = colors(0.12 + 0.8 * min(order / HIGHEST, 1.0)) if finite else "white"
-    axes.add_patch(Rectangle((x, y), 1.0, 1.0, facecolor=color, edgecolor="white", linewidth=1.0))
-    ink = "white" if finite and order > 0.55 * HIGHEST else "#222222"
-    name = code(row["name"]) if row["name"] else ""
-    text = f"{order:.0f}" if finite else "?"
-    axes.text(x + 0.5, y + (0.32 if name else 0.5), text, color=ink, fontsize=8.5, ha="center",
-              va="center")  # fmt: skip
-    axes.text(x + 0.5, y + 0.74, name, color=ink, fontsize=7.0, ha="center", va="center")
+    """A name in two or three letters: `IM`, `3IM` for three steps of it, else its initials."""
+    count, method = re.fullmatch(r"(?:(\d+) steps of )?(.*)", short_name(name)).groups("")
+    return count + CODES.get(method, "".join(word[0] for word in method.split()))
 
 
 def space_label(space: str) -> str:
@@ -154,19 +114,19 @@ def taxonomy_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     A cell holds the measured order and the classical name, or why there is no method. The last
     columns are the range of C_N and the largest defects over the methods of the line.
     """
-    lines, numbers = [], sorted(set(frame["points"])) if len(frame) else []
     frame = frame[(frame["kind"] == EVERY_RULE) | (frame["family"] == ONE_RULE)]
+    lines, numbers = [], sorted(frame["points"].unique())
     for (space, family), rows in frame.groupby(["space", "family"], sort=False):
         cells = {row["points"]: _cell(row) for _, row in rows.iterrows()}
-        made = rows[rows["verdict"] == METHOD]
+        methods = rows[rows["verdict"] == METHOD]
         lines.append(
             {
                 "space": space_label(str(space)),
                 "rule": family,
                 **{_heading(points): cells.get(points, "-") for points in numbers},
-                "C_N": _range(made["C_N"]),
-                "symplectic to": readable(made["symplecticity"].max(), 2),
-                "there and back": readable(made["symmetry"].max(), 2),
+                "C_N": _range(methods["C_N"]),
+                "symplectic to": readable(methods["symplecticity"].max(), 2),
+                "there and back": readable(methods["symmetry"].max(), 2),
             }
         )
     return pd.DataFrame(lines), dict.fromkeys(("C_N", "symplectic to", "there and back"), "number")
@@ -180,12 +140,9 @@ def _cell(row: pd.Series) -> str:
     if row["verdict"] != METHOD:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]
-    if not known(order):
-        text = f"not measured, predicted {predicted}"
-    elif abs(order - predicted) > APART:
-        text = f"{order:.1f}, predicted {predicted}"
-    else:
-        text = f"{order:.1f}"
+    text = f"{order:.1f}" if known(order) else "not measured"
+    if not abs(order - predicted) <= APART:
+        text += f", predicted {predicted}"
     return " ".join(filter(None, (text, short_name(row["name"]))))
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from numbers import Real
+from types import MappingProxyType
 
 import pandas as pd
 
@@ -13,26 +15,30 @@ from reports.tables.number_format import in_full, seconds
 
 
 def readable_table(
-    frame: pd.DataFrame, headings: Mapping[str, str]
+    frame: pd.DataFrame,
+    headings: Mapping[str, str],
+    formats: Mapping[str, Callable[[float], str]] = MappingProxyType({}),
 ) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The columns with a heading, as text, and their CSS classes; empty columns are omitted."""
-    shown = frame[[name for name in headings if name in frame]]
-    numbers = shown.select_dtypes("number").columns
-    text = shown.astype(object).map(_cell)
+    """The columns with a heading, as text, and their CSS classes; empty columns are omitted.
+
+    Parameters
+    ----------
+    formats
+        column -> how its numbers are written, where that is not in full; texts stay
+    """
+    shown = frame[[name for name in headings if name in frame]].astype(object)
+    text = shown.apply(lambda column: column.map(partial(_cell, formats.get(column.name, in_full))))
     text = text.loc[:, (text != "").any()]
-    return text.rename(columns=dict(headings)), {headings[name]: "number" for name in numbers}
+    numbers = [*frame.select_dtypes("number"), *formats]
+    return text.rename(columns=dict(headings)), {
+        headings[name]: "number" for name in numbers if name in text
+    }
 
 
-def _cell(value: object) -> object:
+def _cell(written: Callable[[float], str], value: object) -> object:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return in_full(float(value)) if isinstance(value, Real) else value
-
-
-def without_empty_status(table: pd.DataFrame) -> pd.DataFrame:
-    """The table without its column `status` where that says nothing."""
-    said = "status" in table and (table["status"] != "").any()
-    return table if said else table.drop(columns="status", errors="ignore")
+    return written(float(value)) if isinstance(value, Real) else value
 
 
 def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:

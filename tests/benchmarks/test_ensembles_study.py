@@ -12,7 +12,7 @@ import pytest
 import galvi
 from benchmarks.studies import ensembles as study
 from reports.figures.picture import picture
-from reports.studies.ensembles import ENSEMBLES, ensembles_table
+from reports.studies.costs import ENSEMBLES, ensembles_table
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from benchmarks.studies import forces
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound import extras, whfast512
 from references.rebound.simulation import arithmetic_kept, simulation
-from reports.studies.forces import FORCES
+from reports.studies.engines import FORCES
 
 DOCS = Path(__file__).parents[2] / "docs" / "forces.md"
 

@@ -19,7 +19,7 @@ from benchmarks.applications.judging.scan import Limits, Search, Tried, explaine
 from galvi import Problem, Trajectory
 from references.closed_forms.kepler import KEPLER
 from references.rebound.leapfrog import LEAPFROG
-from reports.judge.page import rendered
+from reports.judge.files import rendered
 from reports.judge.sentences import sentences
 
 pytest.importorskip("rebound")

@@ -10,7 +10,7 @@ import pytest
 import galvi
 from benchmarks.studies import trees as study
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
-from reports.studies.trees import orders, trees_table
+from reports.studies.engines import orders, trees_table
 
 pytest.importorskip("mujoco")
 METHODS = 6  # on each of two trees

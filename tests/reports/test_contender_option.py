@@ -14,7 +14,7 @@ from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problems.planets import kepler
 from references.jpl import states as jpl
 from reports.cli.commands import run
-from reports.studies.ephemeris import EPHEMERIS
+from reports.studies.engines import EPHEMERIS
 
 ROOT = Path(__file__).parents[2]
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")

@@ -19,7 +19,7 @@ from galvi.problems import free_rigid_body
 from references.jpl import states as jpl
 from reports.contents import SECTIONS
 from reports.figures.picture import drawn
-from reports.studies.ephemeris import EPHEMERIS
+from reports.studies.engines import EPHEMERIS
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)

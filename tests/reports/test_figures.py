@@ -14,7 +14,6 @@ from reports.figures.picture import drawn, picture
 from reports.figures.profiles import PROFILES
 from reports.figures.style.layout import NoData
 from reports.figures.work_precision import line_of
-from reports.studies.free_body_drift import PANELS, together
 from reports.tables.profiles import profile_table
 from tests.reports.figure_frames import lay_out
 
@@ -96,19 +95,6 @@ def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_o
     names = ["galvi degree 8, Gauss 8, Cayley", "galvi degree 8, Gauss 9", "galvi clock, Gauss 8",
              "galvi degree 8, Gauss 8, general kernel", "MuJoCo RK4"]  # fmt: skip
     assert list(map(line_of, names)) == ["galvi degree 8", "galvi degree 8", *names[2:]]
-
-
-def test_contenders_whose_errors_are_alike_share_a_line_and_others_do_not():
-    def run(name, factor):
-        errors = {one: [1e-3 * factor, 1e-2 * factor] for one in PANELS}
-        return pd.DataFrame({"contender": name, "turn": [1, 10], **errors})
-
-    names = ["MuJoCo implicit, free joint", "MuJoCo discrete, free joint", "MuJoCo RK4, free joint",
-             "galvi degree 4"]  # fmt: skip
-    shown = pd.concat(map(run, names, (1.0, 1.01, 2.0, 1.0)))
-    assert together(shown, names) == {
-        "MuJoCo implicit, discrete, free joint": names[0], names[2]: names[2], names[3]: names[3]
-    }  # fmt: skip
 
 
 @pytest.mark.slow(beside="test_comparisons_draw_without_warnings")

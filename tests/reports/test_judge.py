@@ -19,7 +19,7 @@ from galvi.interop.judge import JudgeRequest
 from galvi.interop.suite_process import HANDED_OVER
 from reports.cli.assess import setting
 from reports.cli.commands import run
-from reports.judge.cases import junit_suites
+from reports.judge.files import junit_suites
 
 OWN = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.05) "
 rebound = pytest.importorskip("rebound")
@@ -84,8 +84,8 @@ def outcomes(folder: Path) -> list[str]:
 def test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_is_none(
     error, own, agreement, until, expected, monkeypatch
 ):
-    monkeypatch.setattr("reports.judge.cases.own_run", lambda found: ["It is off."])
-    monkeypatch.setattr("reports.judge.cases.truth", lambda found: "The truth is another's.")
+    monkeypatch.setattr("reports.judge.files.own_run", lambda found: ["It is off."])
+    monkeypatch.setattr("reports.judge.files.truth", lambda found: "The truth is another's.")
     found = SimpleNamespace(
         kind=SimpleNamespace(unit=lambda problem, what: " au"), problem=None, error=error or 1.0,
         own={"error": own, "seconds": np.nan, "integrator": "WHFast"}, passed=own <= (error or 1.0),

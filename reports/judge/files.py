@@ -1,0 +1,137 @@
+"""The files of a judgement: its page, its numbers as JSON and CSV, and its test cases for CI."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from benchmarks.applications.judging.judgement import Judgement
+from benchmarks.applications.judging.truth import time_text
+from benchmarks.store.atomic import write
+from benchmarks.store.cells import as_csv
+from galvi import NBody
+from reports.judge.pictures import pictures
+from reports.judge.sentences import own_run, sentences, truth
+from reports.results.junit import JUnitCase, Outcome
+from reports.tables.html import html_table
+from reports.tables.number_format import readable, seconds
+from reports.tables.study_table import readable_table
+
+HERE = Path(__file__).parent
+MOST_PARTS, MOST_MEETINGS = 30, 50
+
+
+def write_judgement(
+    judgement: Judgement, name: str, facts: Mapping[str, Any], folder: Path
+) -> Path:
+    """Write judge.html, judge.json and the tables; returns the page."""
+    write(folder / "judge.json", json.dumps(as_json(judgement), indent=1) + "\n")
+    write(folder / "integrators.csv", as_csv(judgement.table))
+    write(folder / "parts.csv", as_csv(judgement.parts))
+    return write(folder / "judge.html", rendered(judgement, name, facts))
+
+
+def as_json(judgement: Judgement) -> dict[str, Any]:
+    """The findings as plain values; null for what is not a finite number."""
+    fields = ("passed", "truth_agreement", "trusted_until", "engines", "notes", "own", "own_errors",
+              "parts", "table", "recommended", "encounters", "horizons")  # fmt: skip
+    return plain({
+        "model": judgement.problem.name,
+        "duration": judgement.duration,
+        "error": judgement.error,
+        "truth": judgement.source.label,
+        **{name: getattr(judgement, name) for name in fields},
+        "sources": [{"source": one.source.label, "largest": one.largest, "until": one.t[-1],
+                     "stopped": one.stopped} for one in judgement.agreements],
+        "summary": sentences(judgement),
+    })  # fmt: skip
+
+
+def plain(value: Any) -> Any:
+    """A value as `json` writes it, with None for a number that is not finite."""
+    if isinstance(value, pd.DataFrame):
+        value = value.to_dict("records")
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    value = value.item() if hasattr(value, "dtype") else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
+    """The page."""
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.globals.update(readable=readable, seconds=seconds, table=table)
+    return environment.get_template("judge.html.j2").render(
+        css=Markup((HERE / "judge.css").read_text(encoding="utf-8")),
+        name=name,
+        facts=facts,
+        judgement=judgement,
+        sentences=sentences(judgement),
+        pictures=[Markup(svg) for svg in pictures(judgement)],
+        best=judgement.table.drop_duplicates("integrator"),  # the first is the best of each
+        parts=judgement.parts.sort_values("largest_error", ascending=False),
+        most_parts=MOST_PARTS,
+        most_meetings=MOST_MEETINGS,
+        part=judgement.kind.PART,
+        length=judgement.kind.unit(judgement.problem, "length").strip(),
+        time=judgement.kind.unit(judgement.problem, "time").strip(),
+        at=partial(time_text, judgement.truth),
+        until=lambda t: "beyond the end" if math.isnan(t) else time_text(judgement.truth, t),
+        rebuilt=isinstance(judgement.problem.system, NBody),
+    )
+
+
+def table(
+    frame: pd.DataFrame, caption: str, formats: Mapping[str, Callable[[float], str]],
+    **headings: str,
+) -> Markup:  # fmt: skip
+    """The columns as HTML, the heading of each that is not named its own name in words."""
+    names = {column: headings.get(column, column.replace("_", " ")) for column in frame}
+    text, kinds = readable_table(frame, names, formats)
+    return html_table(text, caption, kinds)
+
+
+def junit_suites(
+    judgement: Judgement, file: str, error: float | None
+) -> Mapping[str, Sequence[JUnitCase]]:
+    """One suite, of the file, with the case of the user's own run and that of the truth.
+
+    Parameters
+    ----------
+    error
+        that was asked for; None for none, and then nothing is a failure, as nothing is for the
+        status of the command
+
+    Notes
+    -----
+    A truth that no second source confirms to within the error is "skipped".
+    """
+    text, length = " ".join(own_run(judgement)), judgement.kind.unit(judgement.problem, "length")
+    bound = "its error" if error is None else f"an error of at most {readable(error)}{length}"
+    name = f"{judgement.own['integrator']}: {bound}"
+    took = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
+    outcome: Outcome = "passed" if judgement.passed else "failure"
+    if error is None:
+        run = JUnitCase(file, name, took, "skipped", "No --error was asked for.", text)
+    else:
+        run = JUnitCase(file, name, took, outcome, "" if judgement.passed else text, text)
+    text, name = truth(judgement), "the truth is confirmed by a second source"
+    if judgement.truth_agreement <= judgement.error and math.isinf(judgement.trusted_until):
+        source = JUnitCase(file, name, 0.0, "passed", "", text)
+    else:
+        source = JUnitCase(file, name, 0.0, "skipped", text, text)
+    return {file: [run, source]}
