@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.applications.external.loading import describe_error
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
+from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.progress import Studies
 from reports.results.section_result import FOLDER, SectionResult, say
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
@@ -48,12 +47,9 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
         runs = studies_of[section.name].runs(folder, say)
         missing = [one for one in runs if not one.done()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
-        with Studies(len(missing)) as studies:
-            for one in missing:
-                try:
-                    with studies(section.name, one.title) as report:
-                        one.run(report)
-                except Exception as error:
-                    failures.append(f"{one.title}: not run ({describe_error(error)}).")
+        errors = BuildCache().measure(
+            Study(one.title, section.name, one.title, one.run) for one in missing
+        )
+        failures += [not_run(title, error) for title, error in errors.items()]
     print(f"The rows are in {folder}; build shows them.")
     return tuple(failures)

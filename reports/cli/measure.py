@@ -103,7 +103,7 @@ def compare_methods(
     with joined(known, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
         failures = [
-            *compare(suite, options).measured.failures,
+            *compare(suite, options).failures,
             *(section.failure for section in compare_sections(suite, options)),
             *suite.faults(),
         ]
@@ -155,9 +155,9 @@ def build_all(
             context, suite, out, claims, require, quick=quick, contenders=tuple(contender or ()),
             anew=anew,
         )  # fmt: skip
-        verified, compared, sections = build(suite, options, single)
+        verified, comparison, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
-        failures = [*compared.measured.failures, *of_sections, *suite.faults()]
+        failures = [*comparison.failures, *of_sections, *suite.faults()]
     return int(_print_failures(failures) or not verified.passed)
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
-from benchmarks.applications.external.loading import describe_error
-from reports.results.cache import BuildCache
+from reports.results.cache import BuildCache, CachedResult, Study, not_run
 from reports.results.options import Options
-from reports.results.progress import Studies
 from reports.results.section import Section
 from reports.results.suite import Suite
 
@@ -38,21 +37,12 @@ class SectionResult:
     failure: str = ""
 
 
-def measure_sections(
-    suite: Suite,
-    options: Options,
-    sections: Sequence[Section],
-    cache: BuildCache | None = None,
-) -> list[SectionResult]:
-    """Measure each study in its default form, and add the stored rows of its long form.
-
-    A study whose engine is absent is not run, which is no failure.
-    """
-    if not sections:
-        return []
-    cache = cache or BuildCache()
-    with Studies(len(sections)) as studies:
-        return [_measured(one, suite, options, studies, cache) for one in sections]
+def section_studies(sections: Iterable[Section], quick: bool) -> list[Study]:
+    """The default forms of these studies; their results are named by the titles."""
+    return [
+        Study(section.title, "study", section.title, partial(section.measure, quick), section.timed)
+        for section in sections
+    ]
 
 
 def runnable(sections: Sequence[Section]) -> list[Section]:
@@ -64,33 +54,42 @@ def runnable(sections: Sequence[Section]) -> list[Section]:
     return [section for section in sections if not absences[section.name]]
 
 
-def _measured(
-    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
-) -> SectionResult:
-    frames, absence, failure = list[pd.DataFrame](), section.absent(), ""
-    try:
-        if not absence:
-            frames.append(_rows(section, suite, options, studies, cache))
-    except Exception as error:
-        failure = f"{section.title}: not run ({describe_error(error)})."
-    note = absence
+def measure_sections(
+    suite: Suite,
+    options: Options,
+    sections: Sequence[Section],
+    cache: BuildCache | None = None,
+) -> list[SectionResult]:
+    """Measure each study in its default form, and add the stored rows of its long form.
+
+    A study whose engine is absent is not run, which is no failure.
+    """
+    cache = cache or BuildCache()
+    present = [section for section in sections if not section.absent()]
+    errors = cache.measure(section_studies(present, options.quick))
+    return [
+        _with_long_form(section, suite, options, cache.results.get(section.title),
+                        errors.get(section.title))
+        for section in sections
+    ]  # fmt: skip
+
+
+def _with_long_form(
+    section: Section, suite: Suite, options: Options, result: CachedResult | None,
+    error: Exception | None,
+) -> SectionResult:  # fmt: skip
+    """A study's result of this build, and the stored rows of its long form."""
+    frames = [_dated(result.frame, suite, options, result.run)] if result else []
+    failure = not_run(section.title, error) if error else ""
+    note = section.absent()
     if section.long_form is not None:
         rows = section.long_form.stored(options.out / FOLDER, say)
-        if not (len(rows) or absence):
+        if not (len(rows) or note):
             note = "Short version: make studies runs the long one."
         frames.append(rows)
     frames = [frame for frame in frames if len(frame)]
-    whole = pd.concat(frames, ignore_index=True) if frames else None
-    return SectionResult(section, whole, note, failure)
-
-
-def _rows(
-    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
-) -> pd.DataFrame:
-    """The rows of a study's default form, measured here or taken from the cache."""
-    with studies("study", section.title) as report:
-        result = cache.result(section.title, lambda: section.measure(options.quick, report))
-    return _dated(result.frame, suite, options, result.run)
+    rows = pd.concat(frames, ignore_index=True) if frames else None
+    return SectionResult(section, rows, note, failure)
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:

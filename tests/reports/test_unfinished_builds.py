@@ -12,14 +12,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.store.result_cache import FOLDER
 from benchmarks.work_precision.run import problems, work_precision
 from reports.build.kept import LOCK
 from reports.figures.drawing import Gallery
 from reports.results import cache
-from reports.results.cache import open_cache
-from reports.results.comparison import MARKS, Comparison
+from reports.results.cache import FOLDER, open_cache
+from reports.results.comparison import Comparison
 from reports.results.options import Options
+from reports.results.rows import MARKS
 from tests.reports.counted_suite import Bench
 
 HOLD = """
@@ -122,7 +122,7 @@ def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_pa
 
 def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
     def state(**asked: object) -> str:
-        return open_cache(bench.suite, Options(out=tmp_path, **asked)).store.state
+        return open_cache(bench.suite, Options(out=tmp_path, **asked)).folder.name
 
     seen = [state(), state(quick=True), state(claims=("V1",))]
     bench.date = "2027-01-01 00:00 UTC"
@@ -135,7 +135,7 @@ def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
 
 
 def test_nothing_is_kept_of_a_build_with_external_integrators(bench, tmp_path):
-    assert open_cache(bench.suite, Options(out=tmp_path, contenders=("mine:A",))).store is None
+    assert open_cache(bench.suite, Options(out=tmp_path, contenders=("mine:A",))).folder is None
 
 
 @pytest.mark.slow_cases("False")
