@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,17 +12,17 @@ from reports.build.compare import compare
 from reports.build.first_look import CLAIMS as ALL_CLAIMS
 from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
 from reports.build.kept import CLAIMS, alone, kept_claims, kept_comparison, kept_sections
-from reports.build.sections import write_sections
+from reports.build.sections import study
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
 from reports.results.cache import BuildCache, open_cache
+from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.section_result import (
     SectionResult,
-    measure_sections,
     runnable,
     section_studies,
 )
@@ -117,7 +117,12 @@ def _build(
 ) -> tuple[Verified, Comparison, list[SectionResult]]:
     draw_once = remembering(map_in_workers)
 
-    def pages(checked, comparison, sections=(), left=()) -> None:
+    def pages(
+        checked: Sequence[ClaimResult],
+        comparison: Comparison,
+        sections: Sequence[SectionResult] = (),
+        left: Sequence[str] = (),
+    ) -> None:
         """Those of a build that goes on, unless it is a quick one, and those of its end."""
         if not (left and options.quick):
             provenance = suite.provenance(options.command)
@@ -134,8 +139,7 @@ def _build(
     pages(verified.checked, headlines, left=(COMPARISONS, STUDIES))
     comparison = compare(suite, options, cache)
     pages(verified.checked, comparison, left=(STUDIES,))
-    sections = measure_sections(suite, options, suite.sections, cache)
-    write_sections(sections, suite, options)
+    sections = study(suite, options, suite.sections, cache)
     cache.look()
     note_origin(options.out, PAGE, suite.provenance(options.command), options.quick)
     pages(verified.checked, comparison, sections)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
-from reports.build.sections import write_sections
 from reports.build.terminal import show_ratios, show_targets
 from reports.results.cache import BuildCache
 from reports.results.comparison import Comparison, measure_comparison
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import comparison_tables, write_comparison
 from reports.tables.writing import write_table
@@ -40,12 +38,3 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
     if not targets:
         show_ratios(tables.ratios, tables.smallest)
     return measured
-
-
-def compare_sections(suite: Suite, options: Options) -> list[SectionResult]:
-    """Measure and write the studies that are part of the comparison."""
-    chosen = [section for section in suite.sections if section.compared]
-    runnable(chosen)
-    results = measure_sections(suite, options, chosen)
-    write_sections(results, suite, options)
-    return results

@@ -9,13 +9,23 @@ from benchmarks.store.cells import as_csv
 from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.section_result import FOLDER, SectionResult, say
+from reports.results.section import Section
+from reports.results.section_result import FOLDER, SectionResult, measure_sections, say
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
 
 
-def write_sections(results: Sequence[SectionResult], suite: Suite, options: Options) -> None:
-    """Write each study's rows as NAME.csv, and its table to tables/."""
+def study(
+    suite: Suite, options: Options, sections: Sequence[Section], cache: BuildCache | None = None
+) -> list[SectionResult]:
+    """Measure the studies; write each one's rows as NAME.csv, and its table to tables/.
+
+    Parameters
+    ----------
+    cache
+        the build's result cache; None stores nothing
+    """
+    results = measure_sections(suite, options, sections, cache)
     for one in results:
         if one.frame is not None:
             name = one.section.name
@@ -24,6 +34,7 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             note_origin(options.out, f"{name}.csv", origin, options.quick)
             table = one.section.table(one.frame)[0]
             write_table(options.out / "tables", name, table, origin=origin)
+    return results
 
 
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:

@@ -89,8 +89,10 @@ def compare_methods(
     out: Out = OUT,
 ) -> int:
     """Time galvi and other codes at matched error."""
-    from reports.build.compare import compare, compare_sections
+    from reports.build.compare import compare
+    from reports.build.sections import study
     from reports.results.own_problems import joined, narrowed, with_problems
+    from reports.results.section_result import runnable
 
     known = context.obj.load()
     if problem:
@@ -102,9 +104,10 @@ def compare_methods(
         out /= "only" if only else "own" if problem else ""  # full results stay
     with joined(known, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
+        chosen = runnable([section for section in suite.sections if section.compared])
         failures = [
             *compare(suite, options).failures,
-            *(section.failure for section in compare_sections(suite, options)),
+            *(section.failure for section in study(suite, options, chosen)),
             *suite.faults(),
         ]
     print(f"Tables are in {options.out / 'tables'}.")

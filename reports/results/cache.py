@@ -99,7 +99,7 @@ class BuildCache:
     run
         start date of this run
     sources
-        digest of the current sources
+        digest of the sources when this run began; "" to look for no changes
     results
         of interrupted runs and of this one
     edited
@@ -108,12 +108,9 @@ class BuildCache:
 
     folder: Path | None = None
     run: str = ""
-    sources: Callable[[], str] = str
+    sources: str = ""
     results: dict[str, CachedResult] = field(default_factory=dict)
     edited: bool = False
-
-    def __post_init__(self) -> None:
-        self._begun_with = self.sources()
 
     def load(self) -> None:
         """Read the stored results; damaged ones are omitted, and measured again."""
@@ -172,7 +169,8 @@ class BuildCache:
 
     def look(self) -> None:
         """Update `edited`: whether the sources ever changed since this run began."""
-        self.edited = self.edited or self.sources() != self._begun_with
+        changed = self.sources != "" and digest_of_sources(CODE) != self.sources
+        self.edited = self.edited or changed
 
     def provenance(self) -> dict[str, str]:
         """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
@@ -208,16 +206,12 @@ def open_cache(suite: Suite, options: Options) -> BuildCache:
     are the same. A build with external integrators stores nothing, since changes of their code
     would go unnoticed.
     """
-    provenance = suite.provenance(options.command)
+    provenance, sources = suite.provenance(options.command), digest_of_sources(CODE)
     same = {name: text for name, text in provenance.items() if name not in CHANGING}
-    build = json.dumps([_sources(), same, options.quick, options.claims], sort_keys=True)
+    build = json.dumps([sources, same, options.quick, options.claims], sort_keys=True)
     folder = None if options.contenders else options.out / FOLDER / digest_of(build)[:16]
-    cache = BuildCache(folder, provenance.get("date", ""), _sources)
+    cache = BuildCache(folder, provenance.get("date", ""), sources)
     if options.anew:
         cache.forget()
     cache.load()
     return cache
-
-
-def _sources() -> str:
-    return digest_of_sources(CODE)

@@ -9,7 +9,7 @@ from functools import partial
 
 import pandas as pd
 
-from reports.results.cache import BuildCache, CachedResult, Study, not_run
+from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.section import Section
 from reports.results.suite import Suite
@@ -47,11 +47,10 @@ def section_studies(sections: Iterable[Section], quick: bool) -> list[Study]:
 
 def runnable(sections: Sequence[Section]) -> list[Section]:
     """The studies whose engines are here; the others are named on stderr, with the reason."""
-    absences = {section.name: section.absent() for section in sections}
     for section in sections:
-        if absence := absences[section.name]:
+        if absence := section.absent():
             say(f"{section.title}: will not run. {absence}")
-    return [section for section in sections if not absences[section.name]]
+    return [section for section in sections if not section.absent()]
 
 
 def measure_sections(
@@ -67,29 +66,20 @@ def measure_sections(
     cache = cache or BuildCache()
     present = [section for section in sections if not section.absent()]
     errors = cache.measure(section_studies(present, options.quick))
-    return [
-        _with_long_form(section, suite, options, cache.results.get(section.title),
-                        errors.get(section.title))
-        for section in sections
-    ]  # fmt: skip
-
-
-def _with_long_form(
-    section: Section, suite: Suite, options: Options, result: CachedResult | None,
-    error: Exception | None,
-) -> SectionResult:  # fmt: skip
-    """A study's result of this build, and the stored rows of its long form."""
-    frames = [_dated(result.frame, suite, options, result.run)] if result else []
-    failure = not_run(section.title, error) if error else ""
-    note = section.absent()
-    if section.long_form is not None:
-        rows = section.long_form.stored(options.out / FOLDER, say)
-        if not (len(rows) or note):
-            note = "Short version: make studies runs the long one."
-        frames.append(rows)
-    frames = [frame for frame in frames if len(frame)]
-    rows = pd.concat(frames, ignore_index=True) if frames else None
-    return SectionResult(section, rows, note, failure)
+    results = []
+    for section in sections:
+        result, note = cache.results.get(section.title), section.absent()
+        frames = [_dated(result.frame, suite, options, result.run)] if result else []
+        if section.long_form is not None:
+            frames.append(section.long_form.stored(options.out / FOLDER, say))
+            if not (len(frames[-1]) or note):
+                note = "Short version: make studies runs the long one."
+        frames = [frame for frame in frames if len(frame)]
+        rows = pd.concat(frames, ignore_index=True) if frames else None
+        error = errors.get(section.title)
+        failure = not_run(section.title, error) if error else ""
+        results.append(SectionResult(section, rows, note, failure))
+    return results
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:

@@ -104,8 +104,8 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(ben
     told = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((tmp_path / "two" / "provenance.json").read_text())
     assert all(told in origin["resumed"] for origin in origins.values())
-    assert told in (tmp_path / "two" / "provenance.html").read_text()
-    assert "was stopped" not in (tmp_path / "whole" / "provenance.html").read_text()
+    assert told in (tmp_path / "two" / "results" / "provenance.html").read_text()
+    assert "was stopped" not in (tmp_path / "whole" / "results" / "provenance.html").read_text()
     dates = set(pd.read_csv(tmp_path / "two" / "claims.csv")["date"])
     assert dates == {"2026-01-01 00:00 UTC"}
     assert set(pd.read_csv(tmp_path / "two" / "study.csv")["date"]) == {"2026-01-01"}
@@ -143,9 +143,9 @@ def test_nothing_is_kept_of_a_build_with_external_integrators(bench, tmp_path):
 def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     bench, tmp_path, monkeypatch, capsys, changes
 ):
-    states = iter("aaaa" + ("b" if changes else "a") * 1000)
+    states = iter("aaa" + ("b" if changes else "a") * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
-    stopped(bench, "study", "--out", str(tmp_path))  # twice at the start, then at each result
+    stopped(bench, "study", "--out", str(tmp_path))  # at the start, then at each result
     assert len(kept(tmp_path)) == (2 if changes else 6)
     said = "ball is not kept for a build that is resumed: the sources changed since the build"
     assert (said in capsys.readouterr().err) == changes
@@ -155,12 +155,12 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     beside="test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on"
 )
 def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, capsys):
-    states = iter("aaaaaa" + "b" * 1000)
+    states = iter("aaaaa" + "b" * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
     bench("--out", str(tmp_path))
     told = "the sources, after this run began: results may be of either state"
     assert f"Changed: {told}.\n" in capsys.readouterr().err
-    assert told in (tmp_path / "provenance.html").read_text()
+    assert told in (tmp_path / "results" / "provenance.html").read_text()
     origins = json.loads((tmp_path / "provenance.json").read_text())
     assert origins["index.html"]["changed"] == told
     assert "changed" not in origins["claims.csv"]
