@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import json
 import os
 import platform
 import subprocess
@@ -30,6 +31,7 @@ ENGINES = (
     "pytest-benchmark",
 )
 SOURCES = ("galvi", "references", "benchmarks")  # what rows of studies depend on
+KINDS = (".py", ".csv", ".md")  # code, data of initial states and truths, documents of claims
 ROOT = Path(__file__).parents[2]
 
 
@@ -129,3 +131,14 @@ def _digest() -> str:
         for path in sorted((ROOT / folder).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:8]
+
+
+def digest_of_sources(code: tuple[str, ...] = ()) -> str:
+    """A digest of the current sources, including further folders, of versions and processor."""
+    digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
+    for folder in (*SOURCES, *code):
+        for kind in KINDS if folder in SOURCES else KINDS[:1]:
+            for path in sorted((ROOT / folder).rglob(f"*{kind}")):
+                name = path.relative_to(ROOT).as_posix()
+                digest.update(name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]

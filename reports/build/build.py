@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from benchmarks.store.atomic import write
-from reports.build.compare import Compared, compare
+from reports.build.compare import compare
 from reports.build.first_look import CLAIMS as ALL_CLAIMS
 from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
 from reports.build.kept import CLAIMS, alone, kept_claims, kept_comparison, kept_sections
-from reports.build.sections import write_sections
+from reports.build.sections import study
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
@@ -22,11 +21,14 @@ from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
-from reports.results.section_result import SectionResult, measure_sections, runnable
+from reports.results.section_result import (
+    SectionResult,
+    runnable,
+    section_studies,
+)
 from reports.results.suite import Suite
 from reports.site.build import SiteBuilder, write_single
 from reports.site.report import TIMES, Report
-from reports.tables.comparison_tables import comparison_tables
 from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
@@ -36,7 +38,7 @@ Draw = Callable[..., Iterable[Any]]  # map, or one that does the same in several
 
 def build(
     suite: Suite, options: Options, single: bool = False
-) -> tuple[Verified, Compared, list[SectionResult]]:
+) -> tuple[Verified, Comparison, list[SectionResult]]:
     """Run and write everything; stored rows of long studies are included with their dates.
 
     An interrupted build of the same sources and settings is resumed: its results are reused, and
@@ -56,16 +58,16 @@ def build(
             return {**suite.provenance(command), **cache.provenance()}
 
         try:
-            measured = _build(replace(suite, provenance=provenance), options, cache, site, single)
+            results = _build(replace(suite, provenance=provenance), options, cache, site, single)
         except KeyboardInterrupt:
-            if cache.store is not None:
+            if cache.folder is not None:
                 print(
                     "Finished results are kept: the same command resumes the build.",
                     file=sys.stderr,
                 )
             raise
         cache.forget()
-    return measured
+    return results
 
 
 def build_kept(
@@ -97,15 +99,13 @@ def publish(
 def kept_report(suite: Suite, options: Options) -> Report:
     """What the rows in the folder of the report show; without pictures."""
     out = options.out
-    comparison, origins = kept_comparison(out), read_origins(out)
+    origins = read_origins(out)
     origin = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
-    quick = origins.get(TIMES, origin).get("setting") == "quick"
     return Report(
         suite,
-        replace(options, quick=quick),
+        replace(options, quick=origins.get(TIMES, origin).get("setting") == "quick"),
         kept_claims(out, suite.claims),
-        comparison,
-        comparison_tables(comparison.work_precision, () if quick else suite.targets),
+        kept_comparison(out),
         kept_sections(out, suite.sections),
         {name: text for name, text in origin.items() if name != "setting"},
         kept=True,
@@ -114,46 +114,38 @@ def kept_report(suite: Suite, options: Options) -> Report:
 
 def _build(
     suite: Suite, options: Options, cache: BuildCache, site: SiteBuilder, single: bool
-) -> tuple[Verified, Compared, list[SectionResult]]:
-    studies = [section.title for section in runnable(suite.sections)]
-    pages = partial(write_pages, site=site, each=remembering(map_in_workers))
-    so_far, headlines = partial(_so_far, suite, options, pages), Comparison(None, None)
+) -> tuple[Verified, Comparison, list[SectionResult]]:
+    draw_once = remembering(map_in_workers)
+
+    def pages(
+        checked: Sequence[ClaimResult],
+        comparison: Comparison,
+        sections: Sequence[SectionResult] = (),
+        left: Sequence[str] = (),
+    ) -> None:
+        """Those of a build that goes on, unless it is a quick one, and those of its end."""
+        if not (left and options.quick):
+            provenance = suite.provenance(options.command)
+            report = Report(suite, options, checked, comparison, sections, provenance, left=left)
+            write_pages(report, site, single and not left, draw_once)
+
+    studies = section_studies(runnable(suite.sections), options.quick)
+    headlines = Comparison(None, None)
     part = 0 < len(options.claims) < len(suite.claims)
     if not (options.quick or part or options.contenders or cache.taken):
         checked, headlines = first_look(suite)
-        so_far(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
+        pages(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
     verified = verify(suite, options, cache, studies)
-    checked = list(verified.checked)
-    so_far(checked, headlines, left=(COMPARISONS, STUDIES))
-    compared = compare(suite, options, cache)
-    so_far(checked, compared.measured, left=(STUDIES,))
-    sections = measure_sections(suite, options, suite.sections, cache)
-    write_sections(sections, suite, options)
+    pages(verified.checked, headlines, left=(COMPARISONS, STUDIES))
+    comparison = compare(suite, options, cache)
+    pages(verified.checked, comparison, left=(STUDIES,))
+    sections = study(suite, options, suite.sections, cache)
     cache.look()
-    provenance = suite.provenance(options.command)
-    note_origin(options.out, PAGE, provenance, options.quick)
-    report = Report(
-        suite, options, checked, compared.measured, compared.tables, sections, provenance
-    )
-    pages(report, single=single)
+    note_origin(options.out, PAGE, suite.provenance(options.command), options.quick)
+    pages(verified.checked, comparison, sections)
     if cache.edited:
         print(f"Changed: {cache.provenance()['changed']}.", file=sys.stderr)
-    return verified, compared, sections
-
-
-def _so_far(
-    suite: Suite,
-    options: Options,
-    pages: Callable[[Report], object],
-    checked: list[ClaimResult],
-    comparison: Comparison,
-    left: tuple[str, ...],
-) -> None:
-    """The pages of a build that goes on, unless it is a quick one."""
-    if not options.quick:
-        tables = comparison_tables(comparison.work_precision, suite.targets)
-        provenance = suite.provenance(options.command)
-        pages(Report(suite, options, checked, comparison, tables, [], provenance, left=left))
+    return verified, comparison, sections
 
 
 def write_pages(

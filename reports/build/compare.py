@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
-from reports.build.sections import write_sections
 from reports.build.terminal import show_ratios, show_targets
 from reports.results.cache import BuildCache
 from reports.results.comparison import Comparison, measure_comparison
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.section_result import SectionResult, measure_sections, runnable
 from reports.results.suite import Suite
-from reports.tables.comparison_tables import ComparisonTables, comparison_tables, write_comparison
+from reports.tables.comparison_tables import comparison_tables, write_comparison
 from reports.tables.writing import write_table
 
 
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """The measurements of `compare`, and the tables made from them."""
-
-    measured: Comparison
-    tables: ComparisonTables
-
-
-def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
+def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Comparison:
     """Measure, write, and print the targets, or the ratios where there are none or in the quick
     setting, whose runs are shorter than those that the targets are for.
 
@@ -36,27 +24,17 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
         the build's result cache; None stores nothing
     """
     measured = measure_comparison(suite, options, cache)
+    origin = suite.provenance(options.command)
     for name, frame in (("work_precision", measured.work_precision), ("cost", measured.cost)):
         if frame is not None:
             write(options.out / f"{name}.csv", as_csv(frame))
-            origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
     targets = () if options.quick else suite.targets
     tables = comparison_tables(measured.work_precision, targets)
-    origin = suite.provenance(options.command)
     write_comparison(options.out / "tables", tables, origin)
     if measured.cost is not None and len(measured.cost):
         write_table(options.out / "tables", "cost", measured.cost, origin=origin)
     show_targets(tables.targets)
     if not targets:
         show_ratios(tables.ratios, tables.smallest)
-    return Compared(measured, tables)
-
-
-def compare_sections(suite: Suite, options: Options) -> list[SectionResult]:
-    """Measure and write the studies that are part of the comparison."""
-    chosen = [section for section in suite.sections if section.compared]
-    runnable(chosen)
-    results = measure_sections(suite, options, chosen)
-    write_sections(results, suite, options)
-    return results
+    return measured

@@ -12,7 +12,7 @@ import pandas as pd
 from reports.build.workers import study_in_workers
 from reports.figures.headlines import HEADLINES
 from reports.results.cache import BuildCache
-from reports.results.claim_results import ClaimResult, check
+from reports.results.claim_results import ClaimResult, check, claim_studies
 from reports.results.comparison import Comparison
 from reports.results.suite import Suite
 
@@ -24,14 +24,12 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
 
     Nothing is kept of them, and what fails is left to the whole build to report."""
-    claims = {one.id: one for one in suite.claims if not one.timed and one.id in suite.in_workers}
     begun, cache = time.perf_counter(), BuildCache()
-    with closing(study_in_workers({name: suite.in_workers[name] for name in claims}, True)) as some:
-        for name, frame, seconds in some:
-            cache.keep(name, frame, seconds)
+    with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:
+        for _ in finished:
             if time.perf_counter() - begun > PATIENCE:
                 break
-    checked = check([claims[name] for name in cache.results], suite.make_method, True, cache)
+    checked = check([claim for claim in suite.claims if claim.id in cache.results], True, cache)
     shown = {name for one in HEADLINES for name in one.options["panels"]}
     frames = []
     for problem in shown.intersection(suite.problems(True)):

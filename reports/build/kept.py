@@ -12,11 +12,10 @@ import typer
 from filelock import FileLock, Timeout
 
 from benchmarks.checks.claim import Claim, Row
-from benchmarks.store.cells import read_csv
-from benchmarks.store.frames import COLUMNS
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import OF_CONTENDERS
+from reports.results.rows import read_rows
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
 from reports.tables.claims_table import COLUMNS as OF_ROWS
@@ -50,7 +49,6 @@ def alone(folder: Path) -> Iterator[None]:
 
 
 CLAIMS, DURATIONS = "claims.csv", "durations.csv"
-TEXTS = ("status", "settings", "note", "reference", "remark", "name", "contender", "commit", "date")
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
@@ -59,7 +57,7 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     First `claims`, in their order, then those of external integrators that are not among them.
     Rows of other claims are left out, with a sentence.
     """
-    rows = read(out / CLAIMS)
+    rows = read_rows(out / CLAIMS)
     if rows is None:
         return []
     times = durations(out)
@@ -77,7 +75,7 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
         own = rows[rows["id"] == claim.id]
         if len(own):
             path = out / "frames" / f"{claim.id}.csv"
-            frame = read(path, {k: kind for k, (_, kind) in COLUMNS.items()})
+            frame = read_rows(path)
             judged = tuple(_row(line) for line in own.to_dict("records"))
             date = str(own["date"].iloc[0])
             found.append(ClaimResult(claim, frame, judged, times.get(claim.id, float("nan")), date))
@@ -92,15 +90,15 @@ def _without_study(id: str) -> Claim:
 
 def kept_comparison(out: Path) -> Comparison:
     """The times and costs of the last comparison."""
-    runs = read(out / "work_precision.csv", needed="is_truth")
-    return Comparison(runs, read(out / "cost.csv"))
+    runs = read_rows(out / "work_precision.csv", needed="is_truth")
+    return Comparison(runs, read_rows(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
     """Each study with the rows that were written."""
     found = []
     for section in sections:
-        frame = read(out / f"{section.name}.csv")
+        frame = read_rows(out / f"{section.name}.csv")
         note = "" if frame is not None else "No rows of it are kept."
         found.append(SectionResult(section, frame, note))
     return found
@@ -108,43 +106,12 @@ def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]
 
 def durations(out: Path) -> dict[str, float]:
     """Seconds that the study of each claim took when it was last measured."""
-    table = read(out / DURATIONS)
+    table = read_rows(out / DURATIONS)
     return {} if table is None else dict(zip(table["claim"], table["seconds"], strict=True))
-
-
-def read(path: Path, kinds: dict[str, str] | None = None, needed: str = "") -> pd.DataFrame | None:
-    """A table with empty texts instead of missing ones; None where there is no readable file.
-
-    Parameters
-    ----------
-    kinds
-        column -> dtype, where "object" is text; otherwise what pandas finds
-    needed
-        a column without which it is left out
-    """
-    if not path.is_file():
-        return None
-    text = {name: str for name, kind in (kinds or {}).items() if kind == "object"}
-    try:
-        table = read_csv(path, dtype=text)
-        if needed and needed not in table:
-            raise ValueError(f"it has no column {needed!r}")
-    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
-        why = " ".join(str(error).split())
-        print(f"{path} is left out, since it cannot be read: {why}.", file=sys.stderr)
-        return None
-    for name in table:
-        if name in text or name in TEXTS or table[name].dtype.kind not in "fiub":
-            table[name] = table[name].astype(object).where(table[name].notna(), "")
-    return table
 
 
 def _row(line: dict[str, object]) -> Row:
     """The row of a line; empty numbers are None."""
     numbers = {name: line[name] if known(line.get(name)) else None for name in NUMBERS}
-    texts = {
-        name: "" if isinstance(line.get(name), float) else str(line.get(name, ""))
-        for name in OF_ROWS
-        if name not in numbers
-    }
+    texts = {name: str(line[name]) for name in OF_ROWS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.applications.external.loading import describe_error
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
+from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.origins import note_origin
-from reports.results.progress import Studies
-from reports.results.section_result import FOLDER, SectionResult, say
+from reports.results.section import Section
+from reports.results.section_result import FOLDER, SectionResult, measure_sections, say
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
 
 
-def write_sections(results: Sequence[SectionResult], suite: Suite, options: Options) -> None:
-    """Write each study's rows as NAME.csv, and its table to tables/."""
+def study(
+    suite: Suite, options: Options, sections: Sequence[Section], cache: BuildCache | None = None
+) -> list[SectionResult]:
+    """Measure the studies; write each one's rows as NAME.csv, and its table to tables/.
+
+    Parameters
+    ----------
+    cache
+        the build's result cache; None stores nothing
+    """
+    results = measure_sections(suite, options, sections, cache)
     for one in results:
         if one.frame is not None:
             name = one.section.name
@@ -25,6 +34,7 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             note_origin(options.out, f"{name}.csv", origin, options.quick)
             table = one.section.table(one.frame)[0]
             write_table(options.out / "tables", name, table, origin=origin)
+    return results
 
 
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
@@ -48,12 +58,9 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
         runs = studies_of[section.name].runs(folder, say)
         missing = [one for one in runs if not one.done()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
-        with Studies(len(missing)) as studies:
-            for one in missing:
-                try:
-                    with studies(section.name, one.title) as report:
-                        one.run(report)
-                except Exception as error:
-                    failures.append(f"{one.title}: not run ({describe_error(error)}).")
+        errors = BuildCache().measure(
+            Study(one.title, section.name, one.title, one.run) for one in missing
+        )
+        failures += [not_run(title, error) for title, error in errors.items()]
     print(f"The rows are in {folder}; build shows them.")
     return tuple(failures)

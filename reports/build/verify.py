@@ -27,14 +27,14 @@ from reports.build.kept import CLAIMS, DURATIONS, durations
 from reports.build.terminal import show, show_changes
 from reports.build.workers import study_in_workers
 from reports.figures.catalogue.all import FIGURES
-from reports.results.cache import BuildCache
-from reports.results.claim_results import NOT_RUN, ClaimResult, check
-from reports.results.comparison import marked, merged, written
+from reports.results.cache import BuildCache, Study
+from reports.results.claim_results import NOT_RUN, ClaimResult, check, claim_studies
 from reports.results.junit import JUnitCase, Outcome, github_annotations, junit_xml
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
 from reports.results.progress import Studies
+from reports.results.rows import marked, merged, read_marked, read_rows
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame, convergence_frame
@@ -135,7 +135,7 @@ def selected(suite: Suite, options: Options, expression: str, last_failed: bool)
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     if expression:
         claims = _matching(claims, expression)
-    rows = written(options.out / CLAIMS, "id", {}) if last_failed else None
+    rows = read_rows(options.out / CLAIMS, "id") if last_failed else None
     if rows is not None:
         failed = set(rows["id"][rows["verdict"] != rows["expected"]])
         claims = [claim for claim in claims if claim.id in failed] or claims
@@ -175,7 +175,7 @@ def verify(
     suite: Suite,
     options: Options,
     cache: BuildCache | None = None,
-    beside: Sequence[str] = (),
+    beside: Sequence[Study] = (),
 ) -> Verified:
     """Check the selected claims, or all; write, print and return the results.
 
@@ -184,17 +184,21 @@ def verify(
     cache
         the build's result cache; None stores nothing
     beside
-        titles of sections to measure for the build as well
+        other studies of the build
 
     Notes
     -----
-    Claims and sections without timings run in two processes.
+    All studies without timings run in two processes, and what they give is in the cache then.
     """
     cache = cache or BuildCache()
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
-    _measure_in_workers(suite, [*(claim.id for claim in claims), *beside], options.quick, cache)
-    checked = check(claims, suite.make_method, options.quick, cache)
+    progress = Studies(len(claims) + len(beside))
+    in_workers = study_in_workers([*claim_studies(claims, options.quick), *beside], cache)
+    with progress, closing(in_workers) as finished:
+        for study, seconds in finished:
+            progress.finished(study.label, study.title, seconds)
+    checked = check(claims, options.quick, cache)
     changed = _write(checked, suite, options)
     results = Verified(tuple(checked), engines, changed, options.fail_under)
     text, cases, title = results.markdown(), results.cases(), f"{options.called} verify"
@@ -209,18 +213,6 @@ def verify(
     return results
 
 
-def _measure_in_workers(suite: Suite, names: Sequence[str], quick: bool, cache: BuildCache) -> None:
-    """Keep the results of those that measure no times; those that raise are left out."""
-    missing = [name for name in names if name in suite.in_workers and name not in cache.results]
-    studies = {name: suite.in_workers[name] for name in missing}
-    labels = {claim.id: (claim.id, claim.title) for claim in suite.claims}
-    progress = Studies(len(studies))
-    with progress, closing(study_in_workers(studies, quick)) as results:
-        for name, frame, seconds in results:
-            cache.keep(name, frame, seconds)
-            progress.finished(*labels.get(name, ("study", name)), seconds)
-
-
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
     """Write tables and frames; return the changes."""
     provenance, tables = suite.provenance(options.command), options.out / "tables"
@@ -233,13 +225,13 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
         return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
 
     now = marks(claims_frame(row for result in checked for row in result.rows), "id")
-    before = written(options.out / CLAIMS, "id", origin_before)
+    before = read_marked(options.out / CLAIMS, "id", origin_before)
     claims = merged(before, now, "id", dates, ids)
     write(options.out / CLAIMS, as_csv(claims))
     note_origin(options.out, CLAIMS, provenance, options.quick)
     write_table(tables, "claims", claims, claims[list(READ)], origin)
     fits = marks(convergence_frame(checked, FIGURES), "claim")
-    fits_before = written(tables / "convergence.csv", "claim", origin_before)
+    fits_before = read_marked(tables / "convergence.csv", "claim", origin_before)
     write_table(
         tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
     )

@@ -7,40 +7,47 @@ import signal
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from typing import Any
 
 import pandas as pd
 import psutil
 from joblib import Parallel, delayed
 
+from benchmarks.checks.claim import Report
 from galvi.run.ensemble import processors
+from reports.results.cache import BuildCache, Study
 
 WORKERS = 2
 FEWEST_STUDIES, FEWEST_FIGURES = 4, 16  # fewer do not repay the start of the processes
 
 
 def study_in_workers(
-    studies: Mapping[str, Callable[[bool], pd.DataFrame]], quick: bool
-) -> Generator[tuple[str, pd.DataFrame, float], None, None]:
-    """Yield (name, frame, seconds) of each study as it finishes; studies that raise are omitted,
-    and those that are left when a worker dies.
+    studies: Sequence[Study], cache: BuildCache
+) -> Generator[tuple[Study, float], None, None]:
+    """Measure those without timings that have no result yet, and store it; yields each with its
+    seconds as it finishes. Studies that raise are left out, and those that are left when a worker
+    dies.
 
-    Yields nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
+    Does nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
     process, and where the iterator is closed before its end.
     """
-    if len(studies) < FEWEST_STUDIES or processors() < WORKERS:
+    missing = {one.name: one for one in studies if not (one.timed or one.name in cache.results)}
+    if len(missing) < FEWEST_STUDIES or processors() < WORKERS:
         return
     # Neighbours need the same kernels, and would wait for each other where these are not compiled.
     from_both_ends = dict.fromkeys(
-        name for pair in zip(studies, reversed([*studies]), strict=True) for name in pair
+        name for pair in zip(missing, reversed(missing), strict=True) for name in pair
     )
     results = parallel(WORKERS, return_as="generator_unordered", batch_size=1)(
-        delayed(_timed)(name, studies[name], quick) for name in from_both_ends
+        delayed(_timed)(name, missing[name].measure) for name in from_both_ends
     )
     try:
-        yield from (result for result in results if result is not None)
+        for name, frame, seconds in filter(None, results):
+            cache.keep(name, frame, seconds)
+            yield missing[name], seconds
     except BrokenProcessPool:
         return
     finally:
@@ -60,30 +67,32 @@ def parallel(processes: int, **options: Any) -> Parallel:
     this one."""
     return Parallel(
         processes, backend="loky", max_nbytes=None, inner_max_num_threads=1, initializer=_begin,
+        initargs=(os.getpid(),),
         **options,
     )  # fmt: skip
 
 
 def _timed(
-    name: str, study: Callable[[bool], pd.DataFrame], quick: bool
+    name: str, measure: Callable[[Report], pd.DataFrame]
 ) -> tuple[str, pd.DataFrame, float] | None:
     """None where the study raised: the build runs it again, and shows why."""
     start = time.perf_counter()
     try:
-        return name, study(quick), time.perf_counter() - start
+        return name, measure(lambda sentence: None), time.perf_counter() - start
     except Exception:
         return None
 
 
-def _begin() -> None:
+def _begin(build: int) -> None:
     """Initialise a worker: ignore interrupts, print nothing, and end with the build."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
-    threading.Thread(target=_end_with, args=(psutil.Process().parent(),), daemon=True).start()
+    threading.Thread(target=_end_with, args=(build,), daemon=True).start()
 
 
-def _end_with(build: psutil.Process) -> None:
-    build.wait()
+def _end_with(build: int) -> None:
+    with suppress(psutil.NoSuchProcess):  # it ended before this one had begun
+        psutil.Process(build).wait()
     os._exit(1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import select
+import signal
 import sys
 import textwrap
 import traceback
@@ -34,8 +35,9 @@ def ended(command: Callable[[], int]) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
     try:
-        status = command()
-        print(end="", flush=True)
+        with _interrupts_raised():
+            status = command()
+            print(end="", flush=True)
         return status
     except BaseException as error:
         status, message = _ending(error)
@@ -43,6 +45,24 @@ def ended(command: Callable[[], int]) -> int:
         sys.stderr.write(message and f"{message}\n")
     _discard_output()
     return status
+
+
+@contextmanager
+def _interrupts_raised() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt also during a run of galvi, and so ends the command.
+
+    Under Python's default handler it would end only this run, whose first steps would be taken for
+    a measurement; galvi leaves any other handler in place. An ignored SIGINT stays ignored.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if before is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda *given: signal.default_int_handler(*given))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _ending(error: BaseException) -> tuple[int, str]:

@@ -89,8 +89,10 @@ def compare_methods(
     out: Out = OUT,
 ) -> int:
     """Time galvi and other codes at matched error."""
-    from reports.build.compare import compare, compare_sections
+    from reports.build.compare import compare
+    from reports.build.sections import study
     from reports.results.own_problems import joined, narrowed, with_problems
+    from reports.results.section_result import runnable
 
     known = context.obj.load()
     if problem:
@@ -102,9 +104,10 @@ def compare_methods(
         out /= "only" if only else "own" if problem else ""  # full results stay
     with joined(known, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
+        chosen = runnable([section for section in suite.sections if section.compared])
         failures = [
-            *compare(suite, options).measured.failures,
-            *(section.failure for section in compare_sections(suite, options)),
+            *compare(suite, options).failures,
+            *(section.failure for section in study(suite, options, chosen)),
             *suite.faults(),
         ]
     print(f"Tables are in {options.out / 'tables'}.")
@@ -155,9 +158,9 @@ def build_all(
             context, suite, out, claims, require, quick=quick, contenders=tuple(contender or ()),
             anew=anew,
         )  # fmt: skip
-        verified, compared, sections = build(suite, options, single)
+        verified, comparison, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
-        failures = [*compared.measured.failures, *of_sections, *suite.faults()]
+        failures = [*comparison.failures, *of_sections, *suite.faults()]
     return int(_print_failures(failures) or not verified.passed)
 
 

@@ -1,28 +1,63 @@
-"""Store the results of a build one by one, so that an interrupted build can be resumed.
+"""Measure studies one by one, and store their results, so that an interrupted build can be resumed.
 
 A result is a complete measurement: a claim's study, the comparison on one problem, or a study.
 Times compare only within one run, so an interrupted measurement is repeated as a whole.
+
+Each result is a file of JSON in a folder of its build, below the output folder. Files are written
+as a whole, and nothing that lies in the folder is ever run.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
+import shutil
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from benchmarks.store.result_cache import ResultCache, digest_of_sources
+from benchmarks.applications.external.loading import describe_error
+from benchmarks.checks.claim import Report
+from benchmarks.store.atomic import write
+from benchmarks.store.provenance import digest_of_sources
+from benchmarks.store.row_files import digest_of
 from reports.results.options import Options
+from reports.results.progress import Studies
 from reports.results.suite import Suite
 
+FOLDER = "unfinished"  # subfolder of the output folder
+WEEK = 7 * 86_400  # seconds after which results of any build are deleted
 CHANGING = ("date", "command")  # provenance fields that differ between runs of the same build
 CODE = ("reports",)  # in addition to the measured sources
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What gives a result.
+
+    Attributes
+    ----------
+    name
+        of its result
+    label, title
+        shown while it runs
+    measure
+        report -> frame
+    timed
+        whether it measures times
+    """
+
+    name: str
+    label: str
+    title: str
+    measure: Callable[[Report], pd.DataFrame]
+    timed: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,63 +94,83 @@ class BuildCache:
 
     Attributes
     ----------
-    store
+    folder
         where results are stored; None stores nothing
     run
         start date of this run
     sources
-        digest of the current sources
+        digest of the sources when this run began; "" to look for no changes
     results
         of interrupted runs and of this one
     edited
         whether the sources changed since this run began; nothing is stored from then on
     """
 
-    store: ResultCache | None = None
+    folder: Path | None = None
     run: str = ""
-    sources: Callable[[], str] = str
+    sources: str = ""
     results: dict[str, CachedResult] = field(default_factory=dict)
     edited: bool = False
 
-    def __post_init__(self) -> None:
-        self._begun_with = self.sources()
+    def load(self) -> None:
+        """Read the stored results; damaged ones are omitted, and measured again."""
+        for path in self.folder.glob("*.json") if self.folder else ():
+            with suppress(Exception):
+                name, stored = json.loads(path.read_text(encoding="utf-8"))
+                self.results[name] = CachedResult.from_json(stored)
 
     @property
     def taken(self) -> list[CachedResult]:
         """The results of interrupted runs."""
         return [result for result in self.results.values() if result.run]
 
-    def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
-        """The result of this name, or measure and store it; exceptions propagate."""
-        if name not in self.results:
-            start = time.perf_counter()
-            frame = measure()
-            self.keep(name, frame, time.perf_counter() - start)
-        return self.results[name]
+    def measure(self, studies: Iterable[Study]) -> dict[str, Exception]:
+        """Measure and store those without a result, with progress on stderr; returns what those
+        that failed raised."""
+        errors = {}
+        missing = [study for study in studies if study.name not in self.results]
+        with Studies(len(missing)) as progress:
+            for study in missing:
+                start = time.perf_counter()
+                try:
+                    with progress(study.label, study.title) as report:
+                        frame = study.measure(report)
+                        self.keep(study.name, frame, time.perf_counter() - start)
+                except Exception as error:
+                    errors[study.name] = error
+        return errors
 
     def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> None:
         """Store a result; when that fails, print a warning and continue."""
         self.results[name] = CachedResult(frame, seconds)
-        if self.store is None:
+        if self.folder is None:
             return
         self.look()
         why = "the sources changed since the build began" if self.edited else ""
         try:
             if not why:
-                self.store.keep(name, self.results[name].as_json(self.run))
+                text = json.dumps([name, self.results[name].as_json(self.run)])
+                write(self.folder / f"{digest_of(name)[:32]}.json", text)
         except OSError as error:
             why = " ".join(str(error).split())
         if why:
             print(f"{name} is not kept for a build that is resumed: {why}.", file=sys.stderr)
 
     def forget(self) -> None:
-        """Delete the stored results of this build."""
-        if self.store is not None:
-            self.store.forget()
+        """Delete the stored results of this build, and those of others after a week."""
+        if self.folder is None:
+            return
+        shutil.rmtree(self.folder, ignore_errors=True)
+        with suppress(OSError):  # another process was faster, or others' results stay
+            for other in self.folder.parent.iterdir():
+                if time.time() - other.stat().st_mtime > WEEK:
+                    shutil.rmtree(other)
+            self.folder.parent.rmdir()
 
     def look(self) -> None:
         """Update `edited`: whether the sources ever changed since this run began."""
-        self.edited = self.edited or self.sources() != self._begun_with
+        changed = self.sources != "" and digest_of_sources(CODE) != self.sources
+        self.edited = self.edited or changed
 
     def provenance(self) -> dict[str, str]:
         """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
@@ -139,6 +194,11 @@ class BuildCache:
         )
 
 
+def not_run(title: str, error: Exception) -> str:
+    """A sentence on a study that raised."""
+    return f"{title}: not run ({describe_error(error)})."
+
+
 def open_cache(suite: Suite, options: Options) -> BuildCache:
     """The cache of this build, with the results of an earlier, interrupted run.
 
@@ -146,18 +206,12 @@ def open_cache(suite: Suite, options: Options) -> BuildCache:
     are the same. A build with external integrators stores nothing, since changes of their code
     would go unnoticed.
     """
-    provenance = suite.provenance(options.command)
+    provenance, sources = suite.provenance(options.command), digest_of_sources(CODE)
     same = {name: text for name, text in provenance.items() if name not in CHANGING}
-    build = json.dumps([_sources(), same, options.quick, options.claims], sort_keys=True)
-    store = ResultCache(options.out, hashlib.sha256(build.encode()).hexdigest()[:16])
-    cache = BuildCache(None if options.contenders else store, provenance.get("date", ""), _sources)
+    build = json.dumps([sources, same, options.quick, options.claims], sort_keys=True)
+    folder = None if options.contenders else options.out / FOLDER / digest_of(build)[:16]
+    cache = BuildCache(folder, provenance.get("date", ""), sources)
     if options.anew:
         cache.forget()
-    elif cache.store is not None:
-        for name, stored in cache.store.results().items():
-            cache.results[name] = CachedResult.from_json(stored)
+    cache.load()
     return cache
-
-
-def _sources() -> str:
-    return digest_of_sources(CODE)

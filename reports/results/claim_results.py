@@ -6,21 +6,19 @@ A row whose engine is missing is expected not to run: it is listed with the reas
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import pandas as pd
 
+import galvi
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.foreign_texts import visible
 from benchmarks.store.frames import frame
 from references import EngineMissing
-from reports.results.cache import BuildCache, CachedResult
-from reports.results.progress import Studies
+from reports.results.cache import BuildCache, CachedResult, Study
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class ClaimResult:
     rows
         the judge's rows; "not run", with the exception as reason, when the study raised
     seconds
-        run time of the study
+        run time of the study; 0 when it raised
     run
         start date of the run that measured it; empty for this run
     """
@@ -46,8 +44,17 @@ class ClaimResult:
     run: str = ""
 
 
+def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
+    """The studies of these claims; their results are named by the ids."""
+    return [
+        Study(claim.id, claim.id, claim.title, partial(claim.study, galvi.Galerkin, quick),
+              claim.timed)
+        for claim in claims
+    ]  # fmt: skip
+
+
 def check(
-    claims: Sequence[Claim], make_method: Any, quick: bool, cache: BuildCache | None = None
+    claims: Sequence[Claim], quick: bool, cache: BuildCache | None = None
 ) -> list[ClaimResult]:
     """Judge each claim, and before it study those without a result in the cache, where claims with
     timings are the last; progress goes to stderr.
@@ -58,18 +65,13 @@ def check(
         the build's result cache; None stores nothing
     """
     cache = cache or BuildCache()
-    missing = [claim for claim in claims if claim.id not in cache.results]
-    failed: dict[str, ClaimResult] = {}
-    with Studies(len(missing)) as studies:
-        for claim in sorted(missing, key=lambda claim: claim.timed):
-            start = time.perf_counter()
-            try:
-                with studies(claim.id, claim.title) as report:
-                    cache.result(claim.id, partial(claim.study, make_method, quick, report))
-            except Exception as error:
-                seconds = time.perf_counter() - start
-                failed[claim.id] = ClaimResult(claim, None, _spoiled(claim, error), seconds)
-    return [failed.get(claim.id) or _judged(claim, cache.results[claim.id]) for claim in claims]
+    errors = cache.measure(sorted(claim_studies(claims, quick), key=lambda study: study.timed))
+    return [
+        ClaimResult(claim, None, _spoiled(claim, errors[claim.id]), 0.0)
+        if claim.id in errors
+        else _judged(claim, cache.results[claim.id])
+        for claim in claims
+    ]
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:

@@ -14,8 +14,8 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.atomic import write
-from reports.results.comparison import written
 from reports.results.origins import NAME, note_origin, read_origins, short
+from reports.results.rows import read_rows
 
 MACHINES, ROWS, BENCHES = "machines", "work_precision.csv", "benchmarks"
 NEEDED = ("problem", "contender", "settings", "error", "seconds", "is_truth")
@@ -113,7 +113,7 @@ def _check(folder: Path) -> None:
             f"expected folders of reports, with {ROWS} and {NAME}, or {BENCHES}/; received "
             f"{folder}, which has neither. Name the folder that `galvi compare --out` wrote."
         )
-    table = written(folder / ROWS, NEEDED[0], {})
+    table = read_rows(folder / ROWS, NEEDED[0])
     lacking = [name for name in NEEDED if table is None or name not in table]
     if lacking:
         raise ValueError(
@@ -129,5 +129,5 @@ def _check(folder: Path) -> None:
 
 def _read(folder: Path) -> Machine | None:
     origin = read_origins(folder).get(ROWS, {})
-    runs = written(folder / ROWS, "is_truth", origin) if origin.get("cpu") else None
+    runs = read_rows(folder / ROWS, "is_truth") if origin.get("cpu") else None
     return None if runs is None else Machine(runs, origin)

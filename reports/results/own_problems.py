@@ -80,14 +80,14 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             if external.name in [one.name for one in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
             externals.append(external)
-        open_to_them = {section.title for section in suite.sections if section.open}
         yield replace(
             suite,
-            in_workers={k: v for k, v in suite.in_workers.items() if k not in open_to_them},
             claims=(*suite.claims, *contender_checks(externals)),
             work_precision=partial(suite.work_precision, externals=externals),
             sections=tuple(
-                replace(section, measure=partial(section.measure, externals=externals))
+                replace(
+                    section, measure=partial(section.measure, externals=externals), timed=True
+                )  # in this process, which theirs answer
                 if section.open
                 else section
                 for section in suite.sections

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
-from benchmarks.applications.external.loading import describe_error
-from reports.results.cache import BuildCache
+from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
-from reports.results.progress import Studies
 from reports.results.section import Section
 from reports.results.suite import Suite
 
@@ -38,6 +37,22 @@ class SectionResult:
     failure: str = ""
 
 
+def section_studies(sections: Iterable[Section], quick: bool) -> list[Study]:
+    """The default forms of these studies; their results are named by the titles."""
+    return [
+        Study(section.title, "study", section.title, partial(section.measure, quick), section.timed)
+        for section in sections
+    ]
+
+
+def runnable(sections: Sequence[Section]) -> list[Section]:
+    """The studies whose engines are here; the others are named on stderr, with the reason."""
+    for section in sections:
+        if absence := section.absent():
+            say(f"{section.title}: will not run. {absence}")
+    return [section for section in sections if not section.absent()]
+
+
 def measure_sections(
     suite: Suite,
     options: Options,
@@ -48,49 +63,23 @@ def measure_sections(
 
     A study whose engine is absent is not run, which is no failure.
     """
-    if not sections:
-        return []
     cache = cache or BuildCache()
-    with Studies(len(sections)) as studies:
-        return [_measured(one, suite, options, studies, cache) for one in sections]
-
-
-def runnable(sections: Sequence[Section]) -> list[Section]:
-    """The studies whose engines are here; the others are named on stderr, with the reason."""
-    absences = {section.name: section.absent() for section in sections}
+    present = [section for section in sections if not section.absent()]
+    errors = cache.measure(section_studies(present, options.quick))
+    results = []
     for section in sections:
-        if absence := absences[section.name]:
-            say(f"{section.title}: will not run. {absence}")
-    return [section for section in sections if not absences[section.name]]
-
-
-def _measured(
-    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
-) -> SectionResult:
-    frames, absence, failure = list[pd.DataFrame](), section.absent(), ""
-    try:
-        if not absence:
-            frames.append(_rows(section, suite, options, studies, cache))
-    except Exception as error:
-        failure = f"{section.title}: not run ({describe_error(error)})."
-    note = absence
-    if section.long_form is not None:
-        rows = section.long_form.stored(options.out / FOLDER, say)
-        if not (len(rows) or absence):
-            note = "Short version: make studies runs the long one."
-        frames.append(rows)
-    frames = [frame for frame in frames if len(frame)]
-    whole = pd.concat(frames, ignore_index=True) if frames else None
-    return SectionResult(section, whole, note, failure)
-
-
-def _rows(
-    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
-) -> pd.DataFrame:
-    """The rows of a study's default form, measured here or taken from the cache."""
-    with studies("study", section.title) as report:
-        result = cache.result(section.title, lambda: section.measure(options.quick, report))
-    return _dated(result.frame, suite, options, result.run)
+        result, note = cache.results.get(section.title), section.absent()
+        frames = [_dated(result.frame, suite, options, result.run)] if result else []
+        if section.long_form is not None:
+            frames.append(section.long_form.stored(options.out / FOLDER, say))
+            if not (len(frames[-1]) or note):
+                note = "Short version: make studies runs the long one."
+        frames = [frame for frame in frames if len(frame)]
+        rows = pd.concat(frames, ignore_index=True) if frames else None
+        error = errors.get(section.title)
+        failure = not_run(section.title, error) if error else ""
+        results.append(SectionResult(section, rows, note, failure))
+    return results
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:

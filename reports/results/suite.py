@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
-
-import pandas as pd
+from dataclasses import dataclass
 
 from benchmarks.checks.claim import Claim
 from benchmarks.work_precision.targets import Target
@@ -19,8 +16,6 @@ class Suite:
 
     Attributes
     ----------
-    make_method
-        the constructor of the claims' methods, `galvi.Galerkin`
     work_precision
         (quick, report) -> errors and times of contenders
     problems
@@ -37,13 +32,9 @@ class Suite:
         sentences on the faults of external integrators so far
     provenance
         command -> versions, commit, machine, date
-    in_workers
-        claims and sections without timings, by id and title: (quick) -> frame, importable in
-        another process
     """
 
     claims: tuple[Claim, ...]
-    make_method: Any
     work_precision: Measure
     cost: Measure
     provenance: Callable[[str], Mapping[str, str]]
@@ -52,4 +43,3 @@ class Suite:
     engines: Callable[[], Mapping[str, str]] = dict
     faults: Callable[[], Collection[str]] = tuple
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()
-    in_workers: Mapping[str, Callable[[bool], pd.DataFrame]] = field(default_factory=dict)

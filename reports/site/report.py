@@ -32,7 +32,7 @@ from reports.site.comparisons import (
     is_run_by,
 )
 from reports.site.sources import Source, sources
-from reports.tables.comparison_tables import ComparisonTables
+from reports.tables.comparison_tables import ComparisonTables, comparison_tables
 from reports.tables.profiles import profile_table
 from reports.tables.summary_sentences import summary_sentences
 
@@ -63,7 +63,6 @@ class Report:
     options: Options
     checked: Sequence[ClaimResult]
     comparison: Comparison
-    tables: ComparisonTables
     sections: Sequence[SectionResult]
     provenance: Mapping[str, str]
     gallery: Gallery = NO_PICTURES
@@ -141,6 +140,11 @@ class Report:
         counts = pd.crosstab(pairs["status"], pairs["paper"])
         ordered = [status for status in STATUSES if status in counts.index]
         return counts.reindex(index=ordered, columns=list(PAPERS), fill_value=0).reset_index()
+
+    @cached_property
+    def tables(self) -> ComparisonTables:
+        """Of all comparisons; targets are for runs in full."""
+        return comparison_tables(self.runs, () if self.options.quick else self.suite.targets)
 
     @property
     def runs(self) -> pd.DataFrame | None:

@@ -10,8 +10,9 @@ from pathlib import Path
 import pandas as pd
 
 from reports.results.claim_results import ClaimResult
-from reports.results.comparison import MARKS, Comparison, written
+from reports.results.comparison import Comparison
 from reports.results.origins import described, read_origins, short
+from reports.results.rows import MARKS, read_marked
 from reports.results.section_result import SectionResult
 
 CLAIMS = "claims.csv"
@@ -61,7 +62,7 @@ def _of_claims(
     out: Path, checked: Sequence[ClaimResult], last: Mapping[str, str]
 ) -> tuple[Mapping[str, str], ...]:
     """Each origin of the rows of these claims once; `last` is that of the last measurement."""
-    rows = written(out / CLAIMS, "id", last)
+    rows = read_marked(out / CLAIMS, "id", last)
     if rows is None:
         return (last,)
     rows = rows[rows["id"].isin([result.claim.id for result in checked])]

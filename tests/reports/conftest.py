@@ -28,7 +28,7 @@ def make_suite() -> Callable[..., Suite]:
 
     def make(*claims: Claim, **others: object) -> Suite:
         parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
-        return Suite(claims or (claim(),), None, provenance=provenance, **parts)
+        return Suite(claims or (claim(),), provenance=provenance, **parts)
 
     return make
 

@@ -36,7 +36,10 @@ class Bench:
             problems=lambda quick: ("ball", "top"),
             cost=self._of("cost", plain.cost),
             sections=(
-                *(replace(one, measure=self._of("sky", one.measure)) for one in plain.sections),
+                *(
+                    replace(one, measure=self._of("sky", one.measure), timed=True)
+                    for one in plain.sections
+                ),
                 self._study(),
             ),
             faults=lambda: self.faults,
@@ -64,7 +67,7 @@ class Bench:
             self._ran(claim.id)
             return claim.study(make_method, quick, report)
 
-        return replace(claim, study=study)
+        return replace(claim, study=study, timed=True)
 
     def _raced(self, plain: Suite) -> Callable[..., pd.DataFrame]:
         def measure(quick: bool, report: Callable[[str], None], problem: str) -> pd.DataFrame:
@@ -84,4 +87,6 @@ class Bench:
     def _study(self) -> Section:
         frame = pd.DataFrame({"n": [1, 2], "date": ""})
         measure = self._of("study", lambda quick, report: frame)
-        return Section("study", "A study", "", measure, lambda rows: (rows.astype(str), {}))
+        return Section(
+            "study", "A study", "", measure, lambda rows: (rows.astype(str), {}), timed=True
+        )

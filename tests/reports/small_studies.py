@@ -7,24 +7,17 @@ import time
 
 import pandas as pd
 
-from benchmarks.store.frames import frame
 
-
-def quiet(seconds: float, quick: bool) -> pd.DataFrame:
+def quiet(seconds: float, quick: bool, report: object) -> pd.DataFrame:
     """The number of its process, after a while."""
     time.sleep(seconds)
     print("a line that nobody reads")
     return pd.DataFrame({"process": [os.getpid()], "quick": [quick]})
 
 
-def broken(quick: bool) -> pd.DataFrame:
+def broken(quick: bool, report: object) -> pd.DataFrame:
     raise RuntimeError("no engine here")
 
 
-def dying(quick: bool) -> pd.DataFrame:
+def dying(quick: bool, report: object) -> pd.DataFrame:
     os._exit(3)
-
-
-def nothing(quick: bool) -> pd.DataFrame:
-    """The frame of a claim's study that measured nothing."""
-    return frame([])

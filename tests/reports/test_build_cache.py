@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,17 +20,16 @@ import pytest
 
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.store.provenance import ROOT
-from benchmarks.store.result_cache import FOLDER, ResultCache
 from reports.build.verify import verify
 from reports.build.workers import WORKERS, processors, study_in_workers
 from reports.contents import SECTIONS, load
-from reports.results.cache import BuildCache, CachedResult
+from reports.results.cache import FOLDER, BuildCache, Study
 from reports.results.claim_results import check
 from reports.results.options import Options
 from reports.results.own_problems import joined
-from reports.results.section_result import measure_sections
+from reports.results.section_result import measure_sections, section_studies
 from tests.reports.small_reports import SKY
-from tests.reports.small_studies import broken, dying, nothing, quiet
+from tests.reports.small_studies import broken, dying, quiet
 
 FRAMES = (
     pd.DataFrame({"x": [0.1 + 0.2, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1e308]}),
@@ -40,11 +40,17 @@ FRAMES = (
 )
 
 
+def cache_of(out: Path, build: str = "mine") -> BuildCache:
+    """The cache of a build as it begins, on a monday."""
+    cache = BuildCache(out / FOLDER / build, "monday")
+    cache.load()
+    return cache
+
+
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
-    store = ResultCache(tmp_path, "state")
-    BuildCache(store, "monday").keep("V1", frame, 0.1 + 0.2)
-    back = CachedResult.from_json(store.results()["V1"])
+    cache_of(tmp_path).keep("V1", frame, 0.1 + 0.2)
+    back = cache_of(tmp_path).results["V1"]
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
     pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
     for name in frame.select_dtypes("float"):
@@ -52,38 +58,33 @@ def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
-    mine, other = ResultCache(tmp_path, "mine"), ResultCache(tmp_path, "other")
     for name in ("a", "b c"):
-        mine.keep(name, 1)
-    other.keep("a", 2)
-    assert mine.results() == {"a": 1, "b c": 1} and other.results() == {"a": 2}
-    mine.forget(["a"])
-    assert mine.results() == {"b c": 1}
-    mine.forget()
-    assert mine.results() == {} and other.results() == {"a": 2}
-    other.forget()
+        cache_of(tmp_path).keep(name, FRAMES[0], 1.0)
+    cache_of(tmp_path, "other").keep("a", FRAMES[1], 1.0)
+    assert set(cache_of(tmp_path).results) == {"a", "b c"}
+    cache_of(tmp_path).forget()
+    assert cache_of(tmp_path).results == {}
+    assert list(cache_of(tmp_path, "other").results) == ["a"]
+    cache_of(tmp_path, "other").forget()
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_damaged_result_is_measured_again(tmp_path):
-    store = ResultCache(tmp_path, "state")
-    for name in ("V1", "V2", "V3"):
-        store.keep(name, ["a", 0.1])
-    one, two, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    for name in ("V1", "V2", "V3", "V4"):
+        cache_of(tmp_path).keep(name, FRAMES[1], 1.0)
+    one, two, three, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
     one.write_bytes(one.read_bytes()[:-3])
     two.write_text("0.2")
-    assert list(store.results().values()) == [["a", 0.1]]
-    store.forget()
-    assert list(tmp_path.iterdir()) == []
+    three.write_text('["V1", {"run": "monday"}]')
+    assert len(cache_of(tmp_path).results) == 1
 
 
 def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
-    old, new = ResultCache(tmp_path, "old"), ResultCache(tmp_path, "new")
-    for store in (old, new):
-        store.keep("V1", 1)
-    os.utime(next((tmp_path / FOLDER / "old").iterdir()), (0, 0))
-    ResultCache(tmp_path, "mine").forget()
-    assert old.results() == {} and new.results() == {"V1": 1}
+    for build in ("old", "new"):
+        cache_of(tmp_path, build).keep("V1", FRAMES[0], 1.0)
+    os.utime(tmp_path / FOLDER / "old", (0, 0))
+    cache_of(tmp_path).forget()
+    assert not cache_of(tmp_path, "old").results and cache_of(tmp_path, "new").results
 
 
 class Evil:
@@ -95,12 +96,11 @@ class Evil:
 
 def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    store = ResultCache(tmp_path, "state")
-    store.keep("V1", 1)
-    place = tmp_path / FOLDER / "state"
+    cache = cache_of(tmp_path)
+    cache.keep("V1", FRAMES[0], 1.0)
     for name in ("cache.db", "0.json", "x.val", "x.pickle"):
-        (place / name).write_bytes(pickle.dumps((Evil(), "V1")))
-    assert store.results() == {"V1": 1} and not (tmp_path / "ran").exists()
+        (cache.folder / name).write_bytes(pickle.dumps((Evil(), "V1")))
+    assert list(cache_of(tmp_path).results) == ["V1"] and not (tmp_path / "ran").exists()
 
 
 @pytest.mark.parametrize("error", [OSError("No space left"), PermissionError("is read only")])
@@ -108,29 +108,27 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
     def full(*more: object) -> None:
         raise error
 
-    monkeypatch.setattr(ResultCache, "keep", full)
-    frame = FRAMES[0]
-    assert BuildCache(ResultCache(tmp_path, "s")).result("V1", lambda: frame).frame is frame
+    monkeypatch.setattr("reports.results.cache.write", full)
+    frame, cache = FRAMES[0], cache_of(tmp_path)
+    assert cache.measure([Study("V1", "V1", "title", lambda report: frame)]) == {}
+    assert cache.results["V1"].frame is frame
     assert f"V1 is not kept for a build that is resumed: {error}." in capsys.readouterr().err
 
 
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
-def test_a_build_measures_sections_beside_its_claims_and_only_once(
-    make_suite, make_claim, tmp_path
+def test_a_build_measures_sections_beside_its_claims_and_lists_each_once(
+    make_suite, make_claim, tmp_path, capsys
 ):
-    def never(quick, report):
-        raise AssertionError("measured in its turn")
-
-    section = replace(SKY, measure=never)
+    section = replace(SKY, measure=partial(quiet, 0.0))
     names = [f"V{k}" for k in range(1, 5)]
-    studies = {**dict.fromkeys(names, nothing), section.title: partial(quiet, 0.0)}
-    suite = make_suite(*map(make_claim, names), sections=(section,), in_workers=studies)
-    cache = BuildCache()
-    results = verify(suite, Options(True, out=tmp_path), cache, [section.title])
+    suite = make_suite(*map(make_claim, names), sections=(section,))
+    cache, options = BuildCache(), Options(True, out=tmp_path)
+    results = verify(suite, options, cache, section_studies(suite.sections, True))
     assert [result.claim.id for result in results.checked] == names
-    (result,) = measure_sections(suite, Options(True, out=tmp_path), suite.sections, cache)
-    assert not result.failure and list(result.frame) == list(quiet(0.0, True))
-    assert measure_sections(suite, Options(out=tmp_path), suite.sections)[0].failure
+    (result,) = measure_sections(suite, options, suite.sections, cache)
+    assert not result.failure and result.frame["process"][0] != os.getpid()
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("[")]
+    assert len(lines) == len({line.split("] ")[1].rpartition(":")[0] for line in lines}) == 5
 
 
 def test_sections_open_to_external_integrators_are_then_measured_with_them(monkeypatch):
@@ -138,18 +136,15 @@ def test_sections_open_to_external_integrators_are_then_measured_with_them(monke
     mine.name = "mine"
     monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: mine)
     with joined(load(), ["mine:Mine"]) as suite:
-        here = {
-            section.title for section in suite.sections if section.title not in suite.in_workers
-        }
+        here = {section.title for section in suite.sections if section.timed}
     assert here == {section.title for section in SECTIONS if section.open or section.timed}
 
 
 def test_claims_with_results_are_judged_and_the_others_are_studied(make_claim, tmp_path, capsys):
-    store = ResultCache(tmp_path, "state")
-    cache = BuildCache(store, "now")
+    cache = cache_of(tmp_path)
     cache.keep("V2", pd.DataFrame({"there": [1.0]}), 7.0)
     claims = [make_claim("V1"), make_claim("V2", raises=RuntimeError("not here")), make_claim("V3")]
-    results = check(claims, None, True, cache)
+    results = check(claims, True, cache)
     assert [result.claim.id for result in results] == ["V1", "V2", "V3"]
     assert results[1].seconds == 7.0 and list(results[1].frame) == ["there"]
     studied = capsys.readouterr().err.splitlines()
@@ -157,40 +152,56 @@ def test_claims_with_results_are_judged_and_the_others_are_studied(make_claim, t
         "[1/2] V1 title of V1",
         "[2/2] V3 title of V3",
     ]
-    assert set(store.results()) == {"V1", "V2", "V3"}
+    assert set(cache_of(tmp_path).results) == {"V1", "V2", "V3"}
+
+
+def study(name: str, measure: Callable[..., pd.DataFrame]) -> Study:
+    return Study(name, "study", name, partial(measure, True), timed=False)
 
 
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
-    studies = {name: broken if name == "b" else partial(quiet, 0.3) for name in "abcd"}
-    found = {name: (frame, seconds) for name, frame, seconds in study_in_workers(studies, True)}
-    assert set(found) == {"a", "c", "d"} and capfd.readouterr() == ("", "")
-    processes = {int(frame["process"][0]) for frame, _ in found.values()}
+    cache = BuildCache()
+    studies = [study(name, broken if name == "b" else partial(quiet, 0.3)) for name in "abcd"]
+    seconds = {one.name: seconds for one, seconds in study_in_workers(studies, cache)}
+    assert set(seconds) == set(cache.results) == {"a", "c", "d"}
+    assert capfd.readouterr() == ("", "")
+    frames = [result.frame for result in cache.results.values()]
+    processes = {int(frame["process"][0]) for frame in frames}
     assert len(processes) == 2 and os.getpid() not in processes
-    assert all(seconds >= 0.3 and frame["quick"].all() for frame, seconds in found.values())
-    assert list(study_in_workers({"a": partial(quiet, 0.0)}, True)) == []  # too few
+    assert min(seconds.values()) >= 0.3 and all(frame["quick"].all() for frame in frames)
+    assert list(study_in_workers(studies[:1], BuildCache())) == []  # too few
+    timed = [replace(one, timed=True) for one in studies]
+    assert list(study_in_workers(timed, BuildCache())) == []
 
 
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 def test_the_death_of_a_worker_is_no_more_than_missing_results():
-    studies = {**dict.fromkeys("abc", partial(quiet, 0.0)), "d": dying, "e": partial(quiet, 0.0)}
-    assert {name for name, *_ in study_in_workers(studies, True)} <= set("abce")
-    del studies["d"]
-    assert {name for name, *_ in study_in_workers(studies, True)} == set("abce")
+    studies = [study(name, dying if name == "d" else partial(quiet, 0.0)) for name in "abcde"]
+    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} <= set("abce")
+    del studies[3]
+    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} == set("abce")
 
 
 KILLED = """
 import os, signal, sys
 from functools import partial
 from reports.build.workers import study_in_workers
+from reports.results.cache import BuildCache, Study
 from tests.reports.small_studies import quiet
 if __name__ == "__main__":
-    studies = {"a": partial(quiet, 0.0), **{str(k): partial(quiet, 300.0) for k in range(9)}}
-    (one,) = next(study_in_workers(studies, True))[1]["process"]
-    print(one, flush=True)
+    cache, seconds = BuildCache(), [0.0] + 9 * [300.0]
+    studies = [
+        Study(str(k), "", "", partial(quiet, after, True), timed=False)
+        for k, after in enumerate(seconds)
+    ]
+    next(finished := study_in_workers(studies, cache))
+    (process,) = cache.results["0"].frame["process"]
+    print(process, flush=True)
     if sys.argv[1] == "kill":
         os.kill(os.getpid(), signal.SIGKILL)
+    finished.close()
 """
 
 

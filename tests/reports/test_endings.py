@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
+from threading import Timer
 
+import pandas as pd
 import pytest
 import typer
 
+import galvi
 from galvi.command import main
 from reports.cli.commands import run
 
@@ -83,6 +87,24 @@ def test_what_cannot_be_imported_is_no_verdict(monkeypatch, capsys):
 
 def test_an_abort_is_an_interrupt(tmp_path, capsys):
     assert run(raising(typer.Abort()), ["verify", "--out", str(tmp_path)]) == 130
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupt_during_a_run_of_galvi_ends_the_command(make_suite, tmp_path):
+    orbit = galvi.problems.kepler(0.6)
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    galvi.integrate(orbit, method, 0.1, 1)  # compiles the kernel
+
+    def cost(quick, report):
+        Timer(0.3, os.kill, [os.getpid(), signal.SIGINT]).start()
+        run = galvi.integrate(orbit, method, 0.1, 10**8, save_every=10**6)
+        return pd.DataFrame({"status": [run.status]})
+
+    handler = signal.getsignal(signal.SIGINT)
+    suite = make_suite(cost=cost)
+    assert run(lambda: suite, ["compare", "--out", str(tmp_path)]) == 130
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert not (tmp_path / "cost.csv").exists()
 
 
 def test_where_it_was_raised_is_shown_where_asked_for(tmp_path, monkeypatch, capsys):

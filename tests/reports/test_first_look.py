@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -37,13 +36,11 @@ def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(
 def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
 ) -> None:
-    claims = {one.id: one for one in bench.suite.claims}
-    bench.suite = replace(bench.suite, in_workers=dict.fromkeys(claims, None))
-
-    def finishing(studies, quick):
-        assert quick and list(studies) == ["V1", "V3"]
-        for name in studies:
-            yield name, claims[name].study(None, quick, print), 0.1
+    def finishing(studies, cache):
+        assert [study.name for study in studies] == ["V1", "V3"]
+        for study in studies:
+            cache.keep(study.name, study.measure(print), 0.1)
+            yield study, 0.1
 
     monkeypatch.setattr("reports.build.first_look.study_in_workers", finishing)
     monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)

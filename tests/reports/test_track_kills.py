@@ -19,7 +19,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.store.provenance import ROOT
-from benchmarks.store.result_cache import FOLDER
+from reports.results.cache import FOLDER
 from reports.tracking.checkouts import copy_kernels, copy_working_tree
 
 RESUMING = re.compile(r"^Resuming: (\d+) results? of the build of [^;]*; --anew", re.M)

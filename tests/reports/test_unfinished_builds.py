@@ -12,14 +12,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.store.result_cache import FOLDER
 from benchmarks.work_precision.run import problems, work_precision
 from reports.build.kept import LOCK
 from reports.figures.drawing import Gallery
 from reports.results import cache
-from reports.results.cache import open_cache
-from reports.results.comparison import MARKS, Comparison
+from reports.results.cache import FOLDER, open_cache
+from reports.results.comparison import Comparison
 from reports.results.options import Options
+from reports.results.rows import MARKS
 from tests.reports.counted_suite import Bench
 
 HOLD = """
@@ -104,8 +104,8 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(ben
     told = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((tmp_path / "two" / "provenance.json").read_text())
     assert all(told in origin["resumed"] for origin in origins.values())
-    assert told in (tmp_path / "two" / "provenance.html").read_text()
-    assert "was stopped" not in (tmp_path / "whole" / "provenance.html").read_text()
+    assert told in (tmp_path / "two" / "results" / "provenance.html").read_text()
+    assert "was stopped" not in (tmp_path / "whole" / "results" / "provenance.html").read_text()
     dates = set(pd.read_csv(tmp_path / "two" / "claims.csv")["date"])
     assert dates == {"2026-01-01 00:00 UTC"}
     assert set(pd.read_csv(tmp_path / "two" / "study.csv")["date"]) == {"2026-01-01"}
@@ -122,7 +122,7 @@ def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_pa
 
 def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
     def state(**asked: object) -> str:
-        return open_cache(bench.suite, Options(out=tmp_path, **asked)).store.state
+        return open_cache(bench.suite, Options(out=tmp_path, **asked)).folder.name
 
     seen = [state(), state(quick=True), state(claims=("V1",))]
     bench.date = "2027-01-01 00:00 UTC"
@@ -135,7 +135,7 @@ def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
 
 
 def test_nothing_is_kept_of_a_build_with_external_integrators(bench, tmp_path):
-    assert open_cache(bench.suite, Options(out=tmp_path, contenders=("mine:A",))).store is None
+    assert open_cache(bench.suite, Options(out=tmp_path, contenders=("mine:A",))).folder is None
 
 
 @pytest.mark.slow_cases("False")
@@ -143,9 +143,9 @@ def test_nothing_is_kept_of_a_build_with_external_integrators(bench, tmp_path):
 def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     bench, tmp_path, monkeypatch, capsys, changes
 ):
-    states = iter("aaaa" + ("b" if changes else "a") * 1000)
+    states = iter("aaa" + ("b" if changes else "a") * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
-    stopped(bench, "study", "--out", str(tmp_path))  # twice at the start, then at each result
+    stopped(bench, "study", "--out", str(tmp_path))  # at the start, then at each result
     assert len(kept(tmp_path)) == (2 if changes else 6)
     said = "ball is not kept for a build that is resumed: the sources changed since the build"
     assert (said in capsys.readouterr().err) == changes
@@ -155,12 +155,12 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     beside="test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on"
 )
 def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, capsys):
-    states = iter("aaaaaa" + "b" * 1000)
+    states = iter("aaaaa" + "b" * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
     bench("--out", str(tmp_path))
     told = "the sources, after this run began: results may be of either state"
     assert f"Changed: {told}.\n" in capsys.readouterr().err
-    assert told in (tmp_path / "provenance.html").read_text()
+    assert told in (tmp_path / "results" / "provenance.html").read_text()
     origins = json.loads((tmp_path / "provenance.json").read_text())
     assert origins["index.html"]["changed"] == told
     assert "changed" not in origins["claims.csv"]

@@ -11,11 +11,11 @@ import typer
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import claims_by_place, places, statements
 from references import EngineMissing
-from reports.build.kept import kept_claims, read
+from reports.build.kept import kept_claims
 from reports.build.verify import moved
 from reports.cli.commands import run
 from reports.cli.options import choose_claims
-from reports.results.comparison import merged
+from reports.results.rows import merged, read_rows
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
 
@@ -102,7 +102,7 @@ def test_an_absent_engine_is_listed_and_its_rows_are_skipped(
     assert ABSENT in found["engines", "rebound"].find("skipped").get("message")
     assert len(found["engines", "mujoco"]) == 0
     assert f"- rebound is absent: {ABSENT}" in (tmp_path / "verify.md").read_text()
-    rows = read(tmp_path / "claims.csv")
+    rows = read_rows(tmp_path / "claims.csv")
     assert list(rows["absent"]) == ["", "rebound"]
     (kept,) = kept_claims(tmp_path, without_rebound.claims)[1].rows
     assert (kept.absent, kept.expected) == ("rebound", "not run")
@@ -219,7 +219,7 @@ def test_rows_of_a_file_without_marks_get_those_of_the_file(make_suite, make_cla
 def test_rows_that_cannot_be_read_are_told_and_replaced(make_suite, tmp_path, capsys, text):
     (tmp_path / "claims.csv").write_text(text)
     assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 0
-    assert "are not kept, since it cannot be read" in capsys.readouterr().err
+    assert "claims.csv is left out, since it cannot be read" in capsys.readouterr().err
     assert list(pd.read_csv(tmp_path / "claims.csv")["id"]) == ["V1"]
 
 

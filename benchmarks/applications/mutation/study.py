@@ -18,8 +18,7 @@ from benchmarks.applications.mutation.mutants import Mutant, sampled
 from benchmarks.applications.mutation.reach import Reach, copied, recorded
 from benchmarks.applications.mutation.trial import KILLED, Outcome, tried
 from benchmarks.checks.claim import Report
-from benchmarks.store.provenance import ROOT, today, version
-from benchmarks.store.result_cache import digest_of_sources
+from benchmarks.store.provenance import ROOT, digest_of_sources, today, version
 from benchmarks.store.row_files import RowFiles, stored_rows
 
 COLUMNS: Mapping[str, type] = {
