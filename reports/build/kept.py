@@ -14,6 +14,7 @@ from filelock import FileLock, Timeout
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.cells import read_csv
 from benchmarks.store.frames import COLUMNS
+from benchmarks.work_precision.dependable import dependable
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import OF_CONTENDERS
@@ -91,9 +92,9 @@ def _without_study(id: str) -> Claim:
 
 
 def kept_comparison(out: Path) -> Comparison:
-    """The times and costs of the last comparison."""
+    """The times, with the errors that count, and costs of the last comparison."""
     runs = read(out / "work_precision.csv", needed="is_truth")
-    return Comparison(runs, read(out / "cost.csv"))
+    return Comparison(None if runs is None else dependable(runs), read(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import ratios
 from benchmarks.work_precision.profiles import Share, costs, profile, share
 from reports.tables.comparison_tables import heading
@@ -17,9 +16,8 @@ FACTORS = (1.0, 10.0)  # of the fastest
 
 def costs_at(runs: pd.DataFrame) -> dict[float, pd.DataFrame]:
     """Error -> `benchmarks.work_precision.profiles.costs` of the rows of a comparison."""
-    counted = dependable(runs)
-    cells = ratios(counted, SHOWN)
-    return {error: costs(counted, cells, error) for error in SHOWN}
+    cells = ratios(runs, SHOWN)
+    return {error: costs(runs, cells, error) for error in SHOWN}
 
 
 def profile_table(runs: pd.DataFrame) -> pd.DataFrame:

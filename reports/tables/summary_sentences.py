@@ -10,7 +10,6 @@ import pandas as pd
 
 from benchmarks.statistics.paired import TIE
 from benchmarks.work_precision.asked import code_of
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.grid import gaps, unequal
 from benchmarks.work_precision.labels import label_of
@@ -86,10 +85,9 @@ OVERHEAD = 0.02  # share of a timed call, above which it is said
 
 def chances(runs: pd.DataFrame) -> tuple[str, ...]:
     """Sentences on one problem's rows of `benchmarks.work_precision.run`."""
-    counted = dependable(runs)
-    table = gaps(counted)
+    table = gaps(runs)
     each = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
-    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(counted)), overheads(runs))))
+    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(runs)), overheads(runs))))
 
 
 def overheads(runs: pd.DataFrame) -> str:
