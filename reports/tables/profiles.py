@@ -30,7 +30,7 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                 continue
             fastest, near = profile(rows["ratio"], FACTORS)
             solved = int((rows["cost"] < float("inf")).sum())
-            beside = [int((rows["outcome"] == one).sum()) for one in (FASTER, TIE, SLOWER)]
+            outcomes = [str((rows["outcome"] == name).sum()) for name in (FASTER, TIE, SLOWER)]
             lines.append(
                 {
                     "error": heading(error),
@@ -39,13 +39,13 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                     "solved": _percent(share(solved, len(rows))),
                     "within 10 times the fastest": _percent(near),
                     "fastest": _percent(fastest),
-                    "galvi faster, tie, slower": ", ".join(map(str, beside)) * (code != "galvi"),
+                    "galvi faster, tie, slower": ", ".join(outcomes) * (code != "galvi"),
                 }
             )
     return pd.DataFrame(lines)
 
 
-def _percent(found: Share) -> str:
+def _percent(band: Share) -> str:
     """E.g. 80 % (60 to 100)."""
-    low, middle, high = (round(100.0 * one) for one in found)
+    low, middle, high = (round(100.0 * number) for number in band)
     return f"{middle} % ({low} to {high})"
