@@ -119,8 +119,8 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [known(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
-    words = [escape(word) for word in re.split("[ _]", name)]
-    stacked = rf"\shortstack{{{LINE_END.join(words)}}}"
+    heading = [escape(word) for word in re.split("[ _]", name)]
+    stacked = rf"\shortstack{{{LINE_END.join(heading)}}}"
     if any(numbers):
         cells = [
             siunitx(value, error) if is_number else f"{{{escape(text)}}}"
@@ -132,7 +132,7 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
         return _Column(stacked, "l", [*map(escape, texts)])
     cells = [escape(re.sub(BREAK % piece, "\u200b", text)) for text in texts]
     # the square root makes the least of all lines together
-    return _Column(" ".join(words), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
+    return _Column(" ".join(heading), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
 
 
 def caption_of(name: str, origin: Mapping[str, str]) -> str:

@@ -23,9 +23,9 @@ DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight"
 CLAIMS = "claims.csv"
 
 
-def macro(*words: str) -> str:
+def macro(*texts: str) -> str:
     """A name of letters only: digits are spelt out, other signs begin a new word."""
-    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(words)))
+    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(texts)))
     spelt = (re.sub(r"\d", lambda digit: DIGITS[int(digit[0])], part) for part in parts if part)
     joined = "".join(part[:1].upper() + part[1:] for part in spelt)
     return joined[:1].lower() + joined[1:]

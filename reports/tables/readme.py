@@ -235,8 +235,10 @@ def _mutants(file: Path) -> str:
     rows, same = read_csv(file), equivalents()
     changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
     rows = rows[[change not in same for change in changes]]
-    found = int((rows["outcome"] == KILLED).sum())
-    return f"{found} of {len(rows)} ({found / len(rows):.1%}), those that compute the same left out"
+    killed = int((rows["outcome"] == KILLED).sum())
+    return (
+        f"{killed} of {len(rows)} ({killed / len(rows):.1%}), those that compute the same left out"
+    )
 
 
 def marks(name: str) -> tuple[str, str]:
