@@ -12,6 +12,7 @@ import typer
 from filelock import FileLock, Timeout
 
 from benchmarks.checks.claim import Claim, Row
+from benchmarks.work_precision.dependable import dependable
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import OF_CONTENDERS
@@ -89,9 +90,9 @@ def _without_study(id: str) -> Claim:
 
 
 def kept_comparison(out: Path) -> Comparison:
-    """The times and costs of the last comparison."""
+    """The times, with the errors that count, and costs of the last comparison."""
     runs = read_rows(out / "work_precision.csv", needed="is_truth")
-    return Comparison(runs, read_rows(out / "cost.csv"))
+    return Comparison(None if runs is None else dependable(runs), read_rows(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
@@ -54,7 +53,7 @@ BODIES_NOT_DONE = "galvi has no contacts, joint limits or closed loops, which Mu
 def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
     """Errors against times on one problem; who is fastest where is its title."""
     quantity = str(runs["quantity"].iloc[0])
-    who = summary_sentences(matched(dependable(runs)))
+    who = summary_sentences(matched(runs))
     return Figure(
         name=slug(problem),
         title=who[0].rstrip(".") if who else f"{label_of(problem).title}: error against time",
@@ -71,8 +70,7 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
 
 def _of_drawn(runs: pd.DataFrame) -> str:
     """Sentences of the caption on what not every such figure shows."""
-    counted = dependable(runs)
-    measured = counted[(counted["error"] > 0) & (counted["seconds"] > 0)]
+    measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
     names = list(measured["contender"].unique())
     sentences = {
         "An open mark with an arrow: a bound, ten times the truth's own error.": bool(

@@ -11,7 +11,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, error_label, readable
 from reports.figures.style.identities import OURS, blue, identity, in_order
@@ -28,7 +27,6 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
     """One problem: the front of each code in error and time, of galvi one for each degree, with the
     intervals of times. Errors are those that count in tables too; bounds have a mark of their own.
     The run that is the truth has a time only, a dotted line in its colour."""
-    frame = dependable(frame)
     measured = frame[(frame["error"] > 0) & (frame["seconds"] > 0)]
     if measured.empty:
         raise NoData("no contender has both an error and a time.")
@@ -111,7 +109,7 @@ def headline(
     for one in places[1:]:
         one.sharey(places[0])
     for one, name in zip(places, known, strict=True):
-        rows = dependable(frame[frame["problem"] == name])
+        rows = frame[frame["problem"] == name]
         one.set(xscale="log", yscale="log", xlabel="time to solution [s]")
         one.set_title(panels[name])
         lines = {line.label: found for line in shown if (found := _line(one, rows, line))}

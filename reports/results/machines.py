@@ -14,6 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.atomic import write
+from benchmarks.work_precision.dependable import dependable
 from reports.results.origins import NAME, note_origin, read_origins, short
 from reports.results.rows import read_rows
 
@@ -130,4 +131,4 @@ def _check(folder: Path) -> None:
 def _read(folder: Path) -> Machine | None:
     origin = read_origins(folder).get(ROWS, {})
     runs = read_rows(folder / ROWS, "is_truth") if origin.get("cpu") else None
-    return None if runs is None else Machine(runs, origin)
+    return None if runs is None else Machine(dependable(runs), origin)

@@ -9,13 +9,12 @@ import pandas as pd
 
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Row
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import fastest
 from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
 from reports.results.summary import many
-from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
+from reports.tables.comparison_tables import AMONG, fastest_lines, heading, is_ours
 from reports.tables.number_format import TIMES, readable, seconds
 
 ENGINES = {
@@ -97,16 +96,6 @@ def _absent(
     return AbsentEngine(name, text, reasons[0] if reasons else "")
 
 
-def fastest_lines(choices: pd.DataFrame) -> pd.DataFrame:
-    """A line for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
-    parts = []
-    for problem in choices["problem"].drop_duplicates():
-        table = readable_fastest(choices, problem)
-        table.insert(0, "problem", label_of(str(problem)).title)
-        parts.append(table)
-    return pd.concat(parts, ignore_index=True).rename(columns={"error": "its error"})
-
-
 def filters(choices: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
     """(column, heading, values) of each filter of `fastest_lines`; errors from large to small."""
     table = fastest_lines(choices)
@@ -136,8 +125,7 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         if reached is None:
             continue
         error, time = reached
-        counted = dependable(rows)
-        ours = fastest(counted[counted["contender"].map(is_ours)], error)
+        ours = fastest(rows[rows["contender"].map(is_ours)], error)
         best = float("nan") if ours is None else float(ours["seconds"])
         title = label_of(str(problem)).title
         errors[title] = error

@@ -37,6 +37,7 @@ from reports.tables.comparison_tables import (
     elsewhere,
     energies,
     fastest_cells,
+    fastest_lines,
     mujoco_overhead,
     of_mujoco,
     readable_ratios,
@@ -112,9 +113,9 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        file_table, html_table, peers, in_text, label_of, motions, mujoco_overhead, of_mujoco,
-        readable_cost, readable_ratios, readable_targets, sentences, slug, without_common,
-        comparisons.fastest_lines, comparisons.filters, comparisons.installed_engines,
+        fastest_lines, file_table, html_table, in_text, label_of, motions, mujoco_overhead,
+        of_mujoco, peers, readable_cost, readable_ratios, readable_targets, sentences, slug,
+        without_common, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})
     environment.globals.update(

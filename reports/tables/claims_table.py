@@ -39,8 +39,7 @@ READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slopes", "slack
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
-    lines = [{name: getattr(row, name) for name in COLUMNS} for row in rows]
-    frame = pd.DataFrame(lines, columns=list(COLUMNS))
+    frame = pd.DataFrame(list(rows), columns=list(COLUMNS))
     frame[list(NUMBERS)] = frame[list(NUMBERS)].apply(pd.to_numeric)
     return frame
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import pandas as pd
 
 from benchmarks.statistics.paired import TIE
 from benchmarks.work_precision.asked import errors_of
-from benchmarks.work_precision.dependable import bounds, dependable
+from benchmarks.work_precision.dependable import bounds
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
@@ -65,13 +65,12 @@ def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> C
     """
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
-    runs = dependable(runs)
     times = matched(runs)
     invented = unfounded(times, runs)
     if invented:
         raise ValueError(" ".join(invented))
     return ComparisonTables(
-        times, fastest_per_error(runs), smallest(runs), targets_met(runs, targets)
+        times, fastest_per_error(times, runs), smallest(runs), targets_met(runs, targets)
     )
 
 
@@ -99,8 +98,8 @@ def is_ours(contender: str) -> bool:
 
 def matched(frame: pd.DataFrame) -> pd.DataFrame:
     """problem, contender, error, seconds, ratio; see `benchmarks.work_precision.fronts.ratios`."""
-    found = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
-    return pd.concat(found, ignore_index=True) if found else ratios(frame, ())
+    parts = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
+    return pd.concat(parts, ignore_index=True) if parts else ratios(frame, ())
 
 
 def smallest(frame: pd.DataFrame) -> pd.DataFrame:
@@ -108,6 +107,12 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
     `benchmarks.work_precision.fronts.at_smallest`."""
     ends = at_smallest(frame)
     return ends.assign(bound=bounds(ends, frame))
+
+
+def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """The rows of one problem in a table of `ratios`; of galvi's methods the best alone."""
+    rows = table[table["problem"] == problem]
+    return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_ours).astype(bool)]
 
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
@@ -118,37 +123,31 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
     A time of the run that is the reference is marked, as its error is unknown. The last column,
     from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
     """
-    rows = table[table["problem"] == problem]
-    own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
-    lines = []
-    for contender in compared(rows):
-        times = rows[rows["contender"] == contender]
-        line = {"contender": contender}
-        end = own.loc[contender] if contender in own.index else None
-        for _, seen in times.iterrows():
-            unknown = known(seen["seconds"]) and (end is None or end["error"] > seen["error"])
-            said = _cell(seen, str(contender))
-            line[heading(seen["error"])] = f"reference: {said}" if unknown else said
-        if end is not None:
-            error = f"{'≤ ' * bool(end['bound'])}{readable(end['error'], 2)}"
-            line[SMALLEST] = f"{error}: {_cell(end, str(contender))}"
-        lines.append(line)
-    noise = {
-        heading(error): interval_text(here["noise_low"].min(), here["noise_high"].max())
-        for error, here in rows.groupby("error", sort=False)
-    }
-    lines += [{"contender": NOISE, **noise}] if any(noise.values()) else []
-    return pd.DataFrame(lines).fillna("")
+    times, last = _with_cells(compared(table, problem)), _with_cells(compared(ends, problem))
+    smallest_errors = times["contender"].map(last.set_index("contender")["error"])
+    is_reference = times["seconds"].notna() & ~(smallest_errors <= times["error"])
+    times["cell"] = times["cell"].mask(is_reference, "reference: " + times["cell"])
+    bound = last["bound"].map({True: "≤ ", False: ""})
+    last["cell"] = bound + last["error"].map(two_digits) + ": " + last["cell"]
+    noise = times.groupby("heading", sort=False).agg({"noise_low": "min", "noise_high": "max"})
+    noise["cell"] = [*map(interval_text, noise["noise_low"], noise["noise_high"])]
+    lines = pd.concat(
+        [
+            times,
+            last.assign(heading=SMALLEST),
+            noise[noise["cell"] != ""].reset_index().assign(contender=NOISE),
+        ]
+    )
+    cells = lines.set_index(["contender", "heading"])["cell"].unstack(sort=False).fillna("")
+    return cells.rename_axis(columns=None).reset_index()
+
+
+def _with_cells(rows: pd.DataFrame) -> pd.DataFrame:
+    cells = pd.Series([*map(_cell, rows.to_dict("records"))], rows.index, dtype=object)
+    return rows.assign(heading=rows["error"].map(heading), cell=cells)
 
 
 NOISE = "galvi against itself"
-
-
-def compared(rows: pd.DataFrame) -> list[str]:
-    """The contenders in the rows of `ratios` but galvi's methods, of which the best stands for
-    all."""
-    names = rows["contender"].drop_duplicates()
-    return [str(name) for name in names if name == OURS or not is_ours(str(name))]
 
 
 def interval_text(low: float, high: float) -> str:
@@ -161,27 +160,34 @@ def heading(error: float) -> str:
     return readable(error, 1).removeprefix("1·")
 
 
+def two_digits(number: float) -> str:
+    """An error as text."""
+    return readable(number, 2)
+
+
 def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
     """(line, column) of the least time in each column of `readable_ratios`."""
-    rows = table[table["problem"] == problem]
-    lines = compared(rows)
-    times = rows[rows["contender"].isin(lines) & rows["seconds"].notna()]
-    least = times.loc[times.groupby("error")["seconds"].idxmin()]
-    return [(lines.index(row["contender"]), heading(row["error"])) for _, row in least.iterrows()]
+    rows = compared(table, problem)
+    lines = list(rows["contender"].unique())
+    least = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
+    return [
+        (lines.index(name), heading(error))
+        for name, error in zip(least["contender"], least["error"], strict=True)
+    ]
 
 
-def _cell(row: pd.Series, contender: str) -> str:
+def _cell(row: Mapping[str, Any]) -> str:
     if not known(row["seconds"]):
         return NOT_REACHED
     close = f", {readable(row['closer'], 1)}{TIMES} closer" if known(row["closer"]) else ""
-    if contender == OURS:
+    if row["contender"] == OURS:
         return f"{seconds(row['seconds'])}{close}"
     if not known(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
     tie = f"{TIE}, " if row["outcome"] == TIE else ""
-    bounds_text = interval_text(row["low"], row["high"])
-    said = f"{tie}{readable(row['ratio'], 2)}{TIMES}{f', {bounds_text}' if bounds_text else ''}"
-    return f"{said}{close} ({seconds(row['seconds'])})"
+    interval = interval_text(row["low"], row["high"])
+    ratio = f"{readable(row['ratio'], 2)}{TIMES}{', ' * bool(interval)}{interval}"
+    return f"{tie}{ratio}{close} ({seconds(row['seconds'])})"
 
 
 OF_RK4 = MUJOCO_RK4.name
@@ -190,132 +196,102 @@ OF_RK4 = MUJOCO_RK4.name
 def mujoco_overhead(runs: pd.DataFrame) -> str:
     """A sentence from one problem's rows of `benchmarks.work_precision.run`; empty unless both
     codes took part."""
-    runs = runs.assign(error=runs.get("own_error", runs["error"]))
-    both = runs[runs["contender"].isin((OF_RK4, TEXTBOOK_RK4)) & (runs["seconds"] > 0.0)]
-    pairs = both.pivot(index="settings", columns="contender", values=["seconds", "error"]).dropna()
-    if pairs.empty or not {OF_RK4, TEXTBOOK_RK4} <= set(both["contender"]):
-        return ""
-    slower, better = (
-        (pairs[what, over] / pairs[what, under]).median()
-        for what, over, under in (
-            ("seconds", OF_RK4, TEXTBOOK_RK4),
-            ("error", TEXTBOOK_RK4, OF_RK4),
-        )
+    timed = runs[runs["seconds"] > 0.0].set_index("settings")[["contender", "seconds", "own_error"]]
+    mujoco, textbook = (
+        timed[timed["contender"] == name].drop(columns="contender")
+        for name in (OF_RK4, TEXTBOOK_RK4)
     )
+    times_of_textbook = (mujoco / textbook).dropna()
+    if times_of_textbook.empty:
+        return ""
+    slower = times_of_textbook["seconds"].median()
+    better = (1.0 / times_of_textbook["own_error"]).median()
     return (
-        f"A step of {OF_RK4} takes {readable(slower, 2)} times as long as one of {TEXTBOOK_RK4}, "
-        f"at an error {_compared(better)} (medians over {len(pairs)} step sizes): so much of "
-        "MuJoCo's time is generality, for joints, contacts and actuators, which a single free body "
-        "does not need."
+        f"A step of {OF_RK4} takes {two_digits(slower)} times as long as one of {TEXTBOOK_RK4}, "
+        f"at an error {_compared(better)} (medians over {len(times_of_textbook)} step sizes): so "
+        "much of MuJoCo's time is generality, for joints, contacts and actuators, which a single "
+        "free body does not need."
     )
 
 
 def _compared(better: float) -> str:
     if 0.9 < better < 1.1:
         return "as large"
-    return f"{readable(max(better, 1.0 / better), 2)} times {'smaller' if better > 1 else 'larger'}"
+    return f"{two_digits(max(better, 1.0 / better))} times {'smaller' if better > 1 else 'larger'}"
 
 
 NOBODY = "not reached"
 ALL, GALVI, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
-CHOICE = ("contender", "settings", "stops_early", "error", "seconds")
+BEGINNINGS = {ALL: "", GALVI: OURS_BEGIN, ENGINE: "MuJoCo"}  # of the names in a group
 AMONG = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
+CHOICE = (
+    *("problem", "asked", "of", "contender", "settings", "stops_early", "error", "seconds"),
+    "bound",
+)
 
 
-def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
-    """For each problem and error: the fastest contender of all, of galvi's, and, where they took
-    part, of MuJoCo's integrators, by their times at that error as in `fronts.ratios`.
+def fastest_per_error(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """For each problem and error of `ratios`: the fastest contender of all, of galvi's, and, where
+    they took part, of MuJoCo's integrators.
 
     A run that is the reference of the others counts as reaching every error; its own is unknown.
-    Without `errors`, those at which the problem's contenders are compared.
 
     Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, stops_early,
     error, seconds, bound: its fastest run that reaches the error, and whether that run's error is
     a bound alone.
     """
-    rows = []
-    for problem, runs in frame.groupby("problem", sort=False):
-        groups = {ALL: runs, GALVI: _of(runs, is_ours), ENGINE: _of(runs, _is_mujoco)}
-        if not groups[ENGINE]["seconds"].notna().any():
-            del groups[ENGINE]
-        asked = errors_of(runs) if errors is None else errors
-        rows += [
-            {"problem": problem, "asked": error, "of": of, **_fastest(among, error)}
-            for error in asked
-            for of, among in groups.items()
-        ]
-    table = pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
-    return table.assign(bound=bounds(table, frame))
+    cells = times.rename(columns={"error": "asked"})
+    cells["line"] = cells.groupby(["problem", "asked"], sort=False).ngroup()
+    named = cells[(cells["contender"] != OURS) | cells["seconds"].isna()]
+    by_time = named.sort_values("seconds", kind="stable")
+    choices = [
+        by_time[by_time["contender"].str.startswith(beginning)]
+        .drop_duplicates("line")
+        .assign(of=of)
+        for of, beginning in BEGINNINGS.items()
+    ]
+    run = ["problem", "contender", "settings", "seconds"]
+    measured = runs[[*run, "stops_early", "error"]].drop_duplicates(run)
+    table = pd.concat(choices).sort_values("line", kind="stable").merge(measured, "left", run)
+    table["contender"] = table["contender"].mask(table["seconds"].isna(), NOBODY)
+    table["stops_early"] = table["stops_early"].eq(True)
+    return table.assign(bound=bounds(table, runs))[list(CHOICE)]
 
 
-def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """The rows of one problem as text: for each error a line for each choice, with those among
-    whom it is the fastest, e.g. "all, galvi's".
-    """
-    lines = []
-    rows = table[table["problem"] == problem]
-    for (asked, _), chosen in rows.groupby(["asked", "contender"], sort=False):
-        among = ", ".join(AMONG[of] for of in chosen["of"])
-        lines.append(_line(heading(asked), among, chosen.iloc[0]))
-    return pd.DataFrame(lines)
+def fastest_lines(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of `fastest_per_error` as text: for each problem and error a line for each choice,
+    with those among whom it is the fastest, e.g. "all, galvi's"."""
+    choice = [table["problem"], table["asked"], table["contender"]]
+    labels = table["problem"].map(label_of)
+    truth = table["error"].isna() & table["seconds"].notna()
+    lines = pd.DataFrame(
+        {
+            "problem": [label.title for label in labels],
+            "error asked": table["asked"].map(heading),
+            "among": table["of"].map(AMONG).groupby(choice).transform(", ".join),
+            "contender": table["contender"],
+            "time": table["seconds"].map(seconds),
+            "setting": [
+                re.sub(r"\bstep=\S+", rf"\g<0> {label.time}".rstrip(), text)
+                for text, label in zip(table["settings"], labels, strict=True)
+            ],
+            "its error": table["error"].map(two_digits).mask(truth, "truth"),
+        }
+    )
+    lines["setting"] += table["stops_early"].map({True: " (stopped early)", False: ""})
+    lines["its error"] += table["bound"].map({True: " (bound)", False: ""})
+    return lines[~table.duplicated(["problem", "asked", "contender"])].reset_index(drop=True)
 
 
 def of_mujoco(table: pd.DataFrame, problem: str) -> str:
     """A sentence on the fastest of MuJoCo's integrators at each error; empty without them."""
     rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
-    if rows.empty:
-        return ""
-    said = [
-        f"{contender} for {', '.join(map(heading, chosen['asked']))}"
-        for contender, chosen in rows.groupby("contender", sort=False)
-        if contender != NOBODY
+    errors = rows["asked"].map(heading).groupby(rows["contender"], sort=False).agg(", ".join)
+    parts = [
+        f"none reaches {asked}" if name == NOBODY else f"{name} for {asked}"
+        for name, asked in errors.items()
     ]
-    none = [heading(asked) for asked in rows.loc[rows["contender"] == NOBODY, "asked"]]
-    said += [f"none reaches {', '.join(none)}"] if none else []
-    return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(said)}."
-
-
-def _fastest(runs: pd.DataFrame, asked: float) -> dict[str, Any]:
-    """The CHOICE among these runs of one problem at this error."""
-    each = (fastest(some, asked) for _, some in runs.groupby("contender", sort=False))
-    run = min(
-        (best for best in each if best is not None), key=lambda row: row["seconds"], default=None
-    )
-    if run is None:
-        nobody = {"contender": NOBODY, "settings": "", "stops_early": False}
-        return dict.fromkeys(CHOICE, float("nan")) | nobody
-    return dict(run[list(CHOICE)])
-
-
-def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
-    return runs[runs["contender"].map(belongs)]
-
-
-def _is_mujoco(contender: str) -> bool:
-    return contender.startswith(ENGINE)
-
-
-def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
-    return {
-        "error asked": asked,
-        "among": what,
-        "contender": row["contender"],
-        "time": seconds(row["seconds"]),
-        "setting": _setting(row),
-        "error": _error(row),
-    }
-
-
-def _error(row: pd.Series) -> str:
-    text = readable(row["error"], 2) or ("truth" if known(row["seconds"]) else "")
-    return f"{text} (bound)" if row["bound"] else text
-
-
-def _setting(row: pd.Series) -> str:
-    """With the unit of a step, and whether galvi's iteration ends before it has converged."""
-    text, unit = str(row["settings"]), label_of(row["problem"]).time
-    text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
-    return f"{text} (stopped early)" if row["stops_early"] else text
+    return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(parts)}." if parts else ""
 
 
 def energies(runs: pd.DataFrame) -> pd.DataFrame:
@@ -324,25 +300,24 @@ def energies(runs: pd.DataFrame) -> pd.DataFrame:
     energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
     if "energy" not in runs or not runs["energy"].notna().any():
         return pd.DataFrame()
-    counted = dependable(runs)
-    names = counted["contender"].map(lambda name: OURS if is_ours(name) else name)
+    names = runs["contender"].map(lambda name: OURS if is_ours(name) else name)
     lines = [
         {"contender": str(name)}
-        | {heading(error): _energy(fastest(rows, error)) for error in errors_of(counted)}
-        for name, rows in counted.groupby(names, sort=False)
+        | {heading(error): _energy(fastest(rows, error)) for error in errors_of(runs)}
+        for name, rows in runs.groupby(names, sort=False)
     ]
     table = pd.DataFrame(lines)
     return table[(table.drop(columns="contender") != NOT_REACHED).any(axis="columns")]
 
 
 def _energy(row: pd.Series | None) -> str:
-    return NOT_REACHED if row is None else readable(float(row["energy"]), 2)
+    return NOT_REACHED if row is None else two_digits(row["energy"])
 
 
 def elsewhere(runs: pd.DataFrame, problem: str) -> pd.DataFrame:
     """The readable table of another machine's rows on one problem."""
-    counted = dependable(runs[runs["problem"] == problem])
-    return readable_ratios(matched(counted), smallest(counted), problem)
+    rows = runs[runs["problem"] == problem]
+    return readable_ratios(matched(rows), smallest(rows), problem)
 
 
 def built() -> pd.DataFrame:

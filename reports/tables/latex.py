@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reports.tables.number_format import known, siunitx
+from reports.tables.number_format import capital, known, siunitx
 
 NEEDS = (
     r"% needs \usepackage{booktabs,siunitx,tabularx,xltabular,pdflscape}; "
@@ -35,6 +35,7 @@ STYLE = (
 LINE_END = r"\\"
 PAIRS = {"measured": "uncertainty", "fitted": "fitted_se"}  # number: its uncertainty, shown with it
 OF_ORIGIN = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
+NOT_INSTALLED = "not installed"
 SIGNS = str.maketrans({
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "{": r"\{",
     "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
@@ -75,9 +76,15 @@ def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
         _column(str(name), frame[name], frame.get(uncertainties.get(name)), piece) for name in names
     ]
     tables = [_table(columns, slice(0, PART), caption, label)]
-    for first in range(PART, len(frame), PART):
-        rows, part = slice(first, first + PART), f"{caption} Continued from row {first + 1}."
-        tables.append(_table(columns, rows, part, f"{label}-{first + 1}"))
+    tables += [
+        _table(
+            columns,
+            slice(first, first + PART),
+            f"{caption} Continued from row {first + 1}.",
+            f"{label}-{first + 1}",
+        )
+        for first in range(PART, len(frame), PART)
+    ]
     return "\n".join([NEEDS, *tables])
 
 
@@ -112,8 +119,8 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [known(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
-    words = [escape(word) for word in re.split("[ _]", name)]
-    stacked = rf"\shortstack{{{LINE_END.join(words)}}}"
+    heading = [escape(word) for word in re.split("[ _]", name)]
+    stacked = rf"\shortstack{{{LINE_END.join(heading)}}}"
     if any(numbers):
         cells = [
             siunitx(value, error) if is_number else f"{{{escape(text)}}}"
@@ -125,15 +132,16 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
         return _Column(stacked, "l", [*map(escape, texts)])
     cells = [escape(re.sub(BREAK % piece, "\u200b", text)) for text in texts]
     # the square root makes the least of all lines together
-    return _Column(" ".join(words), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
+    return _Column(" ".join(heading), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
 
 
 def caption_of(name: str, origin: Mapping[str, str]) -> str:
     """A caption with date, machine, versions and commit, as far as they are known."""
     versions = ", ".join(
-        f"{one} {origin[one]}" for one in OF_ORIGIN if origin.get(one, "not") != "not installed"
-        and one in origin
-    )  # fmt: skip
+        f"{package} {origin[package]}"
+        for package in OF_ORIGIN
+        if origin.get(package, NOT_INSTALLED) != NOT_INSTALLED
+    )
     parts = (
         origin.get("date", ""),
         " ".join(filter(None, (origin.get("cpu", ""), origin.get("platform", "")))),
@@ -141,9 +149,9 @@ def caption_of(name: str, origin: Mapping[str, str]) -> str:
         f"commit {origin['commit'][:12]}" if "commit" in origin else "",
         "quick setting" if origin.get("setting") == "quick" else "",
     )
-    words = name.replace("_", " ").replace("-", " ")
-    said = "; ".join(filter(None, parts))
-    return f"{words[:1].upper()}{words[1:]}. {f'Measured {said}.' if said else ''}".strip()
+    title = capital(name.replace("_", " ").replace("-", " "))
+    measured = "; ".join(filter(None, parts))
+    return f"{title}. {f'Measured {measured}.' if measured else ''}".strip()
 
 
 def escape(text: str) -> str:

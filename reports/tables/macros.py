@@ -23,10 +23,10 @@ DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight"
 CLAIMS = "claims.csv"
 
 
-def macro(*words: str) -> str:
+def macro(*texts: str) -> str:
     """A name of letters only: digits are spelt out, other signs begin a new word."""
-    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(words)))
-    spelt = (re.sub(r"\d", lambda found: DIGITS[int(found[0])], part) for part in parts if part)
+    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(texts)))
+    spelt = (re.sub(r"\d", lambda digit: DIGITS[int(digit[0])], part) for part in parts if part)
     joined = "".join(part[:1].upper() + part[1:] for part in spelt)
     return joined[:1].lower() + joined[1:]
 
@@ -51,9 +51,9 @@ def numbers(out: Path) -> str:
 
 def bibliography() -> str:
     """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
-    found = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
+    texts = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
     entry = f"@misc{{galvi,\n  date = {{{today()}}},\n  note = {{commit {commit()[:12]}}},"
-    return found.replace("@software{galvi,", entry).replace("@software{", "@misc{") + "\n"
+    return texts.replace("@software{galvi,", entry).replace("@software{", "@misc{") + "\n"
 
 
 Line = tuple[str, str, str]  # name, value, what it is
@@ -74,11 +74,11 @@ def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
         yield macro("galvi", str(verdict)), f"{count}", f"checks: {verdict}"
     for row in claims.itertuples():
         if known(row.measured):
-            name, value = (
+            yield (
                 macro("claim", str(row.id), str(row.quantity)),
-                siunitx(row.measured, row.uncertainty),
+                f"\\num{{{siunitx(row.measured, row.uncertainty)}}}",
+                f"{row.id}, {row.quantity}: {row.verdict}",
             )
-            yield name, f"\\num{{{value}}}", f"{row.id}, {row.quantity}: {row.verdict}"
 
 
 def _of_ratios(ratios: pd.DataFrame) -> Iterator[Line]:

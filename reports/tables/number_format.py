@@ -79,8 +79,8 @@ def siunitx(number: Any, uncertainty: Any = None) -> str:
         power *= power not in EXPONENTS
         text = concise(number / 10.0**power, uncertainty / 10.0**power, 2, DECIMALS)
         return f"{text}e{power}" if power else text
-    whole = float(number).is_integer() and _power(number) in EXPONENTS
-    return f"{number:.0f}" if whole else _rounded(number, 3)
+    is_short_integer = float(number).is_integer() and _power(number) in EXPONENTS
+    return f"{number:.0f}" if is_short_integer else _rounded(number, 3)
 
 
 def seconds(number: Any) -> str:
@@ -88,7 +88,7 @@ def seconds(number: Any) -> str:
     if not known(number):
         return ""
     units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
-    unit, size = next((one for one in units if abs(number) >= one[1]), units[-1])
+    unit, size = next((pair for pair in units if abs(number) >= pair[1]), units[-1])
     return f"{readable(number / size)}{NARROW_SPACE}{unit}"
 
 

@@ -10,13 +10,11 @@ import pandas as pd
 
 from benchmarks.applications.convergence.table import remarks
 from benchmarks.statistics.orders import ROUND_OFF
-from benchmarks.store.atomic import write
-from benchmarks.store.cells import as_csv
 from benchmarks.work_precision.problem import Truth
 from galvi import Problem
-from reports.tables.latex import as_latex, caption_of
+from reports.tables.latex import caption_of
 from reports.tables.number_format import concise, known, plain
-from reports.tables.writing import as_markdown
+from reports.tables.writing import write_table
 
 DEFECTS = {"symmetry": "symmetry defect", "symplecticity": "symplectic defect"}
 READ = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
@@ -96,16 +94,11 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     Markdown and LaTeX too, where columns without a number are left out; returns the paths."""
     fits = table.fits()
     rows = table.frame.assign(fit=["yes" if used else "" for used in table.frame["fit"]])
-    files = []
-    for name, what, frame, read in (
-        ("convergence", "Methods", table.frame, rows[list(READ)]),
-        ("orders", "Orders of methods", fits, fits.drop(columns="points").rename(columns=DEFECTS)),
-    ):
-        shown = read.dropna(axis="columns", how="all")
-        label = f"tab:{name}"
-        files += [
-            write(folder / f"{name}.csv", as_csv(frame)),
-            write(folder / f"{name}.md", as_markdown(shown)),
-            write(folder / f"{name}.tex", as_latex(shown, caption(table, what), label)),
-        ]
-    return files
+    methods = rows[list(READ)].dropna(axis="columns", how="all")
+    orders = fits.drop(columns="points").rename(columns=DEFECTS).dropna(axis="columns", how="all")
+    files = write_table(
+        folder, "convergence", table.frame, methods, caption=caption(table, "Methods")
+    )
+    return files + write_table(
+        folder, "orders", fits, orders, caption=caption(table, "Orders of methods")
+    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import ratios
 from benchmarks.work_precision.profiles import Share, costs, profile, share
 from reports.tables.comparison_tables import heading
@@ -17,9 +16,8 @@ FACTORS = (1.0, 10.0)  # of the fastest
 
 def costs_at(runs: pd.DataFrame) -> dict[float, pd.DataFrame]:
     """Error -> `benchmarks.work_precision.profiles.costs` of the rows of a comparison."""
-    counted = dependable(runs)
-    cells = ratios(counted, SHOWN)
-    return {error: costs(counted, cells, error) for error in SHOWN}
+    cells = ratios(runs, SHOWN)
+    return {error: costs(runs, cells, error) for error in SHOWN}
 
 
 def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
@@ -32,7 +30,7 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                 continue
             fastest, near = profile(rows["ratio"], FACTORS)
             solved = int((rows["cost"] < float("inf")).sum())
-            beside = [int((rows["outcome"] == one).sum()) for one in (FASTER, TIE, SLOWER)]
+            outcomes = [str((rows["outcome"] == name).sum()) for name in (FASTER, TIE, SLOWER)]
             lines.append(
                 {
                     "error": heading(error),
@@ -41,13 +39,13 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                     "solved": _percent(share(solved, len(rows))),
                     "within 10 times the fastest": _percent(near),
                     "fastest": _percent(fastest),
-                    "galvi faster, tie, slower": ", ".join(map(str, beside)) * (code != "galvi"),
+                    "galvi faster, tie, slower": ", ".join(outcomes) * (code != "galvi"),
                 }
             )
     return pd.DataFrame(lines)
 
 
-def _percent(found: Share) -> str:
+def _percent(band: Share) -> str:
     """E.g. 80 % (60 to 100)."""
-    low, middle, high = (round(100.0 * one) for one in found)
+    low, middle, high = (round(100.0 * number) for number in band)
     return f"{middle} % ({low} to {high})"

@@ -17,7 +17,7 @@ from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import read_csv
 from benchmarks.work_precision.asked import code_of
-from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.fronts import ratios
 from benchmarks.work_precision.labels import label_of
 from references.stored.provenance import truths
 from reports.results.machines import Machine, machines
@@ -156,7 +156,7 @@ def by_machine(report: Sequence[Machine], *columns: Any) -> str:
     """A block for each kind of processor, by its widest vectors: a line on the machine, and the
     table of `times`; of several of a kind the report's own, which is first, or the newest."""
     blocks = {
-        machine.kind: f"On {machine.title}:\n\n{times(matched(dependable(machine.runs)), *columns)}"
+        machine.kind: f"On {machine.title}:\n\n{times(matched(machine.runs), *columns)}"
         for machine in reversed(report)
     }
     return "\n\n".join(blocks[kind] for kind in sorted(blocks))
@@ -187,7 +187,8 @@ PROBLEMS = (
 def choices(runs: pd.DataFrame) -> str:
     """Markdown table from work_precision.csv: for each problem the fastest code at each error,
     and galvi's fastest method where it is another."""
-    fastest = fastest_per_error(runs, ASKED).set_index(["problem", "asked", "of"]).sort_index()
+    table = fastest_per_error(ratios(runs, ASKED), runs)
+    fastest = table.set_index(["problem", "asked", "of"]).sort_index()
     lines = [
         {"problem": label_of(problem).title}
         | {f"error {heading(error)}": _choice(fastest.loc[problem, error]) for error in ASKED}
@@ -234,8 +235,10 @@ def _mutants(file: Path) -> str:
     rows, same = read_csv(file), equivalents()
     changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
     rows = rows[[change not in same for change in changes]]
-    found = int((rows["outcome"] == KILLED).sum())
-    return f"{found} of {len(rows)} ({found / len(rows):.1%}), those that compute the same left out"
+    killed = int((rows["outcome"] == KILLED).sum())
+    return (
+        f"{killed} of {len(rows)} ({killed / len(rows):.1%}), those that compute the same left out"
+    )
 
 
 def marks(name: str) -> tuple[str, str]:

@@ -48,14 +48,18 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
         name: table[name].iloc[0] for name in ("date", "commit")
         if name in table and len(table) and table[name].nunique(dropna=False) == 1
     }  # fmt: skip
-    words = [f"{'at commit ' * (name == 'commit')}{text}" for name, text in common.items() if text]
-    return table.drop(columns=list(common)), f"Measured {', '.join(words)}." if words else ""
+    parts = [f"{'at commit ' * (name == 'commit')}{text}" for name, text in common.items() if text]
+    return table.drop(columns=list(common)), f"Measured {', '.join(parts)}." if parts else ""
 
 
 def readable_cost(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """The same of the rows of `benchmarks.work_precision.cost`, times with their units."""
     titles = [label_of(name).title for name in frame["problem"]]
-    times = {one.name: frame[one.name].map(seconds) for one in COLUMNS if one.kind == "seconds"}
-    headings = {one.name: one.heading for one in COLUMNS if one.heading}
+    times = {
+        column.name: frame[column.name].map(seconds)
+        for column in COLUMNS
+        if column.kind == "seconds"
+    }
+    headings = {column.name: column.heading for column in COLUMNS if column.heading}
     text, numbers = readable_table(frame.assign(problem=titles, **times), headings)
     return text, numbers | dict.fromkeys([headings[name] for name in times], "number")

@@ -10,7 +10,6 @@ import pandas as pd
 
 from benchmarks.statistics.paired import TIE
 from benchmarks.work_precision.asked import code_of
-from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.grid import gaps, unequal
 from benchmarks.work_precision.labels import label_of
@@ -24,29 +23,28 @@ WON, NOBODY = "galvi is fastest", "nobody reaches"
 def summary_sentences(table: pd.DataFrame) -> list[str]:
     """A sentence for each problem in a table of `reports.tables.comparison_tables`."""
     return [
-        f"{label_of(problem).title}: {'; '.join(said)}."
-        for problem in table["problem"].drop_duplicates()
-        if (said := _said(table[table["problem"] == problem]))
+        f"{label_of(problem).title}: {'; '.join(_ranges(rows))}."
+        for problem, rows in table.groupby("problem", sort=False)
     ]
 
 
-def _said(rows: pd.DataFrame) -> list[str]:
+def _ranges(rows: pd.DataFrame) -> list[str]:
+    """For each outcome the ranges of errors at which it is so, galvi's successes last."""
     ours = rows[rows["contender"] == OURS].set_index("error")["seconds"]
-    times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
-    seen = []
-    for error in sorted(rows["error"].unique(), reverse=True):
-        here = times[times["error"] == error]
-        others = here[~here["contender"].map(is_ours)]
-        best = others.loc[others["seconds"].idxmin()] if len(others) else None
-        seen.append((*_outcome(ours.get(error), best), heading(error)))
-    where: dict[str, list[str]] = {}
-    for (what, remark), part in groupby(seen, key=itemgetter(0, 1)):
-        some = list(part)
-        note = remark.format(_span([factor for _, _, factor, _ in some]))
-        where.setdefault(what, []).append(_errors([error for *_, error in some], what) + note)
-    last = [what for what in (WON, NOBODY) if what in where]
-    order = [what for what in where if what not in last] + last
-    return [f"{what} {', '.join(where[what])}" for what in order]
+    others = rows[~rows["contender"].map(is_ours) & rows["seconds"].notna()]
+    best = others.sort_values("seconds").drop_duplicates("error").set_index("error")
+    outcomes = [
+        (*_outcome(ours.get(error), best.loc[error] if error in best.index else None), error)
+        for error in sorted(rows["error"].unique(), reverse=True)
+    ]
+    ranges: dict[str, list[str]] = {}
+    for (outcome, remark), group in groupby(outcomes, key=itemgetter(0, 1)):
+        _, _, factors, errors = zip(*group, strict=True)
+        factor = _ends(*(readable(end, 2) for end in (min(factors), max(factors))))
+        text = _errors(_ends(heading(errors[0]), heading(errors[-1])), outcome)
+        ranges.setdefault(outcome, []).append(text + remark.format(factor))
+    in_order = sorted(ranges, key=lambda outcome: (outcome == NOBODY, outcome == WON))
+    return [f"{outcome} {', '.join(ranges[outcome])}" for outcome in in_order]
 
 
 def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, float]:
@@ -67,18 +65,15 @@ def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, floa
     return f"galvi is within {100.0 * (LEVEL - 1.0):.0f} % of {best['contender']}", remark, times
 
 
-def _errors(errors: list[str], what: str) -> str:
-    """An error, or the range of consecutive ones, with its preposition."""
-    if len(errors) == 1:
-        return errors[0] if what == NOBODY else f"at {errors[0]}"
-    text = f"{errors[0]} to {errors[-1]}"
-    return text if what == NOBODY else f"from {text}"
+def _errors(text: str, outcome: str) -> str:
+    """An error, or a range of them, with its preposition."""
+    preposition = "from" if " to " in text else "at"
+    return text if outcome == NOBODY else f"{preposition} {text}"
 
 
-def _span(factors: list[float]) -> str:
-    """The least and the largest factor."""
-    ends = (readable(min(factors), 2), readable(max(factors), 2))
-    return " to ".join(dict.fromkeys(ends))
+def _ends(first: str, last: str) -> str:
+    """Both ends of a range, or the one where they are equal."""
+    return first if first == last else f"{first} to {last}"
 
 
 OVERHEAD = 0.02  # share of a timed call, above which it is said
@@ -86,10 +81,9 @@ OVERHEAD = 0.02  # share of a timed call, above which it is said
 
 def chances(runs: pd.DataFrame) -> tuple[str, ...]:
     """Sentences on one problem's rows of `benchmarks.work_precision.run`."""
-    counted = dependable(runs)
-    table = gaps(counted)
+    table = gaps(runs)
     each = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
-    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(counted)), overheads(runs))))
+    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(runs)), overheads(runs))))
 
 
 def overheads(runs: pd.DataFrame) -> str:

@@ -31,19 +31,25 @@ def write_table(
     frame: pd.DataFrame,
     read: pd.DataFrame | None = None,
     origin: Mapping[str, str] | None = None,
-) -> None:
-    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`.
+    caption: str = "",
+) -> list[Path]:
+    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`; returns
+    the paths.
 
     Parameters
     ----------
     origin
         where the rows come from, for the caption of name.tex
+    caption
+        that of name.tex without an origin
     """
     shown = frame if read is None else read
-    caption = caption_of(name, origin) if origin else ""
-    write(folder / f"{name}.csv", as_csv(frame))
-    write(folder / f"{name}.md", as_markdown(shown))
-    write(folder / f"{name}.tex", as_latex(shown, caption, f"tab:{name}"))
+    caption = caption_of(name, origin) if origin else caption
+    return [
+        write(folder / f"{name}.csv", as_csv(frame)),
+        write(folder / f"{name}.md", as_markdown(shown)),
+        write(folder / f"{name}.tex", as_latex(shown, caption, f"tab:{name}")),
+    ]
 
 
 def _cell(value: object) -> str:

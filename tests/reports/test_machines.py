@@ -78,6 +78,16 @@ def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
     assert capsys.readouterr().err.count("it has no column 'is_truth'") == 2
 
 
+def test_rows_of_earlier_versions_get_the_errors_that_count(tmp_path: Path) -> None:
+    file = report(tmp_path) / "work_precision.csv"
+    lucky = work_precision(True, print).drop(columns=["own_error", "error_is_bound"])
+    lucky.loc[2, "error"] = 1e-4  # at a step of 3; at 2 it is 1e-3
+    file.write_text(as_csv(lucky))
+    for runs in (kept_comparison(tmp_path).work_precision, machines(tmp_path)[0].runs):
+        assert runs is not None and runs.loc[2, "error"] == 1e-3
+        assert runs.loc[2, "own_error"] == 1e-4
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_shows_both_machines(tmp_path: Path, make_suite: Callable[..., object]) -> None:
     out = report(tmp_path / "out", **HERE)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from benchmarks.studies.taxonomy import COLUMNS
 from benchmarks.work_precision.asked import ERRORS, errors_of
 from benchmarks.work_precision.dependable import dependable
-from benchmarks.work_precision.fronts import fastest
+from benchmarks.work_precision.fronts import fastest, ratios
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
@@ -27,11 +27,11 @@ from reports.tables.comparison_tables import (
     OF_RK4,
     SMALLEST,
     energies,
+    fastest_lines,
     fastest_per_error,
     matched,
     mujoco_overhead,
     of_mujoco,
-    readable_fastest,
     readable_ratios,
     smallest,
 )
@@ -222,11 +222,12 @@ def runs(
         (GALVI, "step=0.5", 1e-14, 4e-5),
     ]
     frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
-    return frame.assign(
+    frame = frame.assign(
         problem="body", quantity=quantity, is_truth=False, stops_early=False, status="",
         reference="closed form",
         seconds_low=frame["seconds"], seconds_high=frame["seconds"],
     )  # fmt: skip
+    return dependable(frame)
 
 
 def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
@@ -254,17 +255,21 @@ def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell() -> None
     assert matched(both.head(0)).empty
 
 
+def choices(rows: pd.DataFrame) -> pd.DataFrame:
+    return fastest_per_error(matched(rows), rows)
+
+
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
-    table = fastest_per_error(runs())
+    table = choices(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
     assert chosen[1e-4] == OF_RK4 and chosen[1e-12] == OF_RK4
-    none = fastest_per_error(runs(), (1e-12, 1e-13))
+    none = fastest_per_error(ratios(runs(), (1e-12, 1e-13)), runs())
     assert of_mujoco(none, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
-    other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
+    other = of_mujoco(choices(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
-    lines = readable_fastest(table, "body")
+    lines = fastest_lines(table)
     assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all, galvi's", "MuJoCo's"]
-    without = fastest_per_error(runs()[~runs()["contender"].str.startswith("MuJoCo")])
+    without = choices(runs()[~runs()["contender"].str.startswith("MuJoCo")])
     assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
 
 
@@ -295,7 +300,7 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
     rows["energy"] = [10.0 ** -(k + 3) for k in range(len(rows))]
     table = energies(rows).set_index("contender")
     assert set(table.index) >= {"galvi, best", OF_RK4}
-    best = fastest(dependable(rows[rows["contender"] == OF_RK4]), 1e-4)
+    best = fastest(rows[rows["contender"] == OF_RK4], 1e-4)
     assert table.loc[OF_RK4, "10⁻⁴"] == readable(best["energy"], 2)
     assert "not reached" in set(table.to_numpy().ravel())
 
