@@ -12,13 +12,7 @@ from matplotlib.lines import Line2D
 from benchmarks.studies import free_body_drift
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import CHART_LEGEND, identity, in_order
-from reports.figures.style.layout import (
-    NoData,
-    legend,
-    mark_rounding,
-    panels,
-    share_y_label,
-)
+from reports.figures.style.layout import NoData, legend, mark_rounding, split
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import capital, readable
 
@@ -42,8 +36,7 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
         raise NoData("no body turned.")
     shown = pd.concat([_run(part) for _, part in rows.groupby("contender", sort=False)])
     lines = together(shown, in_order(known["contender"]))
-    places = panels(axes, len(PANELS))
-    share_y_label(places, "largest error since the last mark [1]")
+    places = split(axes, len(PANELS), ylabel="largest error since the last mark [1]")
     for one, (name, title) in zip(places, PANELS.items(), strict=True):
         one.set(xscale="log", yscale="log", xlabel="turns", title=title)
         for contender in lines.values():

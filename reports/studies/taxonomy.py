@@ -14,7 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
 from reports.figures.style.identities import GUIDE
-from reports.figures.style.layout import NoData, legend, panels
+from reports.figures.style.layout import NoData, legend, split
 from reports.results.section import Figure, Section
 from reports.tables.number_format import known, readable
 
@@ -45,7 +45,7 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
     axes.figure.set_figheight(len(blocks) * (CELL * len(spaces) + ABOVE_AND_BELOW))
     parts = [frame[frame["family"].isin(families)] for families in blocks]
     widest = max(max(_columns(part)[0].values()) for part in parts)
-    for one, part in zip(panels(axes, len(parts), columns=1), parts, strict=True):
+    for one, part in zip(split(axes, len(parts), columns=1), parts, strict=True):
         _block(one, part, spaces)
         one.set_xlim(-0.1, widest + 1.1)
     handles = [
