@@ -47,7 +47,7 @@ def _panel(axes: Axes) -> str:
 
 
 def _axis(axis: Axis) -> str:
-    """Its label with the range of the data, as far as there are numbers."""
+    """Its label with the range of what is drawn, as far as there are numbers."""
     label = plain(axis.get_label_text())
     low, high = axis.get_data_interval()
     low = axis.get_minpos() if axis.get_scale() == "log" else low

@@ -134,6 +134,7 @@ def in_h(
 ABOVE = 6.0  # points, of a claimed rate above those that it is claimed of
 HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
 CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+UNUSED = "not in the fit, or not resolved"
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 
@@ -191,14 +192,13 @@ def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndar
     legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED), ["claimed rate"])
 
 
-def points(
-    axes: Axes, x: np.ndarray, y: np.ndarray, filled: np.ndarray, style: Mapping[str, Any],
-    hollow: str,
-) -> None:  # fmt: skip
+def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], hollow: str) -> None:
     """A thin line through all points, which are hollow where they are not `filled`.
 
     Parameters
     ----------
+    x, y, filled
+        arrays, or columns of one frame
     hollow
         what that means, for the legend
     """
@@ -232,15 +232,12 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         steps = rows[rows["h"].notna()].sort_values("h")
         timed = rows[rows["seconds"] > 0.0].sort_values("error")
         used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))
-        for panel, some, against, filled in (
-            (by_step, steps, "h", used), (by_cost, timed, "seconds", resolved)
-        ):  # fmt: skip
-            points(panel, some[against].to_numpy(float), some["error"].to_numpy(float),
-                   filled.to_numpy(bool), style, "not in the fit, or not resolved")  # fmt: skip
+        points(by_step, steps["h"], steps["error"], used, style, UNUSED)
+        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
         if known(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
-            h, errors = (steps.loc[used, name].to_numpy(float) for name in ("h", "error"))
+            h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
             middle = np.exp(np.mean(np.log(errors / h**order)))
             by_step.plot(h, middle * h**order, **{**style, "marker": ""}, linewidth=1.6)
         by_step.plot([], [], label=text, **style)

@@ -136,11 +136,10 @@ def history(
     if rounding:
         value = value / np.finfo(float).eps
         end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
-        guides = {"color": GUIDE, "linewidth": 1.2}
-        axes.plot(
-            t, end * share**0.5, linestyle=LONG_DASH, label="square root of the time", **guides
-        )
-        axes.plot(t, end * share, linestyle=DOTS, label="the time", **guides)
+        guides = (0.5, "square root of the time", LONG_DASH), (1.0, "the time", DOTS)
+        for power, label, dash in guides:
+            axes.plot(t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash,
+                      label=label)  # fmt: skip
     else:
         first = value[t <= 0.5 * (t[0] + t[-1])]
         axes.axhspan(first.min(), first.max(), color=BAND, zorder=0,
@@ -217,9 +216,8 @@ def limits(
         ended = ~np.isfinite(error)
         axes.plot(turn, np.maximum(error, LEAST), color=COLOURS[k], marker=MARKERS[k],
                   linewidth=0.8, label=study)  # fmt: skip
-        if ended.any():
-            axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
-                      ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+        axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
+                  ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
     axes.plot([], [], "x", color=GUIDE, label="failed")
     for (limit, text), dash in zip(dict.fromkeys(charts.values()), (LONG_DASH, DOTS), strict=False):
         axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
