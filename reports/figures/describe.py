@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 
-import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
 MOST = 8  # entries of the legend that are listed
@@ -40,19 +41,14 @@ def _panel(axes: Axes) -> str:
     if hasattr(axes, "get_zlim"):
         what = "in three dimensions" if title else ""
     else:
-        what = " against ".join(filter(None, (_axis(axes, "y"), _axis(axes, "x"))))
+        what = " against ".join(filter(None, map(_axis, (axes.yaxis, axes.xaxis))))
     sentence = ": ".join(filter(None, (title, what)))
     return f"{sentence}." if sentence else ""
 
 
-def _axis(axes: Axes, name: str) -> str:
-    """Its label with the range of the data, as far as there are numbers; guides across the axes are
-    none."""
-    label = plain(getattr(axes, f"get_{name}label")())
-    lines = [line for line in axes.lines if line.get_transform() == axes.transData]
-    data = np.concatenate([[], *(np.asarray(line.get_data()["xy".index(name)], float)
-                                 for line in lines)])  # fmt: skip
-    shown = np.isfinite(data) & ((data > 0.0) | (getattr(axes, f"get_{name}scale")() != "log"))
-    if not label or not shown.any():
-        return label
-    return f"{label} from {data[shown].min():.2g} to {data[shown].max():.2g}"
+def _axis(axis: Axis) -> str:
+    """Its label with the range of what is drawn, as far as there are numbers."""
+    label = plain(axis.get_label_text())
+    low, high = axis.get_data_interval()
+    low = axis.get_minpos() if axis.get_scale() == "log" else low
+    return f"{label} from {low:.2g} to {high:.2g}" if label and math.isfinite(high - low) else label

@@ -1,33 +1,32 @@
 """The figures a reader sees first: planets, rigid bodies, encounters, beside other codes."""
 
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
-from reports.figures.work_precision import Shown, headline
+from reports.figures.work_precision import headline
 from reports.results.section import Figure
 
-GALVI = Shown("galvi, fastest setting", "galvi")
-REBOUND = (
-    GALVI,
-    Shown("REBOUND WHFast", "REBOUND WHFast, best"),
-    Shown("REBOUND WHFast512", "REBOUND WHFast512"),
-    Shown("REBOUND SABA", "REBOUND SABA"),
-    Shown("REBOUND IAS15", "REBOUND IAS15"),
-    Shown("heyoka", "heyoka"),
-)
-MUJOCO = (
-    GALVI,
-    Shown("MuJoCo RK4", "MuJoCo RK4"),
-    Shown("MuJoCo implicit", "MuJoCo implicit"),
-    Shown("heyoka", "heyoka"),
-    Shown("DOP853 on quaternions, compiled", "DOP853 on quaternions, compiled"),
-    Shown("RK4 on quaternions, compiled", "RK4 on quaternions, compiled"),
-)
-CLOCK = (
-    Shown("galvi, clock", "galvi"),
-    Shown("REBOUND IAS15", "REBOUND IAS15"),
-    Shown("REBOUND BS", "REBOUND BS"),
-    Shown("REBOUND TRACE", "REBOUND TRACE"),
-    Shown("heyoka", "heyoka"),
-)
+REBOUND = {
+    "galvi, fastest setting": "galvi",
+    "REBOUND WHFast": "REBOUND WHFast, best",
+    "REBOUND WHFast512": "REBOUND WHFast512",
+    "REBOUND SABA": "REBOUND SABA",
+    "REBOUND IAS15": "REBOUND IAS15",
+    "heyoka": "heyoka",
+}
+MUJOCO = {
+    "galvi, fastest setting": "galvi",
+    "MuJoCo RK4": "MuJoCo RK4",
+    "MuJoCo implicit": "MuJoCo implicit",
+    "heyoka": "heyoka",
+    "DOP853 on quaternions, compiled": "DOP853 on quaternions, compiled",
+    "RK4 on quaternions, compiled": "RK4 on quaternions, compiled",
+}
+CLOCK = {
+    "galvi, clock": "galvi",
+    "REBOUND IAS15": "REBOUND IAS15",
+    "REBOUND BS": "REBOUND BS",
+    "REBOUND TRACE": "REBOUND TRACE",
+    "heyoka": "heyoka",
+}
 HOW = (
     "Time to solution of the fastest setting for each error, in the same interleaved rounds; "
     "further left and lower is better. An open mark with an arrow is a bound."

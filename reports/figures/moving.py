@@ -1,7 +1,7 @@
 """Pictures that move: artists that are shown in one of several frames.
 
-In the SVG each such artist is visible during its frame, by SMIL, which browsers follow in images
-too; where it is not followed, and in the PNG, the last frame is shown.
+Only those of the last frame are visible, as in a PNG. In an animated SVG all are, each during its
+frame, by SMIL, which browsers follow in images too; where it is not followed, the last is shown.
 """
 
 from __future__ import annotations
@@ -13,21 +13,19 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 SECONDS = 0.25  # of a frame
-NAME = re.compile(r"frame-(\d+)-of-(\d+)-")
 GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
 
 
 def in_frame(artists: Iterable[Artist], frame: int, frames: int) -> None:
     """Show the artists in a frame only, counted from 0."""
     for k, artist in enumerate(artists):
-        artist.set_gid(f"frame-{frame}-of-{frames}-{k}")
+        artist.set(gid=f"frame-{frame}-of-{frames}-{k}", visible=frame == frames - 1)
 
 
-def hide_all_but_last(figure: Figure) -> None:
-    """Before the PNG is written."""
-    for artist in figure.findobj(lambda artist: NAME.match(artist.get_gid() or "")):
-        frame, frames = map(int, NAME.match(artist.get_gid()).groups())
-        artist.set_visible(frame == frames - 1)
+def show_all_frames(figure: Figure) -> None:
+    """Before an SVG is written that is then animated."""
+    for artist in figure.findobj(lambda artist: (artist.get_gid() or "").startswith("frame-")):
+        artist.set_visible(True)
 
 
 def animated(svg: bytes) -> bytes:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from benchmarks.store.atomic import write
 from reports.figures.describe import describe
-from reports.figures.moving import animated, hide_all_but_last
+from reports.figures.moving import animated, show_all_frames
 from reports.figures.style.layout import Canvas, NoData, finish
 from reports.results.section import Figure
 
@@ -23,10 +23,10 @@ METADATA = {
     "pdf": dict.fromkeys(("Creator", "Producer", "CreationDate")),
 }
 ENDS = (".svg", ".png", "-narrow.svg")  # of the names of a picture's files
-PIXELS = 96 / 72  # of CSS, per point
+PIXELS = 96.0  # of CSS, per inch
 NARROW = 3.75  # inches, on a telephone of 400 pixels with its margins
 WIDTHS = {"column": 3.3, "page": 6.9}  # inches
-EMBEDDED = {"pdf.fonttype": 42, "svg.fonttype": "path", "savefig.dpi": 300}
+PRINTED = {"pdf.fonttype": 42, "savefig.dpi": 300}
 SMALL = {
     "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
@@ -39,49 +39,43 @@ class Picture:
 
     Attributes
     ----------
+    size
+        width and height of the SVG in pixels of CSS
     narrow
         the SVG for a telephone, of the width NARROW; empty where the figure needs more
+    narrow_size
+        its size
     """
 
     name: str
     title: str
     caption: str
-    svg: bytes
+    alternative: str
     png: bytes
-    alternative: str = ""
+    svg: bytes
+    size: tuple[int, int]
     narrow: bytes = b""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height in pixels of CSS."""
-        return pixels(self.svg)
-
-    @property
-    def narrow_size(self) -> tuple[int, int]:
-        """Likewise of the narrow SVG."""
-        return pixels(self.narrow)
-
-
-def pixels(svg: bytes) -> tuple[int, int]:
-    """Width and height in pixels of CSS; (0, 0) where it has none."""
-    sides = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
-    width, height = map(float, sides.groups()) if sides else (0.0, 0.0)
-    return round(PIXELS * width), round(PIXELS * height)
+    narrow_size: tuple[int, int] = (0, 0)
 
 
 def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
     """Draw a figure from its claim's or its study's frame."""
     with matplotlib.style.context(STYLE):
         canvas = drawn(figure, frame)
-        svg = animated(saved(canvas, "svg"))
-        hide_all_but_last(canvas)
-        png = saved(canvas, "png")
-        description = describe(canvas)
-        slim = figure.least < NARROW
-        narrow = animated(saved(drawn(figure, frame, NARROW), "svg")) if slim else b""
+        png, description = saved(canvas, "png"), describe(canvas)
+        files = svg_and_size(canvas)
+        if figure.least < NARROW:
+            files += svg_and_size(drawn(figure, frame, NARROW))
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
-    return Picture(figure.name, title, figure.caption, svg, png,
-                   f"{figure.title}. {description}".strip(), narrow)  # fmt: skip
+    alternative = f"{figure.title}. {description}".strip()
+    return Picture(figure.name, title, figure.caption, alternative, png, *files)
+
+
+def svg_and_size(canvas: Canvas) -> tuple[bytes, tuple[int, int]]:
+    """The SVG of a canvas, which moves where it has frames, and its size in pixels of CSS."""
+    show_all_frames(canvas)
+    width, height = PIXELS * canvas.get_size_inches()
+    return animated(saved(canvas, "svg")), (round(width), round(height))
 
 
 def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
@@ -92,18 +86,15 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
     form
         pdf, svg or png
     """
-    with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 3.6 else {}]):
-        canvas = drawn(figure, frame, width)
-        hide_all_but_last(canvas)
-        return saved(canvas, form)
+    with matplotlib.style.context([STYLE, PRINTED, SMALL if width < 3.6 else {}]):
+        return saved(drawn(figure, frame, width), form)
 
 
 def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
     """The canvas of a figure in the current style, `width` inches wide, or of its own size."""
-    width = width or figure.size[0]
-    if width < figure.least:
+    if 0.0 < width < figure.least:
         raise NoData(f"it needs {figure.least:g} inches; {width:g} were asked for.")
-    canvas = Canvas(figure.size, width)
+    canvas = Canvas(figure.size, width or figure.size[0])
     figure.draw(canvas.add_subplot(), frame, **figure.options)
     finish(canvas)
     return canvas

@@ -7,9 +7,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.work_precision.profiles import profile
-from reports.figures.style.decades import decades
 from reports.figures.style.identities import OURS, blue, identity, in_order
-from reports.figures.style.layout import NoData, panels, share_y_label
+from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure
 from reports.tables.comparison_tables import heading
 from reports.tables.profiles import FEWEST, costs_at
@@ -27,8 +26,6 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
         "ratio", from 1, or "cost", in seconds
     """
     tables = {error: table for error, table in costs_at(frame).items() if len(table)}
-    if not tables:
-        raise NoData("nothing was run to these errors.")
     costs = pd.concat(tables)
     by_error = costs.groupby([costs.index.get_level_values(0), "code"], sort=False)
     run = by_error["problem"].nunique().unstack()
@@ -36,8 +33,7 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
     names = drawn(run.min(skipna=False).filter(solves.unique()))
     if not names:
         raise NoData(f"no code solves any of {FEWEST} problems.")
-    shares = panels(axes, len(tables))
-    share_y_label(shares, "share of a code's problems [1]")
+    shares = split(axes, len(tables), ylabel="share of a code's problems [1]")
     finite = costs.loc[np.isfinite(costs[value]), value]
     bounds = np.geomspace(finite.min(), 1.2 * finite.max(), POINTS)
     for panel, (error, table) in zip(shares, tables.items(), strict=True):
@@ -52,7 +48,6 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
             panel.plot(bounds, middle, drawstyle="steps-post", color=color,
                        linestyle=identity(name).dash, linewidth=2.2 if name == OURS else 1.3,
                        label=f"{name} (of {problems})")  # fmt: skip
-        decades(panel.xaxis)
 
 
 def drawn(counts: pd.Series) -> list[str]:

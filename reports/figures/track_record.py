@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 
 from reports.figures.style.decades import readable
 from reports.figures.style.identities import COLOURS, GUIDE
-from reports.figures.style.layout import NoData
-from reports.figures.style.layout import panels as side_by_side
+from reports.figures.style.layout import split
 
 COMMITS = 12  # more are not all named
 
@@ -26,11 +25,9 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
         (label, values, changes, logarithmic)
     """
     commits = [commit[:8] for commit in frame["commit"]]
-    if not commits or not panels:
-        raise NoData("it has no benchmark run.")
     stride = -(-len(commits) // COMMITS)
     named = range(0, len(commits), stride)
-    stacked = side_by_side(axes, len(panels), columns=1)
+    stacked = split(axes, len(panels), columns=1)
     for row, (panel, (label, values, changes, logarithmic)) in enumerate(
         zip(stacked, panels, strict=True)
     ):
@@ -47,5 +44,4 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
             panel.ticklabel_format(axis="y", style="plain", useOffset=False)
         panel.set_ylabel(label, fontsize=8)
         panel.set(xlim=(-0.5, len(commits) - 0.5), xticks=named, xticklabels=[])
-        panel.tick_params(labelsize=8)
     panel.set_xticks(named, commits[::stride], rotation=40, ha="right")

@@ -17,8 +17,7 @@ from reports.figures.style.layout import (
     NoData,
     contender_legend,
     mark_rounding,
-    panels,
-    share_y_label,
+    split,
 )
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.number_format import capital, known, readable, with_uncertainty
@@ -153,8 +152,7 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
     if turned.empty:
         raise NoData("no body turned.")
     names = in_order(turned["contender"])
-    pair = panels(axes, len(PANELS))
-    share_y_label(pair, "largest error since the last mark [1]")
+    pair = split(axes, len(PANELS), ylabel="largest error since the last mark [1]")
     for panel, (column, title) in zip(pair, PANELS.items(), strict=True):
         panel.set(xscale="log", yscale="log", xlabel="turns", title=title)
         for name in names:

@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
-from reports.figures.style.layout import NoData, panels
+from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure, Section
 from reports.tables.number_format import known, readable
 
@@ -49,7 +49,7 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
     canvas = axes.get_figure(root=True)
     columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * most)))
     rows = math.ceil(len(families) / columns)
-    matrices = panels(axes, len(families), columns=math.ceil(len(families) / rows))
+    matrices = split(axes, len(families), columns=math.ceil(len(families) / rows))
     canvas.set_figheight(rows * (CELL * len(spaces) + ABOVE_AND_BELOW))
     for matrix, (family, pairs) in zip(matrices, families, strict=True):
         numbers = sorted(pairs["points"].unique())

@@ -18,10 +18,9 @@ from reports.contents import SECTIONS
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
-from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn
 from reports.figures.style.decades import readable
-from reports.figures.style.layout import Canvas, panels, wrapped
+from reports.figures.style.layout import Canvas, split, wrapped
 from reports.figures.track_record import track_record
 from reports.results.section import Figure
 from tests.reports.study_frames import FRAMES
@@ -38,9 +37,7 @@ STUDIED = {
 
 def laid_out(figure: Figure, frame: pd.DataFrame, width: float) -> Canvas:
     with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
-        canvas = drawn(figure, frame, width)
-        hide_all_but_last(canvas)
-    return canvas
+        return drawn(figure, frame, width)
 
 
 def faults(canvas: Canvas) -> Iterator[str]:
@@ -113,10 +110,10 @@ def test_a_figure_of_a_study_fits_in_any_width(name):
 def compared(headline: Figure) -> pd.DataFrame:
     """Three runs of each of its contenders on its problems."""
     rows = [
-        {"problem": problem, "contender": one.begins, "quantity": POSITION, "settings": "step=1",
+        {"problem": problem, "contender": name, "quantity": POSITION, "settings": "step=1",
          "error": 10.0 ** -(3 + 4 * k), "seconds": 10.0 ** (k - 3 + 0.1 * place), "is_truth": False}
         for problem in headline.options["panels"]
-        for place, one in enumerate(headline.options["shown"])
+        for place, name in enumerate(headline.options["shown"].values())
         for k in range(3)
     ]  # fmt: skip
     return pd.DataFrame(rows)
@@ -141,7 +138,7 @@ def test_comparisons_fit_in_any_width(make_suite):
 
 
 def decades_of_time(axes, frame, *, span):
-    for panel in panels(axes, 2):
+    for panel in split(axes, 2):
         panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
         panel.set(xscale="log", ylabel="error")
         readable(panel.xaxis)
@@ -155,7 +152,9 @@ def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
 
 
 def careless(axes, frame):
-    left, right = panels(axes, 2, columns=2)
+    left, right = split(axes, 2, columns=2)
+    for panel in (left, right):
+        panel.plot([0.0, 1.0])
     left.text(0.1, 0.5, "a text", in_layout=False)
     left.text(0.2, 0.5, "on a text", in_layout=False)
     right.text(0.5, 0.5, "a long text that does not end within its panel", in_layout=False)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT
 from benchmarks.applications.brownout.step_errors import COMPARED
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, ERROR, EULER
-from reports.figures.plots.convergence import Rate, convergence
+from reports.figures.plots.convergence import Rate, convergence, in_h
 from reports.figures.plots.lines import STEP, lines, sampling
 from reports.figures.plots.paths import clouds, moving_cloud
 from reports.results.section import Figure
@@ -18,21 +20,19 @@ PLACE = "largest error of the position [m]"
 SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rate claimed"
 
 
-def _rate(start: str, label: str, n: int, claimed: float) -> Rate:
-    return Rate(start, ERROR, label, v23.FLOOR, claimed=claimed, n=n)
+def _rates(start: str, degrees: Iterable[int]) -> tuple[Rate, ...]:
+    """Of Euler's method and of degrees N, of the runs from one start."""
+    ns = [N + 1 for N in degrees]
+    return (
+        Rate(start, ERROR, "Euler", v23.FLOOR, claimed=1.0, n=1),
+        *in_h(start, ERROR, ns, v23.FLOOR, lambda n: 2.0 * (n - 1), degrees=True),
+    )
 
 
-def _rates(start: str) -> tuple[Rate, ...]:
-    """Of the runs away from w = 0; through it of N = 1, and of upper envelopes above."""
-    euler, first = _rate(start, "Euler", 1, 1.0), _rate(start, "$N=1$", 2, 2.0)
-    if start == AWAY:
-        higher = [_rate(start, f"$N={N}$", N + 1, 2.0 * N) for N in v23.DEGREES[1:]]
-    else:
-        higher = [
-            Rate(v23.PLACED, ERROR, f"$N={N}$", v23.FLOOR, n=N + 1, until=largest)
-            for N, largest in v23.LIMITING.items()
-        ]
-    return (euler, first, *higher)
+ENVELOPES = tuple(  # of runs through w = 0
+    Rate(v23.PLACED, ERROR, f"$N={N}$", v23.FLOOR, n=N + 1, until=largest)
+    for N, largest in v23.LIMITING.items()
+)
 
 
 BROWNOUT_FIGURES: tuple[Figure, ...] = (
@@ -43,20 +43,20 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             title=f"A sand particle in a rotor's wind, {title}",
             claims=("V23",),
             draw=convergence,
-            options={"rates": _rates(start), "ylabel": PLACE, "unit": "s"},
+            options={"rates": rates, "ylabel": PLACE, "unit": "s"},
             caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
             size=(6.4, 4.4),
         )
-        for name, start, title, caption in (
+        for name, rates, title, caption in (
             (
                 "m-fig-3-left",
-                AWAY,
+                _rates(AWAY, v23.DEGREES),
                 "never at rest in the air",
                 "The drag is quadratic in the velocity relative to the air.",
             ),
             (
                 "m-fig-3-left-crossing",
-                ACROSS,
+                (*_rates(ACROSS, [1]), *ENVELOPES),
                 "overtaken by the air",
                 "Where the velocity relative to the air is 0 the drag's second derivative jumps, "
                 "and in the end no degree has an order above 3. From N = 2 on: the largest error "

@@ -35,7 +35,15 @@ LABELS = {
 POLES = {"Cayley": "0.156", "modified Rodrigues": "0.066"}  # see L2
 LONGEST = max(l01.MOMENTUM, key=lambda label: l01.MOMENTUM[label])
 
-RIGID_BODIES: tuple[Figure, ...] = (
+DASHED = f"{POINTS}; dashed, offset upwards: the claimed rate."
+OF_CHART = {  # those of the runs beside them; the last is drawn in front
+    "modified Rodrigues": COLOURS[3],
+    "exponential": COLOURS[1],
+    "Cayley": COLOURS[0],
+}
+PENDULUM = "largest error of the attitude [1]"
+
+LIE_GROUPS: tuple[Figure, ...] = (
     Figure(
         name="fig-1-02",
         source="H fig. 1.2",
@@ -154,18 +162,6 @@ RIGID_BODIES: tuple[Figure, ...] = (
         "energy.",
         size=(9.6, 4.8),
     ),
-)  # fmt: skip
-
-DASHED = f"{POINTS}; dashed, offset upwards: the claimed rate."
-OF_CHART = {  # those of the runs beside them; the last is drawn in front
-    "modified Rodrigues": COLOURS[3],
-    "exponential": COLOURS[1],
-    "Cayley": COLOURS[0],
-}
-PENDULUM = "largest error of the attitude [1]"
-
-
-PENDULUM_FIGURES: tuple[Figure, ...] = (
     Figure(
         name="fig-3-05",
         source="H fig. 3.5",
@@ -322,4 +318,4 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         },
         caption=f"{POINTS}. Against the exact motion between the same attitudes.",
     ),
-)
+)  # fmt: skip

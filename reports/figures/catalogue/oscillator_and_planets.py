@@ -174,8 +174,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
-              in_h(study, v07.ENERGY, v07.NS, v07.FLOOR, since=since))
-        for name, how, study, since in (
+              in_h(study, v07.ENERGY, v07.NS, v07.FLOOR, start=start))
+        for name, how, study, start in (
             ("fig-2-10", "10 steps", fixed_number(10), SINGULARITY / 10),
             ("fig-2-10-fixed-time", "fixed final time T = 2", FIXED_TIME, 0.0),
         )
@@ -183,8 +183,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     *(
         _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
               RELATIVE_MOMENTUM,
-              in_h(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, since=since))
-        for name, how, study, claimed, since in (
+              in_h(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, start=start))
+        for name, how, study, claimed, start in (
             ("fig-2-11", "100 steps", fixed_number(100), lambda n: n / 2 + 2, SINGULARITY / 100),
             ("fig-2-11-fixed-time", "fixed final time T = 2", FIXED_TIME, lambda n: None, 0.0),
         )

@@ -16,6 +16,8 @@ from reports.figures.plots.convergence import Rate, convergence, in_h
 from reports.results.section import Figure
 
 SOLID = "Solid line: fit over the filled points"
+SHOWN = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
+ROUGHEST = v28.ROUGH[0]
 POSITION = "largest error of the position [unit of length]"
 
 
@@ -38,7 +40,7 @@ def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
     )  # fmt: skip
 
 
-VECTOR_FIGURES: tuple[Figure, ...] = (
+VECTOR_SPACES: tuple[Figure, ...] = (
     Figure(
         name="curve-between-same-points",
         source="H thm. 2.3.6",
@@ -132,12 +134,6 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
     ),
     _approximations(v22.LARGEST, "largest $|u - v|_X$ of the subintervals", 1.0),
     _approximations(v22.MEAN, "mean $|u - v|_X$ of the subintervals", 0.5),
-)  # fmt: skip
-
-SHOWN = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
-ROUGHEST = v28.ROUGH[0]
-
-FINITE_SMOOTHNESS: tuple[Figure, ...] = (
     Figure(
         name="finite-smoothness-in-degree",
         source="M sec. 5",
@@ -182,4 +178,4 @@ FINITE_SMOOTHNESS: tuple[Figure, ...] = (
         caption="Solid line: fit over the filled points; dashed, a little above: the order of "
         "e_max for two derivatives in L^2, of which M knew no example.",
     ),
-)
+)  # fmt: skip

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator
+from matplotlib.transforms import offset_copy
 
-from benchmarks.statistics import convergence_fits
-from benchmarks.statistics.convergence_fits import Fit
+from benchmarks.statistics.convergence_fits import Fit, algebraic, geometric
 from benchmarks.statistics.orders import BOUND, ROUND_OFF
-from benchmarks.store.frames import pick
-from reports.figures.style.decades import decades, readable
+from benchmarks.store.frames import series
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
-from reports.figures.style.layout import NoData, legend, panels, share_y_label
+from reports.figures.style.layout import legend, split
 from reports.tables.number_format import concise, known
 
 
@@ -30,19 +29,18 @@ class Refinement:
     ----------
     xlabel, xscale
         of the horizontal axis
-    fitted, claimed
-        formats of rates, of a text and of a number
+    rate
+        format of the text of a rate
     """
 
     xlabel: str
     xscale: str
-    fitted: str
-    claimed: str
+    rate: str
 
 
-IN_N = Refinement("number of basis functions $n$", "linear", "{}^{{\\,n}}", "{:.2f}^{{\\,n}}")
-IN_H = Refinement("step size $h$ [{unit}]", "log", "h^{{{}}}", "h^{{{:g}}}")
-IN_DEGREE = Refinement("degree $N$", "log", "N^{{-{}}}", "N^{{-{:g}}}")
+IN_N = Refinement("number of basis functions $n$", "linear", "{}^{{\\,n}}")
+IN_H = Refinement("step size $h$ [{unit}]", "log", "h^{{{}}}")
+IN_DEGREE = Refinement("degree $N$", "log", "N^{{-{}}}")
 
 
 @dataclass(frozen=True)
@@ -62,11 +60,9 @@ class Rate:
     n
         the n whose h-refinement this is; None for an n-refinement
     start
-        first n of the fit, where the claim concerns large n only
+        smallest n or h of the fit
     until
         largest h of the fit, where the claim concerns small h only
-    since
-        h above which it is fitted, where one range serves all n
     algebraic
         of an n-refinement: errors fall like a power of the degree N = n - 1
     power
@@ -79,9 +75,8 @@ class Rate:
     floor: float
     claimed: float | None = None
     n: int | None = None
-    start: int = 0
+    start: float = 0.0
     until: float = np.inf
-    since: float = 0.0
     algebraic: bool = False
     power: tuple[float, float] = (0.0, 0.0)
 
@@ -92,34 +87,29 @@ class Rate:
 
     def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
-        rows = pick(frame, study=self.study, quantity=self.quantity)
-        if self.n is None:
-            rows = rows.sort_values("n")
-            n, error = rows["n"].to_numpy(float), rows["value"].to_numpy(float)
-            return (1.0 / (n - 1.0) if self.algebraic else n), error
-        rows = pick(rows, n=self.n).sort_values("step", ascending=False)
-        return rows["step"].to_numpy(float), rows["value"].to_numpy(float)
+        where = {"study": self.study, "quantity": self.quantity}
+        if self.n is not None:
+            return series(frame, "step", n=self.n, **where)
+        n, error = series(frame, "n", **where)
+        return (1.0 / (n - 1.0) if self.algebraic else n), error
 
     def fit(self, frame: pd.DataFrame) -> Fit:
         """The fit that the claim's verdict rests on."""
         x, error = self.measured(frame)
+        used = (self.start <= x) & (x <= self.until)
         if self.refinement is IN_N:
-            late = x >= self.start
-            return convergence_fits.geometric(
-                x[late], error[late], floor=self.floor, power=self.power
-            )
-        used = (self.since < x) & (x <= self.until)
-        return convergence_fits.algebraic(x[used], error[used], floor=self.floor)
+            return geometric(x[used], error[used], floor=self.floor, power=self.power)
+        return algebraic(x[used], error[used], floor=self.floor)
 
     def text(self, fit: Fit) -> str:
         """The label with the fitted and the claimed rate, as far as there are."""
         text = self.label
         if known(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
-            rate = self.refinement.fitted.format(concise(fit.rate, fit.uncertainty))
+            rate = self.refinement.rate.format(concise(fit.rate, fit.uncertainty))
             text += f"  ${rate}{factor}$"
         if self.claimed is not None:
-            text += f"  (claimed ${self.refinement.claimed.format(self.claimed)}$)"
+            text += f"  (claimed ${self.refinement.rate.format(f'{self.claimed:g}')}$)"
         return text
 
 
@@ -130,20 +120,21 @@ def in_h(
     floor: float,
     claimed: Callable[[int], float | None] = lambda n: None,
     *,
-    since: float = 0.0,
+    start: float = 0.0,
     degrees: bool = False,
 ) -> tuple[Rate, ...]:
     """The h-refinement of each n; labels name the degrees N = n - 1 where these are asked for."""
     return tuple(
         Rate(study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n,
-             since=since)
+             start)
         for n in ns
     )  # fmt: skip
 
 
-ABOVE = 0.03  # offset of a claimed rate from the points, relative to the height of the axes
+ABOVE = 6.0  # points, of a claimed rate above those that it is claimed of
 HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
 CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+UNUSED = "not in the fit, or not resolved"
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 
@@ -162,8 +153,13 @@ def convergence(
     refined = rates[0].refinement
     axes.set(xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit),
              ylabel=ylabel)  # fmt: skip
+    if refined is IN_N:
+        axes.locator_params("x", integer=True)
+    elif refined is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
+        axes.xaxis.set_major_locator(LogLocator(2.0, subs=(1.0, 4.0 / 3.0), numticks=20))
+        axes.xaxis.set_major_formatter(lambda x, _: f"{1.0 / x:.0f}")
+        axes.minorticks_off()
     beyond: dict[tuple[float, str], None] = {}
-    claims = []
     for k, rate in enumerate(rates):
         x, error = rate.measured(frame)
         if not np.any(error > 0.0):
@@ -182,49 +178,27 @@ def convergence(
             along = np.linspace(*fit.window, 50)
             axes.plot(along, fit.evaluate(along), color=style["color"])
             if rate.claimed is not None:
-                claims.append((fit, rate.claimed, x[used], error[used]))
-    if not axes.lines:
-        raise NoData("no run has a finite error.")
-    for claim in claims:
-        _claimed(axes, *claim)
+                _claimed(axes, fit, rate.claimed, x[used], error[used])
     for at, exponent in beyond:
         axes.annotate(f"$10^{{{exponent}}}$", (at, top), xytext=(5, -2), color=GUIDE, fontsize=8,
                       textcoords="offset points")  # fmt: skip
-    decades(axes.yaxis)
-    _ticks(axes, refined)
-
-
-def _ticks(axes: Axes, refined: Refinement) -> None:
-    if refined is IN_H:
-        readable(axes.xaxis)
-    elif refined is IN_N:
-        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10]))
-    else:
-        low, high = (1.0 / x for x in reversed(axes.get_xlim()))
-        degrees = [n for k in range(9) for n in (2**k, 3 * 2**k) if low <= n <= high]
-        axes.set_xticks([1.0 / n for n in degrees], [str(n) for n in degrees])
-        axes.set_xticks([], minor=True)
 
 
 def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndarray) -> None:
     """Draw the claimed rate, dashed, a little above all points (x, error) of the fit."""
-    ends = np.array(fit.window)
-    at_points, at_ends = (
-        claimed**at if fit.kind == "geometric" else at**claimed for at in (x, ends)
-    )
-    low, high = axes.get_ylim()
-    height = np.max(error / at_points) * (high / low) ** ABOVE
-    legend(axes, axes.plot(ends, height * at_ends, **CLAIMED), ["claimed rate"])
+    claim = replace(fit, rate=claimed, coefficient=1.0, power=0.0, bend=0.0)
+    level = np.max(error / claim.evaluate(x)) * claim.evaluate(fit.window)
+    above = offset_copy(axes.transData, axes.figure, y=ABOVE, units="points")
+    legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED), ["claimed rate"])
 
 
-def points(
-    axes: Axes, x: np.ndarray, y: np.ndarray, filled: np.ndarray, style: Mapping[str, Any],
-    hollow: str,
-) -> None:  # fmt: skip
+def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], hollow: str) -> None:
     """A thin line through all points, which are hollow where they are not `filled`.
 
     Parameters
     ----------
+    x, y, filled
+        arrays, or columns of one frame
     hollow
         what that means, for the legend
     """
@@ -246,13 +220,10 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         rows of `benchmarks.applications.convergence.table`
     """
     measured = frame[frame["error"] > 0.0]
-    if measured.empty:
-        raise NoData("no run has a finite error.")
-    by_step, by_cost = panels(axes, 2, least=2.9)
+    by_step, by_cost = split(axes, 2, ylabel=ylabel, least=2.9, xscale="log", yscale="log")
     by_cost.sharey(by_step)
-    share_y_label([by_step, by_cost], ylabel)
-    by_step.set(xscale="log", yscale="log", xlabel=f"step size $h$ [{unit}]")
-    by_cost.set(xscale="log", yscale="log", xlabel="time of a run [s]")
+    by_step.set_xlabel(f"step size $h$ [{unit}]")
+    by_cost.set_xlabel("time of a run [s]")
     for k, (method, rows) in enumerate(measured.groupby("method", sort=False)):
         style = {
             "color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)],
@@ -261,18 +232,12 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         steps = rows[rows["h"].notna()].sort_values("h")
         timed = rows[rows["seconds"] > 0.0].sort_values("error")
         used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))
-        for panel, some, against, filled in (
-            (by_step, steps, "h", used), (by_cost, timed, "seconds", resolved)
-        ):  # fmt: skip
-            points(panel, some[against].to_numpy(float), some["error"].to_numpy(float),
-                   filled.to_numpy(bool), style, "not in the fit, or not resolved")  # fmt: skip
+        points(by_step, steps["h"], steps["error"], used, style, UNUSED)
+        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
         if known(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
-            h, errors = (steps.loc[used, name].to_numpy(float) for name in ("h", "error"))
+            h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
             middle = np.exp(np.mean(np.log(errors / h**order)))
             by_step.plot(h, middle * h**order, **{**style, "marker": ""}, linewidth=1.6)
         by_step.plot([], [], label=text, **style)
-    for panel in (by_step, by_cost):
-        readable(panel.xaxis)
-    decades(by_step.yaxis)

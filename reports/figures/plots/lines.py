@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from benchmarks.applications.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
 from benchmarks.store.frames import pick
 from galvi.arrays import Array
-from reports.figures.style.decades import decades, power_of_ten, readable
+from reports.figures.style.decades import power_of_ten
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line_color
-from reports.figures.style.layout import NoData, mark_rounding, panels
+from reports.figures.style.layout import NoData, mark_rounding, split
 
 TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
 LEAST = 1e-17  # drawn in place of an error of 0
@@ -30,14 +30,11 @@ def curve(
     against
         a column, or a quantity that is paired by the number of steps
     """
-    by = "t" if against == TIME else "steps"
-    rows = pick(frame, study=study, quantity=quantity).sort_values(by)
-    if against in (TIME, STEP):
-        x = rows[against].to_numpy(float)
-    else:
+    rows = pick(frame, study=study, quantity=quantity).sort_values(["t", "steps"])
+    if against not in rows:
         others = pick(frame, study=study, quantity=against).set_index("steps")["value"]
-        x = others.reindex(rows["steps"]).to_numpy(float)
-    y = rows["value"].to_numpy(float)
+        rows[against] = others.reindex(rows["steps"]).to_numpy()
+    x, y = rows[[against, "value"]].to_numpy(float).T
     finite = np.isfinite(x) & np.isfinite(y)
     return x[finite], y[finite]
 
@@ -86,21 +83,10 @@ def lines(
         if between:
             (low, errors), (high, _) = (curve(frame, study, quantity, end) for end in between)
             axes.hlines(errors, low, high, color=color, linewidth=0.9, alpha=0.8)
-        if against == TIME and failed(frame, study, quantity):
+        if against == TIME and any(pick(frame, study=study, quantity=quantity)["status"] != ""):
             axes.plot(x[-1], y[-1], "X", color=color, markersize=7)
-    if not axes.lines:
-        raise NoData(f"no run has a finite {quantity}.")
-    if not signed:
-        decades(axes.yaxis)
-    if xscale == "log":
-        readable(axes.xaxis)
     if against == STEP:
         axes.invert_xaxis()
-
-
-def failed(frame: pd.DataFrame, study: str, quantity: str) -> bool:
-    """Whether a run ended early."""
-    return bool((pick(frame, study=study, quantity=quantity)["status"] != "").any())
 
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
@@ -150,11 +136,10 @@ def history(
     if rounding:
         value = value / np.finfo(float).eps
         end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
-        guides = {"color": GUIDE, "linewidth": 1.2}
-        axes.plot(
-            t, end * share**0.5, linestyle=LONG_DASH, label="square root of the time", **guides
-        )
-        axes.plot(t, end * share, linestyle=DOTS, label="the time", **guides)
+        guides = (0.5, "square root of the time", LONG_DASH), (1.0, "the time", DOTS)
+        for power, label, dash in guides:
+            axes.plot(t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash,
+                      label=label)  # fmt: skip
     else:
         first = value[t <= 0.5 * (t[0] + t[-1])]
         axes.axhspan(first.min(), first.max(), color=BAND, zorder=0,
@@ -170,7 +155,7 @@ def departures(
     axes: Axes, frame: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
 ) -> None:
     """A panel for each quantity, both axes logarithmic, times from the second sample on."""
-    for panel, quantity in zip(panels(axes, len(quantities), least=3.0), quantities, strict=True):
+    for panel, quantity in zip(split(axes, len(quantities), least=3.0), quantities, strict=True):
         lines(panel, frame, quantity=quantity, labels=labels, xlabel="time $t$", least=LEAST)
         panel.set_title(quantity)
         mark_rounding(panel)
@@ -197,7 +182,7 @@ def jumps(
     limit
         an angle to mark, and its label
     """
-    left, right = panels(axes, 2, least=3.0)
+    left, right = split(axes, 2, least=3.0)
     lines(left, frame, quantity=quantity, labels=runs, xlabel="time $t$",
           ylabel=f"relative {quantity}", xscale="linear", least=LEAST)  # fmt: skip
     for k, (study, (text, color)) in enumerate(steps.items()):
@@ -210,7 +195,6 @@ def jumps(
     right.axvline(limit[0], color=GUIDE, linestyle=LONG_DASH, linewidth=1.1, label=limit[1])
     right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
     right.set_xlim(left=0.0)
-    decades(right.yaxis)
 
 
 def limits(
@@ -230,17 +214,13 @@ def limits(
         rows = pick(frame, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
         ended = ~np.isfinite(error)
-        if ended.all():
-            raise NoData(f"{study}: no step was done.")
         axes.plot(turn, np.maximum(error, LEAST), color=COLOURS[k], marker=MARKERS[k],
                   linewidth=0.8, label=study)  # fmt: skip
-        if ended.any():
-            axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
-                      ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+        axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
+                  ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
     axes.plot([], [], "x", color=GUIDE, label="failed")
     for (limit, text), dash in zip(dict.fromkeys(charts.values()), (LONG_DASH, DOTS), strict=False):
         axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
-    decades(axes.yaxis)
 
 
 GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
@@ -251,26 +231,21 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
     error below its standard error is an arrow at their sum, an upper limit."""
     axes.set(xscale="log", yscale="log", xlabel="evaluations of the wind for a grain",
              ylabel=f"error of the {quantity}")  # fmt: skip
+    of_cloud = frame[frame["study"].isin((quantity, WORK))]
+    runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
+    runs = runs.reindex(columns=[WORK, OF_STEP, f"{SAMPLING} of it"]).dropna()
     for k, (degree, label) in enumerate(degrees.items()):
-        rows = pick(frame, study=quantity, quantity=OF_STEP, n=degree + 1).sort_values("steps")
-        others = (pick(frame, study=study, quantity=name, n=degree + 1).set_index("steps")["value"]
-                  for study, name in ((WORK, WORK), (quantity, f"{SAMPLING} of it")))  # fmt: skip
-        work, spread = (values.reindex(rows["steps"]).to_numpy(float) for values in others)
-        error = np.abs(rows["value"].to_numpy(float))
-        solved = np.isfinite(error) & np.isfinite(work) & (error > 0.0)
-        limit = solved & (error < spread)
-        resolved, top = solved & ~limit, (error + spread)[limit]
+        solved = runs[runs.index.get_level_values("n") == degree + 1]
+        work, error, spread = np.abs(solved.to_numpy(float).T)
+        limit = error < spread
+        top = (error + spread)[limit]
         style = {"color": COLOURS[k], "marker": MARKERS[k]}
-        if solved.any():
-            axes.errorbar(work[resolved], error[resolved], yerr=spread[resolved], label=label,
+        if len(solved):
+            axes.errorbar(work[~limit], error[~limit], yerr=spread[~limit], label=label,
                           linewidth=1.0, **style)  # fmt: skip
             axes.errorbar(work[limit], top, yerr=0.4 * top, uplims=True, mfc="white",
                           linestyle="none", **style)  # fmt: skip
-    if not axes.containers:
-        raise NoData("no run of the cloud was solved.")
     for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
         level = sampling_error(frame, quantity, grains)
         if level > 0.0:
             axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)
-    decades(axes.yaxis)
-    readable(axes.xaxis)

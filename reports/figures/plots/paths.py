@@ -17,8 +17,7 @@ from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, decay, rotor_height
 from reports.figures.moving import in_frame
 from reports.figures.style.identities import COLOURS, GUIDE, SUN
-from reports.figures.style.layout import WIDE, NoData, legend, share_y_label
-from reports.figures.style.layout import panels as side_by_side
+from reports.figures.style.layout import NoData, legend, split
 
 INK = "#222222"
 
@@ -56,8 +55,7 @@ def paths(
     unit: str = "au",
 ) -> None:  # fmt: skip
     """Each body's path as a line in its colour; the centre, at the origin, as a disc."""
-    drawn = side_by_side(axes, len(panels))
-    share_y_label(drawn, f"$y$ [{unit}]")
+    drawn = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
     for plane, panel in zip(drawn, panels, strict=True):
         plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         for k, body in enumerate(bodies):
@@ -72,20 +70,19 @@ def paths(
                            markeredgewidth=0.5, zorder=3)  # fmt: skip
         plane.plot(0.0, 0.0, "o", color=SUN, markeredgecolor=INK, markeredgewidth=0.5, markersize=5)
         if panel.stops:
-            cross = Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6)
-            legend(plane, [cross], ["the solver stops"])
+            cross = {"color": GUIDE, "marker": "X", "linestyle": "none", "markersize": 6}
+            legend(plane, [Line2D([], [], **cross)], ["the solver stops"])
         if panel.half:
             plane.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
 
 
-def _path(frame: pd.DataFrame, study: str, quantity: str, body: str) -> tuple[Array, Array]:
+def _path(frame: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
+    """Finite x and y, (2, times)."""
     rows = pick(frame, study=study, quantity=quantity, label=body).sort_values("t")
-    rows = rows[np.isfinite(rows["x"]) & np.isfinite(rows["y"])]
-    return rows["x"].to_numpy(float), rows["y"].to_numpy(float)
+    return rows[["x", "y"]].dropna().to_numpy(float).T
 
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
-BESIDE = 0.7  # inches of labels, beside and below a picture
 
 
 def clouds(
@@ -94,12 +91,7 @@ def clouds(
     """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
     each label, the last in front. The rotor is a line, the ray along which the optical depth is
     taken is dashed."""
-    canvas = axes.figure
-    columns = 2 if canvas.get_figwidth() > WIDE else 1
-    across = canvas.get_figwidth() / columns - BESIDE
-    rows = -(-len(times) // columns)
-    canvas.set_figheight(rows * (across * HEIGHT / (2.0 * WIDTH) + BESIDE))
-    for plane, t in zip(side_by_side(axes, len(times), columns=columns), times, strict=True):
+    for plane, t in zip(split(axes, len(times)), times, strict=True):
         for artist in _cloud(plane, frame, study, labels, t):
             artist.set_rasterized(True)
         plane.plot(
@@ -111,11 +103,7 @@ def clouds(
 
 def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
     """The same, of all sizes at once, as a picture that moves; it ends with the last time."""
-    canvas = axes.figure
-    canvas.set_figheight(BESIDE + (canvas.get_figwidth() - BESIDE) * HEIGHT / (2.0 * WIDTH))
     times = np.unique(pick(frame, study=study)["t"])
-    if not times.size:
-        raise NoData("no cloud was measured.")
     for k, t in enumerate(times):
         clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
         in_frame([*_cloud(axes, frame, study, labels, t), clock], k, len(times))
@@ -126,8 +114,8 @@ def _cloud(
     axes: Axes, frame: pd.DataFrame, study: str, labels: Sequence[str], t: float
 ) -> list[Artist]:
     """The rotor and the grains of each size at a time."""
-    rows = pick(frame, study=study, t=t)
-    if not np.isfinite(rows["x"]).any():
+    rows = pick(frame, study=study, t=t).dropna(subset=["x", "z"])
+    if rows.empty:
         raise NoData("no grain's place is known.")
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal", xlabel="$x$ [m]",
              ylabel="$z$ [m]", xticks=[-20, -10, 0, 10, 20], yticks=[0, 5, 10])  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,8 +13,7 @@ from matplotlib.colors import to_rgba
 
 from benchmarks.store.frames import pick
 from reports.figures.style.identities import COLOURS, GUIDE, line_color
-from reports.figures.style.layout import NoData
-from reports.figures.style.layout import panels as side_by_side
+from reports.figures.style.layout import NoData, split
 
 UP, ROUND = 22.0, -52.0  # elevation and azimuth of the view in degrees
 EYE = np.array([np.cos(np.radians(UP)) * np.cos(np.radians(ROUND)),
@@ -24,6 +24,8 @@ SMOOTH = 241  # points of an exact curve
 PALE_YELLOW, PALE_BLUE, DARK, INK = "#f7e0ad", "#cfe6f5", "#003C66", "#222222"
 HALF, ZOOM, DOWN = 0.76, 1.1, 0.1  # of the view, so that the sphere fills its panel below the title
 HIDDEN = 0.25  # opacity of a line behind the sphere
+DOTS: dict[str, Any] = {"marker": ".", "linestyle": "none", "markeredgewidth": 0.0}
+POSITION = ["x", "y", "z"]
 AXES = {"$y_1$": (1.0, 0.0, 0.0), "$-y_2$": (0.0, -1.0, 0.0), "$y_3$": (0.0, 0.0, 1.0)}
 
 
@@ -70,7 +72,7 @@ def momentum_spheres(
             if panel.lines:
                 _line(sphere, y, color=line_color(panel.title, 1), linewidth=0.8)
             else:
-                _dots(sphere, y, 2.2, DARK)
+                _line(sphere, y, color=DARK, markersize=2.2, **DOTS)
         sphere.set_title(panel.title)
         for name, tip in AXES.items():
             ends = np.outer(tip, (1.0, 1.15))
@@ -88,8 +90,7 @@ def pendulum_spheres(
     curve, ends
         quantities with points x, y, z on the unit sphere
     """
-    around = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
-    equator = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1)
+    equator = np.pad(_circle(), ((0, 0), (0, 1)))
     for sphere, (study, title) in zip(_spheres(axes, len(panels)), panels.items(), strict=True):
         along, stops = (
             [y * (1.0, 1.0, -1.0) for y in _paths(frame, study, quantity).values()]
@@ -102,13 +103,13 @@ def pendulum_spheres(
         sphere.plot([0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], color=GUIDE, linewidth=0.6,
                     linestyle=(0, (4, 3)))  # fmt: skip
         _line(sphere, along[0], color=COLOURS[0], linewidth=0.7)
-        _dots(sphere, stops[0], 6.0, INK)
-        _dots(sphere, stops[0][:1], 12.0, COLOURS[1])
+        _line(sphere, stops[0], color=INK, markersize=6.0, **DOTS)
+        _line(sphere, stops[0][:1], color=COLOURS[1], markersize=12.0, **DOTS)
         sphere.set_title(title)
 
 
 def _spheres(axes: Axes, count: int) -> list[Axes]:
-    spheres = side_by_side(axes, count, projection="3d", computed_zorder=False)
+    spheres = split(axes, count, projection="3d", computed_zorder=False)
     for sphere in spheres:
         sphere.view_init(UP, ROUND)
         sphere.set(xlim=(-HALF, HALF), ylim=(-HALF, HALF), zlim=(DOWN - HALF, DOWN + HALF))
@@ -119,11 +120,8 @@ def _spheres(axes: Axes, count: int) -> list[Axes]:
 
 def _paths(frame: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarray]:
     """label -> finite positions (times, 3)."""
-    rows = pick(frame, study=study, quantity=quantity).sort_values("t")
-    rows = rows[np.isfinite(rows[["x", "y", "z"]]).all(axis=1)]
-    return {
-        str(label): path[["x", "y", "z"]].to_numpy(float) for label, path in rows.groupby("label")
-    }
+    rows = pick(frame, study=study, quantity=quantity).sort_values("t").dropna(subset=POSITION)
+    return {str(label): path[POSITION].to_numpy(float) for label, path in rows.groupby("label")}
 
 
 def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
@@ -136,16 +134,19 @@ def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
     order = np.argsort(inertia)
     middle = reciprocal[order[1]]
     c = order[0] if np.sum(reciprocal * y**2) > middle else order[2]
-    a, b = (k for k in range(3) if k != c)
+    others = [k for k in range(3) if k != c]
     gaps = reciprocal - reciprocal[c]
-    left = float(np.sum(gaps * y**2))
-    phi = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
+    half_axes = np.sqrt(np.sum(gaps * y**2) / gaps[others])
     curve = np.zeros((SMOOTH, 3))
-    curve[:, a] = np.sqrt(left / gaps[a]) * np.cos(phi)
-    curve[:, b] = np.sqrt(left / gaps[b]) * np.sin(phi)
-    square = 1.0 - curve[:, a] ** 2 - curve[:, b] ** 2
-    curve[:, c] = np.copysign(np.sqrt(np.maximum(square, 0.0)), y[c])
+    curve[:, others] = half_axes * _circle()
+    curve[:, c] = np.copysign(np.sqrt(np.maximum(1.0 - np.sum(curve**2, axis=1), 0.0)), y[c])
     return curve
+
+
+def _circle() -> np.ndarray:
+    """Points of the unit circle, (SMOOTH, 2)."""
+    phi = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
+    return np.stack([np.cos(phi), np.sin(phi)], axis=-1)
 
 
 def _twice_energy(y: np.ndarray, inertia: Sequence[float]) -> float:
@@ -173,18 +174,8 @@ def _directions(points: int) -> np.ndarray:
     return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
 
 
-def _line(axes: Axes, y: np.ndarray, **style: object) -> None:
-    """Faint where it is on the far side."""
-    near = y @ EYE >= 0.0
-    far = ~near  # with both ends of a segment that leaves the near side, so that none is missing
-    far[1:] |= ~near[:-1]
-    far[:-1] |= ~near[1:]
-    for side, alpha, order in ((far, HIDDEN, 2), (near, 1.0, 3)):
-        axes.plot(*np.where(side[:, None], y, np.nan).T, alpha=alpha, zorder=order, **style)
-
-
-def _dots(axes: Axes, y: np.ndarray, size: float, color: str) -> None:
-    near = y @ EYE >= 0.0
-    for side, alpha, order in ((~near, HIDDEN, 2), (near, 1.0, 4)):
-        axes.plot(*y[side].T, ".", color=color, markersize=size, alpha=alpha, zorder=order,
-                  markeredgewidth=0.0)  # fmt: skip
+def _line(axes: Axes, y: np.ndarray, **style: Any) -> None:
+    """A line or dots, faint where they are on the far side."""
+    near = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
+    axes.plot(*y.T, alpha=HIDDEN, zorder=2, **style)
+    axes.plot(*near.T, zorder=3, **style)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -41,6 +42,13 @@ def readable(axis: Axis) -> None:
         if span < FEW and span * len(subs) + 1.0 < ROOM * axis.get_tick_space():
             axis.set_major_locator(LogLocator(subs=subs, numticks=20))
             axis.set_major_formatter("{x:g}")
+
+
+def choose_ticks(axes: Axes) -> None:
+    """Of logarithmic axes that have none of their own: readable ones of x, decades of y."""
+    for axis, ticks in ((axes.xaxis, readable), (axes.yaxis, decades)):
+        if axis.get_scale() == "log" and axis.isDefault_majloc:
+            ticks(axis)
 
 
 WORDS = {

@@ -25,6 +25,7 @@ BAND = "#eef3f7"
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
+DEGREE = "N ="  # begins names of claims' studies, which are galvi's of that degree
 MOST = 8  # names, each with an entry of a legend; more share those of their families
 VARIANTS = {  # what ends a name: its line
     "GLOBAL": DOTTED,
@@ -104,8 +105,8 @@ def identity(name: str) -> Identity:
         points = re.search(r"Gauss (\d+)", name)
         marker = "*" if points is None or int(points[1]) < 12 else "P"
         return Identity(FRAME, TABLE[FRAME][0], marker, DOTTED if "passes" in name else SOLID)
-    if name.startswith(OURS):
-        number = re.search(r"degree (\d+)", name) or re.search(r"Gauss (\d+)", name)
+    if name.startswith((OURS, DEGREE)):
+        number = re.search(r"(?:degree|Gauss|N =) (\d+)", name)
         degree = int(number[1]) if number else 8
         dash = DASH_DOT if ending == "general kernel" else OF_CHART.get(ending, SOLID)
         family = CLOCK if name.startswith(CLOCK) else OURS
@@ -116,11 +117,7 @@ def identity(name: str) -> Identity:
 
 
 def line_color(name: str, index: int) -> str:
-    """The colour of a line: a contender's own, that of galvi's degree where the name is "N = 4",
-    else one by its index."""
-    degree = re.fullmatch(r"N = (\d+)", name)
-    if degree:
-        return blue(int(degree[1]))
+    """The colour of a line: a contender's own, else one by its index."""
     look = identity(name)
     return look.color if look.family in (OURS, *TABLE) else COLOURS[index % len(COLOURS)]
 

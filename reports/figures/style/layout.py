@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
+from reports.figures.style.decades import choose_ticks
 from reports.figures.style.identities import GUIDE, grouped, identity
 from reports.tables.number_format import readable
 
@@ -31,10 +31,9 @@ PAD = 0.06  # inches around the axes
 WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width,
 PANEL = 2.7  # inches, and leaves as much to each panel
 AROUND = (0.85, 0.6)  # inches of a panel's width and height that labels take
-LETTER = 0.56  # width of a letter over the size of its font, on average
+COLUMNS, HANDLE = 4, 0.8  # most columns of a legend; inches beside the text of an entry
 SHOWN = 6  # markers of an entry that stands for several names
 BELOW, RIGHT = "outside lower center", "outside right upper"
-MATHEMATICS = re.compile(r"\\[a-z]+|[${}^_]")  # which is not drawn
 UNBROKEN = "\u00a0"
 
 
@@ -55,7 +54,7 @@ class Canvas(Figure):
     def __init__(self, natural: tuple[float, float], width: float) -> None:
         self.natural = natural
         self.entries: dict[str, Any] = {}
-        super().__init__(figsize=(width, _height(natural, width)), layout="constrained")
+        super().__init__(figsize=(width, _height(natural, width)), layout="compressed")
         FigureCanvasAgg(self)
         self.get_layout_engine().set(w_pad=PAD, h_pad=PAD, wspace=0.04, hspace=0.06)
 
@@ -66,14 +65,17 @@ def _height(natural: tuple[float, float], width: float) -> float:
     return width * (ratio if width >= natural[0] else min(max(ratio, LEAST), MOST))
 
 
-def panels(
-    axes: Axes, count: int, *, least: float = 2.6, columns: int = 0, **keywords: Any
-) -> list[Axes]:
-    """`count` axes in place of these: side by side as far as each is `least` inches wide, else in
-    rows; in so many columns at any width where these are given.
+def split(
+    axes: Axes, count: int, *, ylabel: str = "", least: float = 2.6, columns: int = 0,
+    **keywords: Any,
+) -> list[Axes]:  # fmt: skip
+    """`count` panels in place of an axes: side by side as far as each is `least` inches wide, else
+    in rows; in so many columns at any width where these are given.
 
     Parameters
     ----------
+    ylabel
+        of the first panel of each row
     keywords
         of `Figure.add_subplot`
     """
@@ -86,14 +88,10 @@ def panels(
     canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * each)
     axes.remove()
     grid = canvas.add_gridspec(rows, side_by_side)
-    return [canvas.add_subplot(grid[k], **keywords) for k in range(count)]
-
-
-def share_y_label(row: Sequence[Axes], label: str) -> None:
-    """The label of a vertical axis that panels have in common, at the first of each row."""
-    for axes in row:
-        if axes.get_subplotspec().is_first_col():
-            axes.set_ylabel(label)
+    panels = [canvas.add_subplot(grid[k], **keywords) for k in range(count)]
+    for first in panels[::side_by_side]:
+        first.set_ylabel(ylabel)
+    return panels
 
 
 def legend(axes: Axes, handles: Iterable[Any], labels: Iterable[str]) -> None:
@@ -119,59 +117,69 @@ def mark_rounding(axes: Axes) -> None:
 
 
 def finish(canvas: Canvas) -> None:
-    """Draw the legend, break titles and labels that are too long, and keep the layout."""
+    """Check that each panel shows something; then choose the ticks of logarithmic axes, draw the
+    legend, break titles and labels that are too long, and keep the layout."""
+    for axes in canvas.axes:
+        if not np.isfinite(axes.dataLim.get_points()).all():
+            raise NoData("no run has a finite number of what it shows.")
+        choose_ticks(axes)
     across, high = canvas.get_size_inches()
-    across -= _legend(canvas)
+    beside, below = _legend(canvas)
+    across -= beside
     for axes in canvas.axes:
         grid = axes.get_subplotspec().get_gridspec()
         around = AROUND if axes.axison else (0.0, 0.0)
         width, height = across / grid.ncols - around[0], high / grid.nrows - around[1]
-        for text in (axes.title, axes._left_title, axes.xaxis.label):  # type: ignore[attr-defined]
+        for text in (axes._left_title, axes.xaxis.label):  # type: ignore[attr-defined]
             _break(text, width, "width")
         _break(axes.yaxis.label, height, "height")
     for _ in range(2):  # axes in three dimensions take two to settle
         canvas.draw_without_rendering()
+    if any(axes.get_aspect() != "auto" for axes in canvas.axes):  # no higher than they are
+        box = Bbox.union([axes.get_tightbbox() for axes in canvas.axes])
+        canvas.set_figheight(box.height / canvas.dpi + below + 2.0 * PAD)
+        canvas.draw_without_rendering()
     canvas.set_layout_engine("none")
 
 
-def _legend(canvas: Canvas) -> float:
+def _legend(canvas: Canvas) -> tuple[float, float]:
     """Draw it below the axes where it is one row, else right of them where these have the room,
-    else below in as many columns as fit; returns the width in inches that it takes from the axes.
+    else below in as few rows as fit; returns the inches that it takes beside and below the axes.
     """
-    labelled = [axes.get_legend_handles_labels() for axes in canvas.axes]
-    pairs = [pair for handles, labels in labelled for pair in zip(labels, handles, strict=True)]
-    entries = {label: handle for label, handle in pairs if label not in canvas.entries}
-    entries |= canvas.entries
+    labelled = {
+        label: handle
+        for axes in canvas.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        if label not in canvas.entries
+    }
+    entries = labelled | canvas.entries
     if not entries:
-        return 0.0
+        return 0.0, 0.0
     across, high = canvas.get_size_inches()
-    points = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
-    letters = int(72.0 * across / (LETTER * points)) - 6
-    labels = [
-        label if "\n" in label or len(MATHEMATICS.sub("", label)) <= letters
-        else wrapped(label, letters)
-        for label in entries
-    ]  # fmt: skip
     markers = max(len(handle) if isinstance(handle, tuple) else 1 for handle in entries.values())
     columns_of_panels = max(axes.get_subplotspec().get_gridspec().ncols for axes in canvas.axes)
-    below = [(BELOW, columns) for columns in range(min(4, len(entries)), 0, -1)]
+    balanced = [math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)]
+    below = [(BELOW, columns) for columns in balanced if columns <= COLUMNS]
     right = [(RIGHT, 1)] if across > WIDE else []
-    for loc, columns in (*below[:1], *right, *below) if len(entries) <= 4 else (*right, *below):
+    for loc, columns in (*(below[:1] if len(entries) <= COLUMNS else []), *right, *below):
         drawn = canvas.legend(
-            list(entries.values()), labels, ncols=columns, borderaxespad=0.2, loc=loc,
+            list(entries.values()), list(entries), ncols=columns, borderaxespad=0.2, loc=loc,
             handlelength=2.6 if markers == 1 else min(1.7 * markers, 6.0),
             handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
         )  # fmt: skip
+        if columns == 1 and loc == BELOW:
+            for text in drawn.get_texts():
+                _break(text, across - HANDLE, "width")
         box = drawn.get_window_extent()
         width, height = box.width / canvas.dpi, box.height / canvas.dpi
         fits = width < BESIDE * across and (across - width) / columns_of_panels > PANEL
         if loc == RIGHT and fits and height < high:
-            return width
+            return width, 0.0
         if loc == BELOW and (columns == 1 or width < across - 4.0 * PAD):
             break
         drawn.remove()
     canvas.set_figheight(high + height)
-    return 0.0
+    return 0.0, height
 
 
 def _break(text: Text, room: float, side: str) -> None:
