@@ -146,7 +146,7 @@ def test_the_start_says_what_differs_names_both_papers_and_leads_on(pages):
 def test_the_page_says_what_is_not_drawn(pages):
     page = pages["claims"]
     assert "H fig. 2.4 is not drawn: what it shows was not run." not in page  # V2 gave a frame
-    assert "H fig. 2.4 is not drawn: no run has a finite error." in page
+    assert "H fig. 2.4 is not drawn: no run has a finite number of what it shows." in page
     assert "H fig. 2.6 is not drawn: what it shows was not run." in page
 
 
