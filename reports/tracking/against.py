@@ -14,14 +14,7 @@ from benchmarks.timings.truth import true_ends
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Truth, judge, suspects
 from reports.tracking.outcome import Outcome
-from reports.tracking.rounds import (
-    FURTHER_PROCESSES,
-    SIDES,
-    Pair,
-    interleave,
-    long_runs,
-    run_pairs,
-)
+from reports.tracking.rounds import SIDES, Pair, interleave, long_runs, run_pairs
 from reports.tracking.together import FURTHER, judge_together, suspected
 from reports.tracking.worker import SECONDS, Patience, Worker
 
@@ -35,10 +28,12 @@ def compare(
     studies: Any,
     limit: float = SECONDS,
 ) -> Outcome:
-    """Make the first calls and one round of samples of all benchmarks, then run each in a further
-    process, with a second round of samples where it looked slower, and further ones where all of
-    an integrator did and none alone is slower already: the memory layout of a process alone can
-    cost percents.
+    """Make the first calls and one round of samples of all benchmarks, then further rounds, each in
+    fresh processes, since the memory layout of a process alone can cost percents.
+
+    The first of them runs all benchmarks, and later ones those whose result depended on the
+    process. It takes samples of those that looked slower, and later ones of the integrators that
+    look slower by all of their benchmarks together while none of these is by its own times.
 
     Parameters
     ----------
@@ -56,23 +51,15 @@ def compare(
         interleave(both, pairs, report)
         seconds += yardstick(count)
         long = long_runs(both, pairs, limit, report)
-    with studies("track", "second round") as report, workers(base, head, patience) as both:
-        slow = suspects(pairs, 0) | suspected(pairs, set())
-        run_pairs(both, [pair for pair in pairs if pair.repeatable], report, further=True)
-        interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
     with studies("track", "further rounds") as report:
-        red = suspects(pairs, 0) & suspects(pairs, 1)
-        doubtful = [
-            pair
-            for pair in pairs
-            if pair.repeatable and any(pair.differs(side, FURTHER_PROCESSES) for side in SIDES)
-        ]
-        for _ in range(1, FURTHER):
-            slow = suspected(pairs, red)
+        again = [pair for pair in pairs if pair.repeatable]
+        slow = suspects(pairs, 0) | suspected(pairs)
+        for _ in range(FURTHER):
             with workers(base, head, patience) as both:
-                run_pairs(both, doubtful, report, further=True)
+                run_pairs(both, again, report, further=True)
                 interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
-            doubtful = []
+            again = [pair for pair in again if pair.repeatable and pair.depends_on_process]
+            slow = suspected(pairs)
     with studies("track", "truths") as report:
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
     findings = judge([*pairs, *long], truths)

@@ -82,6 +82,11 @@ class Pair:
         """Those of base and head in one of the rounds."""
         return self.rounds[at]["base"], self.rounds[at]["head"]
 
+    @property
+    def depends_on_process(self) -> bool:
+        """Whether one of the sides reached another end in a further process."""
+        return any(self.differs(side, FURTHER_PROCESSES) for side in SIDES)
+
     def differs(self, side: str, runs: slice) -> bool:
         """Whether one of these runs reached another end than the first one, by any bit."""
         first, others = self.runs[side][0]["ends"], self.runs[side][runs]
@@ -136,12 +141,12 @@ def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
     if wanted <= LEAST_LONGER:
         return None, ""
     if times < LEAST_LONGER:
-        return None, f"No longer run was made, since this one takes {seconds:.2g} s."
+        return None, f"No long run was made, because this one already takes {seconds:.2g} s."
     setting = sampled(duration * times, case.setting, 1)
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
-    shorter = f"Of {wanted:.0f} times, as many as fit the time."
+    shorter = f"Shortened from {wanted:.0f} times as long, to fit the time limit."
     return long, shorter if times < int(wanted) else ""
 
 

@@ -6,7 +6,7 @@ import json
 import os
 import signal
 import subprocess
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -38,7 +38,7 @@ class Patience:
     left: int = TIME_OUTS
 
 
-class Worker:
+class Worker(AbstractContextManager["Worker"]):
     """A context manager: `with Worker(checkout) as worker` ends the process afterwards.
 
     Both sides run the worker program of this suite, which uses only galvi's public interface, so
@@ -52,9 +52,6 @@ class Worker:
     def __init__(self, checkout: Checkout, patience: Patience | None = None) -> None:
         self.checkout, self.patience = checkout, patience or Patience()
         self.process: subprocess.Popen[bytes] | None = None
-
-    def __enter__(self) -> Worker:
-        return self
 
     def __exit__(self, *error: object) -> None:
         self.stop()

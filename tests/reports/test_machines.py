@@ -79,9 +79,7 @@ def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_shows_both_machines(
-    tmp_path: Path, make_suite: Callable[..., object]
-) -> None:
+def test_the_page_shows_both_machines(tmp_path: Path, make_suite: Callable[..., object]) -> None:
     out = report(tmp_path / "out", **HERE)
     merge(out, [report(tmp_path / "there")])
     build_kept(make_suite(), Options(False, (), out, "build --kept", ()))

@@ -96,6 +96,15 @@ def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
         assert [(one.folder / kernel).read_bytes() for one in both] == [b"code"] * 2
 
 
+def test_files_that_archives_leave_out_are_on_both_sides(checkout: Path) -> None:
+    (checkout / ".gitattributes").write_text("galvi export-ignore\n")
+    git(checkout, "add", ".")
+    git(checkout, "commit", "--quiet", "-m", "attributes")
+    with checkouts("HEAD", checkout) as both:
+        assert all((side.folder / "galvi" / "__init__.py").is_file() for side in both)
+        assert not any(side.changed for side in both)
+
+
 def compared(root: Path, revision: str = "HEAD") -> int:
     sides = checkouts(revision, root)
     return track_against(sides, (CASE,), root.parent / "out", {"date": "d"}, False)
@@ -121,7 +130,7 @@ def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> N
     assert "with changes) is worse than" in sentence(checkout)
     (row,) = json.loads((checkout.parent / "out" / "against.json").read_text())["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
-    assert row["alarms"]["counts"] == "iterations 5 became 6, 20 % more."
+    assert row["alarms"]["counts"] == "Iterations rose from 5 to 6 (+20 %)."
     assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
@@ -145,11 +154,14 @@ def test_a_folder_without_git_and_another_repository_are_sentences(
     bare.mkdir()
     other.mkdir()
     git(other, "init", "--quiet")
-    with pytest.raises(CannotCompare, match="needs a git checkout"), checkouts("HEAD", bare):
+    with (
+        pytest.raises(CannotCompare, match="run in a git checkout of galvi; rec"),
+        checkouts("HEAD", bare),
+    ):
         pass
     for folder in (bare, other):
         monkeypatch.chdir(folder)
-        with pytest.raises(CannotCompare, match=f"run in {checkout}, received {folder}; change to"):
+        with pytest.raises(CannotCompare, match=f"run in {checkout}; received {folder}. Change to"):
             compared(checkout)
     (checkout / "galvi" / "inner").mkdir()
     monkeypatch.chdir(checkout / "galvi" / "inner")
@@ -329,7 +341,7 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(
     row, long = found["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
     assert long["name"].startswith(f"{row['name']}, ") and "error" in long["alarms"]
-    assert row["alarms"]["counts"] == "force evaluations 7 became 8, 14 % more."
+    assert row["alarms"]["counts"] == "Force evaluations rose from 7 to 8 (+14 %)."
     assert found["head"].endswith("with changes)")
     failures = ElementTree.parse(project / "out" / "track.xml").getroot().iter("failure")
     assert {one.get("message") for one in failures} >= set(row["alarms"].values())
@@ -360,7 +372,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--against", "HEAD"], "another project's integrators need --contender package.module"),
+        (["--against", "HEAD"], "integrator of the latter with --contender package.module"),
         (["--against", "HEAD", "--contender", "no_such:Mine"], "there is no module 'no_such'"),
         (["--against", "none", "--contender", "mine_to_track:Mine"], "a revision that git knows"),
         (["--contender", "mine_to_track:Mine"], "require --against REV"),
@@ -386,7 +398,9 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     asked = ["track", "--against", "HEAD", "--contender", "moved_to_track:Mine"]
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"moved_to_track:Mine is new: \w{12} has nothing that runs to compare", said)
+    assert re.search(
+        r"moved_to_track:Mine is new: \w{12} has no version that runs to compare", said
+    )
     both = [*asked, "--contender", "mine_to_track:Mine", "--out", str(project / "out")]
     assert run(make_suite, both) == 0
     assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
@@ -411,7 +425,7 @@ def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) ->
     git(project.parent, "commit", "--quiet", "-am", "hangs")
     module.write_text(sound)
     assert tracked() == 0
-    assert "The base: It gave no answer" in (project / "out" / "against.md").read_text()
+    assert "Base: It gave no answer" in (project / "out" / "against.md").read_text()
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_benchmark_may_ask_for_a_larger_size")

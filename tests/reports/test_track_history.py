@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from benchmarks.timings.catalogue import CASES
 from reports.cli.commands import run
 from reports.tracking.benches import COLUMNS, TIME, read_history
 from reports.tracking.record import Place, history, track
-from reports.tracking.together import FURTHER, Samples, is_slower, looks_slower, means
+from reports.tracking.together import FURTHER, Samples, Together, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -72,8 +73,10 @@ BENCHMARKS = 6
 def alarms_together(comparisons: int, growth: float) -> int:
     random, alarms = np.random.Generator(np.random.Philox(11)), 0
     for _ in range(comparisons):
-        if looks_slower(*a_round(random, growth), 0.05):
-            alarms += is_slower([a_round(random, growth) for _ in range(FURTHER)], 0.05)
+        first = Together("mine:Mine", frozenset(), (a_round(random, growth),), size=0.05)
+        if first.suspicious:
+            further = tuple(a_round(random, growth) for _ in range(FURTHER))
+            alarms += bool(replace(first, rounds=first.rounds + further).alarms)
     return alarms
 
 
