@@ -13,22 +13,25 @@ from reports.results.junit import JUnitCase, junit_xml
 from reports.results.summary import many
 from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown
-from reports.tracking.gates import GATES, NOTE, TIME, Finding
+from reports.tracking.gates import GATES, LEAK, NOTE, PEAK, TIME, Finding
 from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
-LEGEND = (
-    "Times are medians of processor time, with samples of base and head taken in turn. p is the "
-    "probability that equal code looks at least this much slower (one-sided Mann-Whitney test). A "
-    f"time is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the "
-    "benchmark's threshold, in two rounds of fresh processes. All times of an integrator together "
-    "are worse at half of that threshold, in five rounds. Detectable from: the smallest growth "
-    f"that a round with this scatter detects in {100 * POWER:.0f} % of cases. Counts are summed in "
-    "the table and compared one by one. Final state moved: the largest change of a coordinate, or "
-    "of a momentum of your integrator; 0 means bit-identical. Each side runs twice in one process "
-    "and once in another. All three results must be bit-identical, and the second run must not "
-    "leave or need more memory than the base's."
-)
+LEGEND = f"""
+- **time**: change of the median processor time; samples of base and head are taken in turn. A time
+  is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the benchmark's
+  threshold, in two rounds of fresh processes. All times of an integrator together are worse at half
+  of that threshold, in five rounds.
+- **p**: probability that equal code looks at least this much slower (one-sided Mann-Whitney test).
+- **detectable from**: the smallest growth that a round with this scatter detects in
+  {100 * POWER:.0f} % of cases.
+- **counts**: summed here, compared one by one; none may grow.
+- **final state moved**: the largest change of a coordinate, or of a momentum of your integrator; 0
+  means bit-identical.
+- **not deterministic**: each side runs twice in one process, and once or more in others. The head's
+  results must be bit-identical where the base's are.
+- **memory**: a second run may leave {LEAK:.0f} MB and need {PEAK:.0f} MB more than the base's.
+""".strip()
 
 
 @dataclass(frozen=True)

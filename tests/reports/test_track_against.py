@@ -30,7 +30,7 @@ from reports.cli.track import choose_cases, track_against
 from reports.tracking.benches import TIME, read_history
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.tracked_problems import contender_cases, tracked
-from reports.tracking.worker import Failed, Patience, Worker
+from reports.tracking.worker import Failed, Worker
 
 ROOT = Path(__file__).parents[2]
 STUB = """
@@ -199,10 +199,10 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         with pytest.raises(Failed, match="ended with status 3"):
             one.run(CASE)
         write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-        one.patience.limit = 1.0
+        one.limit = 1.0
         with pytest.raises(Failed, match="no answer within 1 sec"):
             one.run(CASE)
-        one.patience.limit = 60.0
+        one.limit = 60.0
         write(tmp_path, "class problems:\n    pass\n")
         with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
             one.run(CASE)
@@ -212,14 +212,13 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
 
 
-def test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers(tmp_path: Path) -> None:
+def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Path) -> None:
     write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-    patience = Patience(0.5)
-    for _ in range(2):
-        one = Worker(Checkout(tmp_path, "head"), patience)
-        with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"), one:
-            one.run(CASE)
-    with Worker(Checkout(tmp_path, "head"), patience) as one:
+    with Worker(Checkout(tmp_path, "head"), 0.5) as one:
+        for _ in range(2):
+            with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"):
+                one.run(CASE)
+            one.stop()
         with pytest.raises(Failed, match=r"was not asked: 2 answers did not come within 0.5 sec"):
             one.run(CASE)
         assert one.process is None
@@ -355,12 +354,12 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     out = str(Path("galvi-out") / "deep")
     assert run(make_suite, ["track", "--out", out]) == 0
     said = capsys.readouterr().out
-    assert "`galvi track --against REV --contender package.module:Class` makes one" in said
+    assert "`galvi track --against REV --contender package.module:Class` adds one" in said
     asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine", "--out", out]
     assert run(make_suite, asked) == 0
     assert run(make_suite, asked) == 0
     assert run(make_suite, ["track", "--out", out]) == 0
-    assert "2 benches; the page is" in capsys.readouterr().out
+    assert "2 benchmark runs; the page is" in capsys.readouterr().out
     rows = read_history(Path(out) / "benchmarks")
     head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
     assert set(rows["commit"]) == {head.stdout[:12]}
@@ -409,7 +408,7 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
 HANGS = "        import time; time.sleep(99)\n        t, a ="
 
 
-@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers")
+@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_in_any_process")
 def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
     """After two answers of a side that miss the limit, nothing more is asked of it."""
     module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)

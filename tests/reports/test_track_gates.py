@@ -6,8 +6,9 @@ import json
 import math
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -31,7 +32,7 @@ HANGS = "It gave no answer within 600 seconds and was ended."
 
 
 class Fake:
-    """A worker with these times, and what its first call reaches; fails where it says so."""
+    """A process with these times, and what its first call reaches; fails where it says so."""
 
     def __init__(
         self, factor: float = 1.0, why: str = "", hangs: bool = False, **reached: Any
@@ -54,6 +55,21 @@ class Fake:
         return self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))
 
 
+class Processes(AbstractContextManager["Processes"]):
+    """A worker of these processes, one after the other."""
+
+    def __init__(self, fakes: Iterator[Fake]) -> None:
+        self.fakes = fakes
+        self.stop()
+
+    def __exit__(self, *error: object) -> None:
+        return None
+
+    def stop(self) -> None:
+        self.process = next(self.fakes)
+        self.run, self.time = self.process.run, self.process.time
+
+
 @contextmanager
 def studies(name: str, title: str) -> Iterator[Any]:
     yield lambda text: None
@@ -70,14 +86,13 @@ def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
         cases: Any = (CASE,),
         base_again: Fake | None = None,
     ) -> Outcome:
-        heads = iter([head, *[again or head] * 4])
-        bases = iter([base, *[base_again or base] * 4])
+        fakes = {"base": (base, base_again or base), "head": (head, again or head)}
 
-        @contextmanager
-        def workers(*checkouts: Checkout) -> Iterator[dict[str, Any]]:
-            yield {"base": next(bases), "head": next(heads)}
+        def worker(checkout: Checkout, limit: float) -> Processes:
+            first, later = fakes[checkout.commit]
+            return Processes(chain([first], repeat(later)))
 
-        monkeypatch.setattr(against, "workers", workers)
+        monkeypatch.setattr(against, "Worker", worker)
         monkeypatch.setattr(against, "true_ends", lambda case: [np.array([1.0, 0.0])])
         sides = Checkout(Path("b"), "base"), Checkout(Path("h"), "head")
         outcome = compare(*sides, cases, studies)

@@ -242,7 +242,7 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> 
 def test_an_empty_history_is_a_sentence_and_still_a_page(make_suite, tmp_path: Path) -> None:
     said: list[str] = []
     track(tmp_path, said.append)
-    assert said[0].startswith("There is no bench yet in ")
+    assert said[0].startswith("There is no benchmark run in ")
     assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "results" / "history.html").read_text()
     assert "No timings of earlier commits are kept" in page
@@ -258,7 +258,7 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(make_suite, tmp_pa
     assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "results" / "history.html").read_text()
     assert "Quite another" in page and "bad.json: " in page
-    assert page.count("<img ") == 2 and "shown apart" in page
+    assert page.count("<img ") == 2 and "shown separately" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")
     assert len(frame) == 4 * 6
@@ -272,8 +272,8 @@ def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(tmp_pa
         store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
     track(tmp_path, lambda sentence: None)
     page = (tmp_path / "history.html").read_text()
-    assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
-    assert "So few runs do not tell a change from noise." in page
+    assert "Slowest commit: 000000000002, at 2.86 times the median" in page
+    assert "So few runs cannot tell a change from noise." in page
     assert "fastest: 000000000003+" in page
     for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
