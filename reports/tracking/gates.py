@@ -19,9 +19,9 @@ from benchmarks.timings.truth import error_of
 from reports.tables.number_format import capital, plain
 from reports.tracking.rounds import FURTHER_PROCESSES, SECOND, SIDES, Pair
 
-GATES = FAILS, PROBLEM, REPEATS, COUNTS, ERROR, MEMORY, TIME = (
-    "status", "problem", "not deterministic", "counts", "error", "memory", "time",
-)  # fmt: skip
+FAILS, PROBLEM, REPEATS, COUNTS = "status", "problem", "not deterministic", "counts"
+ERROR, MEMORY, TIME = "error", "memory", "time"
+GATES = (FAILS, PROBLEM, REPEATS, COUNTS, ERROR, MEMORY, TIME)
 NOTE = "note"  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
 LEAK, PEAK = 4.0, 50.0  # MB more that a call leaves in memory, or needs meanwhile, which count
@@ -110,28 +110,24 @@ def _runs(pair: Pair) -> Sentences:
     if set(pair.why) == {"head"}:
         yield FAILS, f"The head cannot run it: {pair.why['head']}"
     elif pair.why:
-        reasons = "; ".join(f"{side}: {why}" for side, why in sorted(pair.why.items()))
-        yield NOTE, f"Not compared, because it cannot be run. {capital(reasons)}"
+        reasons = (f"{capital(side)}: {why.rstrip('.')}." for side, why in sorted(pair.why.items()))
+        yield NOTE, f"Not compared, because it cannot be run. {' '.join(reasons)}"
 
 
 def _repeats(pair: Pair) -> Sentences:
-    for runs in (SECOND, FURTHER_PROCESSES):
-        sides = [side for side in pair.reached if pair.differs(side, runs)]
-        for side in sides:
-            yield REPEATS if sides == ["head"] else NOTE, _difference(pair, side, runs)
-        if sides:
-            return
-
-
-def _difference(pair: Pair, side: str, runs: slice) -> str:
-    if runs == FURTHER_PROCESSES:
-        return (
+    again = [side for side in pair.reached if pair.differs(side, SECOND)]
+    for side in again:
+        first, second = (run["ends"] for run in pair.runs[side][:2])
+        far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
+        sentence = f"Two runs of the {side} differ by {far}: it is not deterministic."
+        yield REPEATS if again == ["head"] else NOTE, sentence
+    elsewhere = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
+    for side in elsewhere if not again else ():
+        sentence = (
             f"Runs of the {side} in two processes differ: its result depends on the process, for "
             "example on the hash of a string, the order of a set, or an address."
         )
-    first, second = (run["ends"] for run in pair.runs[side][:2])
-    far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
-    return f"Two runs of the {side} differ by {far}: it is not deterministic."
+        yield REPEATS if elsewhere == ["head"] else NOTE, sentence
 
 
 def _memory(pair: Pair) -> Sentences:

@@ -8,24 +8,25 @@ from dataclasses import asdict, dataclass
 
 import pandas as pd
 
-from benchmarks.statistics.rank_test import LEVEL, POWER
+from benchmarks.statistics.rank_test import GROWTHS, LEVEL, POWER
 from reports.results.junit import JUnitCase, junit_xml
 from reports.results.summary import many
-from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown
 from reports.tracking.gates import GATES, LEAK, NOTE, PEAK, TIME, Finding
 from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
+MOST = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
 LEGEND = f"""
-- **time**: change of the median processor time; samples of base and head are taken in turn. A time
+- **time**: growth of the median processor time; samples of base and head are taken in turn. A time
   is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the benchmark's
   threshold, in two rounds of fresh processes. All times of an integrator together are worse at half
   of that threshold, in five rounds.
 - **p**: probability that equal code looks at least this much slower (one-sided Mann-Whitney test).
 - **detectable from**: the smallest growth that a round with this scatter detects in
   {100 * POWER:.0f} % of cases.
-- **counts**: summed here, compared one by one; none may grow.
+- **more counts**: by how much the sum of all counts grew; they are compared one by one.
+- **error of base, of head**: against the truth.
 - **final state moved**: the largest change of a coordinate, or of a momentum of your integrator; 0
   means bit-identical.
 - **not deterministic**: each side runs twice in one process, and once or more in others. The head's
@@ -103,7 +104,7 @@ class Outcome:
             f"{name} is new: {self.base} has no version that runs to compare it with."
             for name in self.new
         ]
-        sentences += [f"{missing} could not be compared."] if missing else []
+        sentences += [f"{missing} could not be compared."] if missing and self.compared else []
         return " ".join(sentences)
 
     def _power(self) -> str:
@@ -113,9 +114,10 @@ class Outcome:
         return f" (smallest detectable growth of a time: {' to '.join(ends)})" if ends else ""
 
     def table(self) -> pd.DataFrame:
-        """A row of text for each benchmark, the worse ones first."""
+        """A row for each benchmark, the worse ones first; NaN where unknown."""
         ranked = sorted(self.findings, key=lambda finding: not finding.alarms)
-        return pd.DataFrame([_row(finding) for finding in ranked])
+        rows = pd.DataFrame([_row(finding) for finding in ranked])
+        return rows.replace(math.inf, f"> {MOST:.0f}")
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
@@ -178,31 +180,24 @@ def _junit_case(item: Finding | Together, gate: str, compared: bool) -> JUnitCas
     return JUnitCase(item.name, gate, details=notes)
 
 
-def _row(finding: Finding) -> dict[str, str]:
-    outcome = "not worse" if finding.compared else "not compared"
+def _row(finding: Finding) -> dict[str, object]:
     counts = {side: run["counts"] for side, run in finding.pair.reached.items()}
-    shared = pd.DataFrame(counts, columns=list(SIDES)).dropna()
+    shared = pd.DataFrame(counts, columns=list(SIDES), dtype=float).dropna()
+    base_count, head_count = shared.sum(min_count=1)
+    base_error, head_error = finding.errors
+    outcome = "not worse" if finding.compared else "not compared"
     return {
         "benchmark": finding.name,
-        "time": f"{100 * finding.growth:+.1f} %" if known(finding.growth) else "-",
-        "p": plain(finding.p, 2) or "-",
-        "detectable from": "-" if math.isnan(finding.visible) else _growth(finding.visible),
-        "counts": _change(*shared.sum(min_count=1)),
-        "error": _change(*finding.errors),
-        "final state moved": plain(finding.moved, 2) or "-",
+        "time [%]": round(100 * finding.growth, 1),
+        "p": finding.p,
+        "detectable from [%]": 100 * finding.visible,
+        "more counts": head_count - base_count,
+        "error of base": base_error,
+        "error of head": head_error,
+        "final state moved": finding.moved,
         "verdict": f"worse: {', '.join(finding.alarms)}" if finding.alarms else outcome,
     }
 
 
 def _growth(size: float) -> str:
-    return "more than 300 %" if math.isinf(size) else f"{100 * size:.0f} %"
-
-
-def _change(base: float, head: float) -> str:
-    if not known(base) or not known(head):
-        return "-"
-    if base == head:
-        return "same"
-    if plain(base) != plain(head):
-        return f"{plain(base)} to {plain(head)}"
-    return f"{100 * (head / base - 1):+.1g} %"
+    return f"more than {MOST:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"
