@@ -359,7 +359,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     assert run(make_suite, asked) == 0
     assert run(make_suite, asked) == 0
     assert run(make_suite, ["track", "--out", out]) == 0
-    assert "2 benchmark runs; the page is" in capsys.readouterr().out
+    assert "\n2 benchmark runs.\n" in capsys.readouterr().out
     rows = read_history(Path(out) / "benchmarks")
     head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
     assert set(rows["commit"]) == {head.stdout[:12]}

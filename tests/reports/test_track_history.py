@@ -265,13 +265,15 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(make_suite, tmp_pa
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(tmp_path: Path) -> None:
+def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
+    make_suite, tmp_path: Path
+) -> None:
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
         store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
-    track(tmp_path, lambda sentence: None)
-    page = (tmp_path / "history.html").read_text()
+    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "results" / "history.html").read_text()
     assert "Slowest commit: 000000000002, at 2.86 times the median" in page
     assert "So few runs cannot tell a change from noise." in page
     assert "fastest: 000000000003+" in page
