@@ -127,7 +127,7 @@ def track_against(
         base, head = stack.enter_context(both)
         if isolate:
             base, head = isolated(base), isolated(head)
-        outcome = compare(base, head, cases, stack.enter_context(Studies(4)), limit)
+        outcome = compare(base, head, cases, stack.enter_context(Studies(3)), limit)
     text = summary(outcome, provenance)
     write(out / "against.json", as_json(outcome, provenance))
     write(out / "track.xml", as_junit(outcome, "galvi track"))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.statistics.calibration import yardstick
@@ -14,16 +13,9 @@ from benchmarks.timings.truth import true_ends
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Truth, judge, suspects
 from reports.tracking.outcome import Outcome
-from reports.tracking.rounds import (
-    FURTHER_PROCESSES,
-    SIDES,
-    Pair,
-    interleave,
-    long_runs,
-    run_pairs,
-)
+from reports.tracking.rounds import Pair, interleave, long_runs, run_pairs
 from reports.tracking.together import FURTHER, judge_together, suspected
-from reports.tracking.worker import SECONDS, Patience, Worker
+from reports.tracking.worker import SECONDS, Worker
 
 YARDSTICKS = 3  # samples before and after, as of `make bench`
 
@@ -35,10 +27,12 @@ def compare(
     studies: Any,
     limit: float = SECONDS,
 ) -> Outcome:
-    """Make the first calls and one round of samples of all benchmarks, then run each in a further
-    process, with a second round of samples where it looked slower, and further ones where all of
-    an integrator did and none alone is slower already: the memory layout of a process alone can
-    cost percents.
+    """Make the first calls and one round of samples of all benchmarks, then further rounds, each in
+    fresh processes, since the memory layout of a process alone can cost percents.
+
+    The first of them runs all benchmarks, and later ones those whose result depended on the
+    process. It takes samples of those that looked slower, and later ones of the integrators that
+    look slower by all of their benchmarks together while none of these is by its own times.
 
     Parameters
     ----------
@@ -47,46 +41,31 @@ def compare(
     limit
         seconds for each answer of a side; after two that miss it, the side is not asked again
     """
-    patience = {side: Patience(limit) for side in SIDES}
     count = YARDSTICKS if any(case.contender for case in cases) else 0
-    with studies("track", "first round") as report, workers(base, head, patience) as both:
-        pairs = [Pair(case) for case in cases]
-        run_pairs(both, pairs, report)
-        seconds = yardstick(count)
-        interleave(both, pairs, report)
-        seconds += yardstick(count)
-        long = long_runs(both, pairs, limit, report)
-    with studies("track", "second round") as report, workers(base, head, patience) as both:
-        slow = suspects(pairs, 0) | suspected(pairs, set())
-        run_pairs(both, [pair for pair in pairs if pair.repeatable], report, further=True)
-        interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
-    with studies("track", "further rounds") as report:
-        red = suspects(pairs, 0) & suspects(pairs, 1)
-        doubtful = [
-            pair
-            for pair in pairs
-            if pair.repeatable and any(pair.differs(side, FURTHER_PROCESSES) for side in SIDES)
-        ]
-        for _ in range(1, FURTHER):
-            slow = suspected(pairs, red)
-            with workers(base, head, patience) as both:
-                run_pairs(both, doubtful, report, further=True)
-                interleave(both, [pair for pair in pairs if pair.case.name in slow], report)
-            doubtful = []
+    pairs = [Pair(case) for case in cases]
+    with Worker(base, limit) as base_worker, Worker(head, limit) as head_worker:
+        workers = {"base": base_worker, "head": head_worker}
+        with studies("track", "first round") as report:
+            run_pairs(workers, pairs, report)
+            seconds = yardstick(count)
+            interleave(workers, pairs, report)
+            seconds += yardstick(count)
+            long = long_runs(workers, pairs, limit, report)
+        with studies("track", "further rounds") as report:
+            again = [pair for pair in pairs if pair.repeatable]
+            slow = suspects(pairs, 0) | suspected(pairs)
+            for _ in range(FURTHER):
+                for worker in workers.values():
+                    worker.stop()  # the next process has another memory layout
+                run_pairs(workers, again, report, further=True)
+                interleave(workers, [pair for pair in pairs if pair.case.name in slow], report)
+                again = [pair for pair in again if pair.repeatable and pair.depends_on_process]
+                slow = suspected(pairs)
     with studies("track", "truths") as report:
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
     findings = judge([*pairs, *long], truths)
     middle = statistics.median(seconds) if seconds else math.nan
     return Outcome(base.name, head.name, findings, judge_together(pairs), middle)
-
-
-@contextmanager
-def workers(
-    base: Checkout, head: Checkout, patience: Mapping[str, Patience]
-) -> Iterator[dict[str, Worker]]:
-    """A worker process for each side, whose patience it shares."""
-    with Worker(base, patience["base"]) as first, Worker(head, patience["head"]) as second:
-        yield dict(zip(SIDES, (first, second), strict=True))
 
 
 def _truth(case: Case) -> Truth:

@@ -7,11 +7,10 @@ only kernels compiled from identical sources.
 
 from __future__ import annotations
 
-import io
+import os
 import shutil
 import subprocess
 import sys
-import tarfile
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -71,15 +70,11 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
     current folder belongs to another repository, whose HEAD would be mistaken for galvi's.
     """
     top, here = top_of(root), top_of(Path.cwd())
-    theirs = "another project's integrators need --contender package.module:Class"
-    if top is None:
+    if top is None or top != here:
         raise CannotCompare(
-            f"track --against needs a git checkout of galvi, and {root} is none; {theirs}."
-        )
-    if top != here:
-        raise CannotCompare(
-            f"track --against compares revisions of its own checkout: expected to be run in {top}, "
-            f"received {here or Path.cwd()}; change to {top} first, or, as {theirs}, give that."
+            f"track --against expects to be run in {top or 'a git checkout of galvi'}; received "
+            f"{here or Path.cwd()}. Change to the former, or name an integrator of the latter with "
+            "--contender package.module:Class."
         )
     with _copies(revision, top) as both:
         if not (both[0].folder / PACKAGE).is_dir():
@@ -124,10 +119,10 @@ def _copies(revision: str, top: Path) -> Iterator[tuple[Checkout, Checkout]]:
         ) from None
     with tempfile.TemporaryDirectory(prefix="galvi-track-") as folder:
         base, head = Path(folder) / "base", Path(folder) / "head"
-        files = io.BytesIO(git(top, "archive", "--format=tar", commit.decode()))
-        with tarfile.open(fileobj=files) as archive:
-            safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # before 3.11.4
-            archive.extractall(base, **safe)  # type: ignore[arg-type]
+        base.mkdir()
+        index = str(Path(folder) / "index")  # the repository's own stays as it is
+        git(top, "read-tree", commit.decode(), GIT_INDEX_FILE=index)
+        git(top, "checkout-index", "--all", f"--prefix={base}/", GIT_INDEX_FILE=index)
         copy_working_tree(top, head)
         changed = bool(git(top, "status", "--porcelain"))
         latest = git(top, "rev-parse", "HEAD").decode().strip()
@@ -181,10 +176,15 @@ def top_of(folder: Path) -> Path | None:
         return None
 
 
-def git(folder: Path, *arguments: str) -> bytes:
-    """What git prints. Raises CannotCompare without git, CalledProcessError where git fails."""
+def git(folder: Path, *arguments: str, **variables: str) -> bytes:
+    """What git prints, with these environment variables besides those of this process.
+
+    Raises CannotCompare without git, CalledProcessError where git fails.
+    """
+    command, environment = ["git", *arguments], os.environ | variables
     try:
-        done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True)
+        return subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, check=True
+        ).stdout
     except FileNotFoundError:
         raise CannotCompare("track --against needs git, which is not installed.") from None
-    return done.stdout

@@ -19,13 +19,13 @@ from benchmarks.timings.truth import error_of
 from reports.tables.number_format import capital, plain
 from reports.tracking.rounds import FURTHER_PROCESSES, SECOND, SIDES, Pair
 
-FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
-REPEATS, MEMORY = "not deterministic", "memory"
-NOTE = ""  # not a gate: its sentences are not alarms
+FAILS, PROBLEM, REPEATS, COUNTS = "status", "problem", "not deterministic", "counts"
+ERROR, MEMORY, TIME = "error", "memory", "time"
+GATES = (FAILS, PROBLEM, REPEATS, COUNTS, ERROR, MEMORY, TIME)
+NOTE = "note"  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
-MUCH = 8e6  # bytes more that two calls leave in memory, which count
+LEAK, PEAK = 4.0, 50.0  # MB more that a call leaves in memory, or needs meanwhile, which count
 CALLS = 2  # of the worker from one of its answers on the memory to the next
-PEAK = 50e6  # bytes more that a call needs meanwhile, which count
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
@@ -110,45 +110,37 @@ def _runs(pair: Pair) -> Sentences:
     if set(pair.why) == {"head"}:
         yield FAILS, f"The head cannot run it: {pair.why['head']}"
     elif pair.why:
-        reasons = "; ".join(f"the {side}: {why}" for side, why in sorted(pair.why.items()))
-        yield NOTE, f"Not compared, as it cannot be run. {capital(reasons)}"
+        reasons = (f"{capital(side)}: {why.rstrip('.')}." for side, why in sorted(pair.why.items()))
+        yield NOTE, f"Not compared, because it cannot be run. {' '.join(reasons)}"
 
 
 def _repeats(pair: Pair) -> Sentences:
-    for runs in (SECOND, FURTHER_PROCESSES):
-        sides = [side for side in pair.reached if pair.differs(side, runs)]
-        for side in sides:
-            yield REPEATS if sides == ["head"] else NOTE, _difference(pair, side, runs)
-        if sides:
-            return
-
-
-def _difference(pair: Pair, side: str, runs: slice) -> str:
-    if runs == FURTHER_PROCESSES:
-        return (
-            f"Runs of the {side} in two processes differ: its result depends on the process, as on "
-            "the hash of a text, the order of a set, or an address."
+    again = [side for side in pair.reached if pair.differs(side, SECOND)]
+    for side in again:
+        first, second = (run["ends"] for run in pair.runs[side][:2])
+        far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
+        sentence = f"Two runs of the {side} differ by {far}: it is not deterministic."
+        yield REPEATS if again == ["head"] else NOTE, sentence
+    elsewhere = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
+    for side in elsewhere if not again else ():
+        sentence = (
+            f"Runs of the {side} in two processes differ: its result depends on the process, for "
+            "example on the hash of a string, the order of a set, or an address."
         )
-    first, second = (run["ends"] for run in pair.runs[side][:2])
-    far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
-    return f"Two runs of the {side} differ by {far}: it is not deterministic."
+        yield REPEATS if elsewhere == ["head"] else NOTE, sentence
 
 
 def _memory(pair: Pair) -> Sentences:
     """What a second run leaves in memory: neither compilation nor what other benchmarks took."""
     if not pair.complete or pair.first_calls == 1:
         return
-    second = [pair.runs[side][1] for side in SIDES]
-    base, head = (
-        run.get("memory", math.nan) - pair.reached[side].get("memory", math.nan)
-        for side, run in zip(SIDES, second, strict=True)
-    )
-    peak, head_peak = (run.get("need", math.nan) / 1e6 for run in second)
-    if head > max(base, 0.0) + MUCH:
-        base, head = (each / CALLS / 1e6 for each in (base, head))
-        yield MEMORY, f"a run leaves {head:.0f} MB in memory, where it left {base:.0f}."
-    elif head_peak > peak + PEAK / 1e6:
-        yield MEMORY, f"a run needs {head_peak:.0f} MB at most, where it needed {peak:.0f}."
+    runs = [pair.runs[side][:2] for side in SIDES]
+    left, head_left = ((second["memory"] - first["memory"]) / 1e6 / CALLS for first, second in runs)
+    peak, head_peak = (second["need"] / 1e6 for _, second in runs)
+    if head_left > max(left, 0.0) + LEAK:
+        yield MEMORY, f"Each run leaves {head_left:.0f} MB in memory, up from {left:.0f} MB."
+    elif head_peak > peak + PEAK:
+        yield MEMORY, f"A run needs up to {head_peak:.0f} MB, up from {peak:.0f} MB."
 
 
 def _results(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
@@ -156,21 +148,21 @@ def _results(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences
     if not pair.complete:
         return
     base, head = (pair.reached[side] for side in SIDES)
-    if base.get("offered", "") != head.get("offered", ""):
+    if base["offered"] != head["offered"]:
         sentence = (
-            f"The finest setting that the base offers is {base['offered'] or 'none'}, that of the "
-            f"head {head['offered'] or 'none'}: both were run at the head's, so that a change of "
-            "settings is not in the numbers."
+            f"The finest setting of the base is {base['offered'] or 'none'}, that of the head "
+            f"{head['offered'] or 'none'}. Both ran at the head's, so the numbers do not show "
+            "the change of settings."
         )
         yield NOTE, sentence
     if not base["success"]:
-        yield NOTE, f"The base's run fails: {base['status']}"
+        yield NOTE, f"The base's run failed: {base['status']}"
     elif not head["success"]:
-        yield FAILS, f"The head's run fails: {head['status']}"
+        yield FAILS, f"The head's run failed: {head['status']}"
     elif changed := _changed(base["problem"], head["problem"]):
         sentence = (
-            f"The problem itself is not the base's ({_named(changed)}), and the truth is that "
-            "of the head's problem: counts and errors do not compare."
+            f"The problem itself changed ({_named(changed)}). The truth is that of the head's "
+            "problem, so counts and errors cannot be compared."
         )
         yield PROBLEM, sentence
     else:
@@ -192,14 +184,14 @@ def _differ(base: Sequence[float], head: Sequence[float]) -> bool:
 
 def _counts(base: Mapping[str, int], head: Mapping[str, int], tolerance: float) -> Sentences:
     if lacking := sorted(head.keys() ^ base.keys()):
-        yield NOTE, f"Only one side counts {_named(lacking)}, so that cannot be compared."
+        yield NOTE, f"Only one side reports {_named(lacking)}, which cannot be compared."
     grown = []
     for name in head.keys() & base.keys() - set(SAME_WORK):
         if head[name] > base[name] * (1.0 + tolerance):
-            share = f", {100 * (head[name] / base[name] - 1):.2g} % more" if base[name] else ""
-            grown.append(f"{_named([name])} {base[name]} became {head[name]}{share}")
+            share = f" (+{100 * (head[name] / base[name] - 1):.2g} %)" if base[name] else ""
+            grown.append(f"{_named([name])} rose from {base[name]} to {head[name]}{share}")
     if grown:
-        yield COUNTS, f"{'; '.join(sorted(grown))}."
+        yield COUNTS, f"{capital('; '.join(sorted(grown)))}."
 
 
 def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
@@ -207,25 +199,28 @@ def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     allowed = base * (1.0 + pair.case.error_tolerance) + pair.case.rounding
     finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
     if not finite["base"]:
-        yield NOTE, "The base's ends are not finite, so that errors do not compare."
+        yield NOTE, "The base's final state is not finite, so errors cannot be compared."
+    elif not finite["head"]:
+        yield ERROR, "The head's final state is not finite."
     elif isinstance(truth, str):
-        yield NOTE, f"Its error is not known: {truth}"
-        if not finite["head"]:
-            yield ERROR, "the head's ends are not finite."
+        yield NOTE, f"Its error is unknown: {truth}"
     elif math.isnan(base):
-        yield ERROR, "the head's ends have another shape than the base's."
+        yield ERROR, "The head's final state has another shape than the base's."
     elif not head <= allowed:
-        now = plain(head) or "not a number"
-        yield ERROR, f"error {plain(base)} became {now}, more than {plain(allowed)}."
+        sentence = (
+            f"The error rose from {plain(base)} to {plain(head) or 'infinity'}, which is more "
+            f"than the {plain(allowed)} tolerated."
+        )
+        yield ERROR, sentence
 
 
 def _times(pair: Pair, growth: float, p: float, slow: tuple[set[str], set[str]]) -> Sentences:
-    name, text = pair.case.name, f"slower by {100 * growth:.1f} % (p = {plain(p, 2)})"
+    name, text = pair.case.name, f"{100 * growth:.1f} % slower (p = {plain(p, 2)})"
     if name in slow[0] and name in slow[1]:
         again = relative_growth(*pair.samples(1))
-        yield TIME, f"{text}, in a second round by {100 * again:.1f} %."
+        yield TIME, f"It is {text}, and {100 * again:.1f} % in a second round."
     elif name in slow[0]:
-        yield NOTE, f"It looked {text}, which a second round did not confirm."
+        yield NOTE, f"It looked {text}; a second round did not confirm it."
 
 
 def _largest_difference(base: Sequence[Sequence[float]], head: Sequence[Sequence[float]]) -> float:

@@ -8,43 +8,31 @@ from dataclasses import asdict, dataclass
 
 import pandas as pd
 
-from benchmarks.statistics.rank_test import LEVEL, POWER
+from benchmarks.statistics.rank_test import GROWTHS, LEVEL, POWER
 from reports.results.junit import JUnitCase, junit_xml
 from reports.results.summary import many
-from reports.tables.number_format import known, plain
 from reports.tables.writing import as_markdown
-from reports.tracking.gates import (
-    COUNTS,
-    ERROR,
-    FAILS,
-    MEMORY,
-    PROBLEM,
-    REPEATS,
-    TIME,
-    Finding,
-)
+from reports.tracking.gates import GATES, LEAK, NOTE, PEAK, TIME, Finding
+from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
-LEGEND = (
-    "Times are processor time, base and head interleaved; p is the probability that equal code "
-    f"looks so (Mann-Whitney; below {LEVEL} after Holm's correction it counts), and a time is "
-    "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
-    "processes. The times of an integrator's benchmarks together are worse at half of that growth, "
-    "in five rounds. Visible from: the least growth of all times that would have counted in "
-    f"{100 * POWER:.0f} % of the rounds with this scatter. Counts are summed for the table and "
-    "compared one by one. Ends moved: the largest difference of a coordinate, or a momentum of an "
-    "integrator's; 0 means bit-identical. Each side runs twice, and in a further process: all must "
-    "have the same bits, and the second run leave and need no more memory than the base's."
-)
-FAMILIES = {  # of gates, as the test cases of a benchmark
-    "runs": (FAILS, PROBLEM),
-    "repeats its bits": (REPEATS,),
-    "counts": (COUNTS,),
-    "error": (ERROR,),
-    "memory": (MEMORY,),
-    "time": (TIME,),
-}
-TOGETHER = "time of all benchmarks together"
+MOST = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
+LEGEND = f"""
+- **time**: growth of the median processor time; samples of base and head are taken in turn. A time
+  is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the benchmark's
+  threshold, in two rounds of fresh processes. All times of an integrator together are worse at half
+  of that threshold, in five rounds.
+- **p**: probability that equal code looks at least this much slower (one-sided Mann-Whitney test).
+- **detectable from**: the smallest growth that a round with this scatter detects in
+  {100 * POWER:.0f} % of cases.
+- **more counts**: by how much the sum of all counts grew; they are compared one by one.
+- **error of base, of head**: against the truth.
+- **final state moved**: the largest change of a coordinate, or of a momentum of your integrator; 0
+  means bit-identical.
+- **not deterministic**: each side runs twice in one process, and once or more in others. The head's
+  results must be bit-identical where the base's are.
+- **memory**: a second run may leave {LEAK:.0f} MB and need {PEAK:.0f} MB more than the base's.
+""".strip()
 
 
 @dataclass(frozen=True)
@@ -97,46 +85,50 @@ class Outcome:
         head = self.head.replace("the working", "The working", 1)
         benchmarks = many(self.compared, "benchmark")
         missing = len(self.findings) - self.compared
-        ends = [
-            f"{group.name}: {text}" for group in self.together for text in group.alarms.values()
-        ]
-        ends += [
-            f"{name} is new: {self.base} has nothing that runs to compare it with."
-            for name in self.new
-        ]
-        ends += [f"{missing} could not be compared."] if missing else []
         if not self.compared:
-            text = f"Nothing of {self.head} could be compared with {self.base}."
+            sentences = [f"Nothing of {self.head} could be compared with {self.base}."]
         elif self.worse:
             named = ", ".join(f"{worse.name} ({', '.join(worse.alarms)})" for worse in self.worse)
-            text = (
-                f"{head} is worse than {self.base} in {len(self.worse)} of {benchmarks}: {named}."
-            )
+            count = f"{len(self.worse)} of {benchmarks}"
+            sentences = [f"{head} is worse than {self.base} in {count}: {named}."]
         elif self.red:
-            text = f"{head} is worse than {self.base} by the times of {benchmarks} together."
+            sentences = [f"{head} is slower than {self.base} in {benchmarks} taken together."]
         else:
-            text = (
-                f"{head} is not worse than {self.base} in {benchmarks}: no count, error or memory "
-                f"grew beyond its tolerance, and no time by rank and size{self._power()}."
-            )
-        return " ".join([text, *ends])
+            sentences = [
+                f"{head} is not worse than {self.base} in {benchmarks}: no count, error, memory or "
+                f"time grew by more than is tolerated{self._power()}."
+            ]
+        sentences += [f"{group.name}: {text}" for group in self.together
+                      for text in group.alarms.values()]  # fmt: skip
+        sentences += [
+            f"{name} is new: {self.base} has no version that runs to compare it with."
+            for name in self.new
+        ]
+        sentences += [f"{missing} could not be compared."] if missing and self.compared else []
+        return " ".join(sentences)
 
     def _power(self) -> str:
-        """What growth of times could have been seen, as a clause."""
-        sizes = sorted(size for finding in self.findings if not math.isnan(size := finding.visible))
-        ends = dict.fromkeys(_growth(size) for size in (*sizes[:1], *sizes[-1:]))
-        return f" (smallest growth visible here: {' to '.join(ends)})" if ends else ""
+        """What growth of times could have been detected, as a clause."""
+        sizes = pd.Series([finding.visible for finding in self.findings]).dropna()
+        ends = dict.fromkeys(map(_growth, (sizes.min(), sizes.max()) if len(sizes) else ()))
+        return f" (smallest detectable growth of a time: {' to '.join(ends)})" if ends else ""
 
     def table(self) -> pd.DataFrame:
-        """A row of text for each benchmark, the worse ones first."""
+        """A row for each benchmark, the worse ones first; NaN where unknown."""
         ranked = sorted(self.findings, key=lambda finding: not finding.alarms)
-        return pd.DataFrame([_row(finding) for finding in ranked])
+        rows = pd.DataFrame([_row(finding) for finding in ranked])
+        return rows.replace(math.inf, f"> {MOST:.0f}")
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
-        lines = [f"{item.name}: {text}" for item in self.judged for text in item.alarms.values()]
-        lines += [f"{item.name}: {note}" for item in self.judged for note in item.notes]
-        return "\n".join([as_markdown(self.table()), *(f"- {line}" for line in lines)])
+        lines = [(item.name, *alarm) for item in self.judged for alarm in item.alarms.items()]
+        lines += [(item.name, NOTE, note) for item in self.judged for note in item.notes]
+        return "\n".join(
+            [
+                as_markdown(self.table()),
+                *(f"- {name} ({gate}): {text}" for name, gate, text in lines),
+            ]
+        )
 
 
 def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
@@ -163,7 +155,7 @@ def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
 
 
 def as_junit(outcome: Outcome, title: str) -> str:
-    """A JUnit file with a test case for each benchmark and family of gates.
+    """A JUnit file with a test case for each benchmark and gate.
 
     Parameters
     ----------
@@ -171,57 +163,41 @@ def as_junit(outcome: Outcome, title: str) -> str:
         the command as the user called it, such as "galvi track"
     """
     cases = [
-        _junit_case(finding, family, finding.compared and (family != "time" or finding.pair.timed))
+        _junit_case(finding, gate, finding.compared and (gate != TIME or finding.pair.timed))
         for finding in outcome.findings
-        for family in FAMILIES
+        for gate in GATES
     ]
-    cases += [_junit_case(group, TOGETHER, True) for group in outcome.together]
+    cases += [_junit_case(group, TIME, True) for group in outcome.together]
     return junit_xml(title, {f"{outcome.head} against {outcome.base}": cases})
 
 
-def _junit_case(item: Finding | Together, family: str, compared: bool) -> JUnitCase:
-    gates = FAMILIES.get(family, (TIME,))
-    alarms = " ".join(item.alarms[gate] for gate in gates if gate in item.alarms)
+def _junit_case(item: Finding | Together, gate: str, compared: bool) -> JUnitCase:
     notes = " ".join(item.notes)
-    if alarms:
-        return JUnitCase(item.name, family, outcome="failure", message=alarms, details=notes)
+    if alarm := item.alarms.get(gate):
+        return JUnitCase(item.name, gate, outcome="failure", message=alarm, details=notes)
     if not compared:
-        return JUnitCase(item.name, family, outcome="skipped", message=notes or "Not compared.")
-    return JUnitCase(item.name, family, details=notes)
+        return JUnitCase(item.name, gate, outcome="skipped", message=notes or "Not compared.")
+    return JUnitCase(item.name, gate, details=notes)
 
 
-def _row(finding: Finding) -> dict[str, str]:
+def _row(finding: Finding) -> dict[str, object]:
+    counts = {side: run["counts"] for side, run in finding.pair.reached.items()}
+    shared = pd.DataFrame(counts, columns=list(SIDES), dtype=float).dropna()
+    base_count, head_count = shared.sum(min_count=1)
+    base_error, head_error = finding.errors
     outcome = "not worse" if finding.compared else "not compared"
     return {
         "benchmark": finding.name,
-        "time": f"{100 * finding.growth:+.1f} %" if known(finding.growth) else "-",
-        "p": plain(finding.p, 2) or "-",
-        "visible from": "-" if math.isnan(finding.visible) else _growth(finding.visible),
-        "counts": _change(*_sums(*(run["counts"] for run in finding.pair.reached.values()))),
-        "error": _change(*finding.errors),
-        "ends moved": plain(finding.moved, 2) or "-",
+        "time [%]": round(100 * finding.growth, 1),
+        "p": finding.p,
+        "detectable from [%]": 100 * finding.visible,
+        "more counts": head_count - base_count,
+        "error of base": base_error,
+        "error of head": head_error,
+        "final state moved": finding.moved,
         "verdict": f"worse: {', '.join(finding.alarms)}" if finding.alarms else outcome,
     }
 
 
 def _growth(size: float) -> str:
-    return "more than 300 %" if math.isinf(size) else f"{100 * size:.0f} %"
-
-
-def _sums(*counts: Mapping[str, int]) -> tuple[float, float]:
-    """Sums over the counts that both sides have; NaN when there are none."""
-    shared = counts[0].keys() & counts[1].keys() if len(counts) == 2 else ()
-    if not shared:
-        return math.nan, math.nan
-    base, head = (float(sum(side[name] for name in shared)) for side in counts)
-    return base, head
-
-
-def _change(base: float, head: float) -> str:
-    if not known(base) or not known(head):
-        return "-"
-    if base == head:
-        return "same"
-    if plain(base) != plain(head):
-        return f"{plain(base)} to {plain(head)}"
-    return f"{100 * (head / base - 1):+.1g} %"
+    return f"more than {MOST:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"

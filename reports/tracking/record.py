@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,8 @@ from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.track_record import track_record
-from reports.results.options import OUT, OWN_FOLDER
 from reports.results.section import Figure
+from reports.results.summary import many
 from reports.tables.number_format import plain
 from reports.tracking.benches import (
     ERROR,
@@ -70,11 +69,6 @@ class Place:
     changes: tuple[str, ...]
     pictures: tuple[Picture, ...]
 
-    @property
-    def anchor(self) -> str:
-        """Its address on a page."""
-        return "place-" + re.sub(r"[^a-z0-9]+", "-", self.name.lower()).strip("-")
-
 
 @dataclass(frozen=True)
 class History:
@@ -94,8 +88,8 @@ def history(out: Path) -> History | None:
     places = tuple(_place(key, rows, k) for k, (key, rows) in enumerate(groups, start=1))
     if len(places) > 1:
         sentences.append(
-            f"Benches of {len(places)} machines or versions are shown apart: their times do not "
-            "compare."
+            f"Benchmark runs of {len(places)} machines or versions are shown separately, because "
+            "their times cannot be compared."
         )
     for drawn in (drawn for place in places for drawn in place.pictures):
         write_files(drawn, out / "figures")
@@ -194,9 +188,9 @@ def _extremes(commits: pd.DataFrame) -> str:
     if RELATIVE not in commits or commits[RELATIVE].count() < 2:
         return ""
     times = commits.set_index("commit")[RELATIVE]
-    few = " So few runs do not tell a change from noise." if len(commits) < ENOUGH else ""
+    few = " So few runs cannot tell a change from noise." if len(commits) < ENOUGH else ""
     return (
-        f"Slowest commit kept: {times.idxmax()}, at {plain(times.max())} times the median of all; "
+        f"Slowest commit: {times.idxmax()}, at {plain(times.max())} times the median of all; "
         f"fastest: {times.idxmin()}, at {plain(times.min())}.{few}"
     )
 
@@ -204,20 +198,12 @@ def _extremes(commits: pd.DataFrame) -> str:
 def track(out: Path, tell: Callable[[str], None] = print) -> None:
     """Write the history's files, and tell its sentences."""
     record = history(out) or History(TEXT, (), ())
-    if not record.places:
-        tell(_no_bench(out))
-    for sentence in record.sentences:
+    changes = [f"{change}." for place in record.places for change in place.changes]
+    for sentence in (*record.sentences, *changes):
         tell(sentence)
-    for change in (change for place in record.places for change in place.changes):
-        tell(f"{change}.")
-    count = sum(place.benches for place in record.places)
-    tell(f"{count} bench{'' if count == 1 else 'es'}.")
-
-
-def _no_bench(out: Path) -> str:
-    another = "`galvi track --against REV --contender package.module:Class`"
-    how = another if OWN_FOLDER in (OUT.name, *out.parts) else "`make bench`"
-    return (
-        f"There is no bench yet in {out / STORE}: {how} makes one, and each further one adds a "
-        "point."
-    )
+    if not record.places:
+        tell(
+            f"There is no benchmark run in {out / STORE} yet. Each `galvi track --against REV "
+            "--contender package.module:Class` adds one, and in galvi's checkout `make bench`."
+        )
+    tell(f"{many(sum(place.benches for place in record.places), 'benchmark run')}.")

@@ -82,6 +82,11 @@ class Pair:
         """Those of base and head in one of the rounds."""
         return self.rounds[at]["base"], self.rounds[at]["head"]
 
+    @property
+    def depends_on_process(self) -> bool:
+        """Whether one of the sides reached another end in a further process."""
+        return any(self.differs(side, FURTHER_PROCESSES) for side in SIDES)
+
     def differs(self, side: str, runs: slice) -> bool:
         """Whether one of these runs reached another end than the first one, by any bit."""
         first, others = self.runs[side][0]["ends"], self.runs[side][runs]
@@ -115,34 +120,32 @@ def long_runs(
     """
     able = [pair for pair in pairs if pair.case.contender and pair.repeatable]
     able.sort(key=lambda pair: pair.case.problem != DRIVEN)
-    long: list[Pair] = []
-    for contender in dict.fromkeys(pair.case.contender for pair in able):
-        ordinary = next(pair for pair in able if pair.case.contender == contender)
-        case, note = _longer(ordinary, limit)
-        noted = ordinary if case is None else Pair(case)
-        noted.notes += (note,) if note else ()
-        long += [] if case is None else [noted]
+    first: dict[str, Pair] = {}
+    for pair in able:
+        first.setdefault(pair.case.contender, pair)
+    long = [longer for pair in first.values() if (longer := _longer(pair, limit))]
     run_pairs(workers, long, report)
     return long
 
 
-def _longer(pair: Pair, limit: float) -> tuple[Case | None, str]:
-    """The long run that a pair's speed allows, if any; and what is to be said of it."""
+def _longer(pair: Pair, limit: float) -> Pair | None:
+    """The long run that a pair's speed allows; None, and a note there, where it allows none."""
     case = pair.case
     duration, step = case.step * case.steps, case.setting.get("step")
-    wanted = float(LONG_RUNS) if step is None else LONG_STEPS * step / duration
+    wanted = int(LONG_RUNS if step is None else LONG_STEPS * step / duration)
     seconds = max(reached["warm"] for reached in pair.reached.values())
-    times = int(min(wanted, min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
-    if wanted <= LEAST_LONGER:
-        return None, ""
+    times = min(wanted, int(min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
+    if times < LEAST_LONGER <= wanted:
+        sentence = f"No long run was made, because this one already takes {seconds:.2g} s."
+        pair.notes += (sentence,)
     if times < LEAST_LONGER:
-        return None, f"No longer run was made, since this one takes {seconds:.2g} s."
+        return None
     setting = sampled(duration * times, case.setting, 1)
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
-    shorter = f"Of {wanted:.0f} times, as many as fit the time."
-    return long, shorter if times < int(wanted) else ""
+    shortened = f"Shortened from {wanted} times as long, to fit the time limit."
+    return Pair(long, notes=(shortened,) if times < wanted else ())
 
 
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:

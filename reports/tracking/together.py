@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.statistics.rank_test import LEVEL, p_value, relative_growth
 from reports.tables.number_format import plain
-from reports.tracking.gates import TIME
+from reports.tracking.gates import TIME, suspects
 from reports.tracking.rounds import Pair
 
 FEWEST = 3  # benchmarks
@@ -54,43 +54,46 @@ class Together:
         return tuple(relative_growth(*samples) for samples in self.rounds)
 
     @property
+    def looked_slower(self) -> bool:
+        """Whether the first round is suspicious: by rank and by size."""
+        return self.growth[0] > self.size and p_value(*self.rounds[0]) < LEVEL
+
+    @property
     def suspicious(self) -> bool:
-        """Whether it looks slower in all that was timed so far."""
-        return looks_slower(*self.rounds[0], self.size) and _by_rank(self.rounds[1:])
+        """Whether it looks slower in all that was timed so far: in further rounds by rank."""
+        confirmed = (p_value(*samples) < CONFIRMS for samples in self.rounds[1:])
+        return self.looked_slower and all(confirmed)
 
     @property
     def alarms(self) -> dict[str, str]:
-        """Its gate and a sentence, where it is slower."""
-        further = ", ".join(f"{100 * size:.1f} %" for size in self.growth[1:])
-        text = f"{self._slower}, in further rounds by {further}."
-        return {TIME: text} if self._is_slower else {}
+        """Its gate and a sentence, where enough further rounds confirm it, their mean by size."""
+        further = self.growth[1:]
+        if not (self.suspicious and len(further) >= FURTHER and np.mean(further) > self.size):
+            return {}
+        sizes = ", ".join(f"{100 * size:.1f} %" for size in further)
+        return {TIME: f"{self._sentence('are')}; in further rounds {sizes}."}
 
     @property
     def notes(self) -> tuple[str, ...]:
         """A sentence, where it looked slower and is not known to be."""
-        if self._is_slower or not looks_slower(*self.rounds[0], self.size):
+        if self.alarms or not self.looked_slower:
             return ()
-        refuted = len(self.rounds) > FURTHER or not self.suspicious
-        why = ", which further rounds did not confirm" if refuted else ""
-        return (f"Together {self._slower}{why}.",)
+        if self.suspicious and len(self.rounds) <= FURTHER:
+            return (f"{self._sentence('are')}.",)
+        return (f"{self._sentence('looked')}; further rounds did not confirm it.",)
 
-    @property
-    def _is_slower(self) -> bool:
-        return looks_slower(*self.rounds[0], self.size) and is_slower(self.rounds[1:], self.size)
-
-    @property
-    def _slower(self) -> str:
-        p = plain(p_value(*self.rounds[0]), 2)
-        count, size = len(self.benchmarks), 100 * self.growth[0]
-        return f"its {count} timed benchmarks are slower by {size:.1f} % (p = {p})"
+    def _sentence(self, verb: str) -> str:
+        growth, p = 100 * self.growth[0], plain(p_value(*self.rounds[0]), 2)
+        benchmarks = f"Its {len(self.benchmarks)} timed benchmarks together"
+        return f"{benchmarks} {verb} {growth:.1f} % slower (p = {p})"
 
 
 def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
     """The times of each integrator of a project, where it has enough benchmarks."""
-    timed: dict[str, list[Pair]] = {}
+    groups: dict[str, list[Pair]] = {}
     for pair in pairs:
         if pair.case.contender and pair.timed:
-            timed.setdefault(pair.case.contender, []).append(pair)
+            groups.setdefault(pair.case.contender, []).append(pair)
     return tuple(
         Together(
             name,
@@ -101,36 +104,17 @@ def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
             ),
             SHARE * max(pair.case.slower for pair in group),
         )
-        for name, group in timed.items()
+        for name, group in groups.items()
         if len(group) >= FEWEST
     )
 
 
-def suspected(pairs: Iterable[Pair], red: set[str]) -> set[str]:
-    """Names of the benchmarks of integrators that look slower in all that was timed so far.
-
-    Parameters
-    ----------
-    red
-        names of benchmarks that are slower by their own times: their integrators need no more
-    """
-    doubtful = [group for group in judge_together(pairs) if group.suspicious]
-    return {name for group in doubtful if not red & group.benchmarks for name in group.benchmarks}
-
-
-def looks_slower(base: Sequence[float], head: Sequence[float], size: float) -> bool:
-    """Whether a first round is suspicious: by rank and by size."""
-    return relative_growth(base, head) > size and p_value(base, head) < LEVEL
-
-
-def is_slower(further: Sequence[Samples], size: float) -> bool:
-    """Whether rounds after a suspicious one confirm it: each by rank, their mean by size."""
-    growth = [relative_growth(*samples) for samples in further]
-    return len(further) >= FURTHER and _by_rank(further) and float(np.mean(growth)) > size
-
-
-def _by_rank(further: Sequence[Samples]) -> bool:
-    return all(p_value(*samples) < CONFIRMS for samples in further)
+def suspected(pairs: Sequence[Pair]) -> set[str]:
+    """Names of the benchmarks of integrators that look slower in all that was timed so far, except
+    where one of them is slower by its own times already."""
+    slower = suspects(pairs, 0) & suspects(pairs, 1)
+    groups = [group.benchmarks for group in judge_together(pairs) if group.suspicious]
+    return set().union(*(group for group in groups if not slower & group))
 
 
 def means(samples: Sequence[Samples]) -> Samples:

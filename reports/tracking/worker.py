@@ -6,8 +6,8 @@ import json
 import os
 import signal
 import subprocess
-from contextlib import suppress
-from dataclasses import asdict, dataclass
+from contextlib import AbstractContextManager, suppress
+from dataclasses import asdict
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -30,31 +30,25 @@ class Failed(Exception):
     """A worker's request failed; the message gives the reason."""
 
 
-@dataclass
-class Patience:
-    """The time limit of an answer in seconds, and how many more answers of a side may miss it."""
-
-    limit: float = SECONDS
-    left: int = TIME_OUTS
-
-
-class Worker:
+class Worker(AbstractContextManager["Worker"]):
     """A context manager: `with Worker(checkout) as worker` ends the process afterwards.
 
     Both sides run the worker program of this suite, which uses only galvi's public interface, so
-    that a revision with another suite is measured alike. The process starts with the first request;
-    one that died or hung is replaced at the next, unless the side's patience, which its workers
-    share, is at an end: then each request fails at once.
+    that a revision with another suite is measured alike. The process starts with the first request,
+    and anew with the first one after `stop`, or after it died or hung. When TIME_OUTS answers have
+    missed the limit, each request fails at once.
+
+    Parameters
+    ----------
+    limit
+        seconds for an answer
     """
 
     pipe: Connection  # to the process, while it runs
 
-    def __init__(self, checkout: Checkout, patience: Patience | None = None) -> None:
-        self.checkout, self.patience = checkout, patience or Patience()
+    def __init__(self, checkout: Checkout, limit: float = SECONDS) -> None:
+        self.checkout, self.limit, self.time_outs = checkout, limit, 0
         self.process: subprocess.Popen[bytes] | None = None
-
-    def __enter__(self) -> Worker:
-        return self
 
     def __exit__(self, *error: object) -> None:
         self.stop()
@@ -81,19 +75,18 @@ class Worker:
             self.process = None
 
     def _ask(self, request: str, case: Case, **numbers: int) -> dict[str, Any]:
-        limit = self.patience.limit
-        if self.patience.left <= 0:
+        if self.time_outs >= TIME_OUTS:
             raise Failed(
-                f"It was not asked: {TIME_OUTS} answers did not come within {limit:g} seconds."
+                f"It was not asked: {TIME_OUTS} answers did not come within {self.limit:g} seconds."
             )
         process = self.process or self._start()
         try:
             order = {"do": request, "case": asdict(case), **numbers}
             self.pipe.send_bytes(json.dumps(order).encode())
-            if not self.pipe.poll(limit):
+            if not self.pipe.poll(self.limit):
                 self.stop()
-                self.patience.left -= 1
-                raise Failed(f"It gave no answer within {limit:g} seconds and was ended.")
+                self.time_outs += 1
+                raise Failed(f"It gave no answer within {self.limit:g} seconds and was ended.")
             answer: dict[str, Any] = json.loads(self.pipe.recv_bytes())
         except (EOFError, OSError):
             with suppress(subprocess.TimeoutExpired):  # a process that only closed its pipe goes on

@@ -30,7 +30,7 @@ from reports.cli.track import choose_cases, track_against
 from reports.tracking.benches import TIME, read_history
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.tracked_problems import contender_cases, tracked
-from reports.tracking.worker import Failed, Patience, Worker
+from reports.tracking.worker import Failed, Worker
 
 ROOT = Path(__file__).parents[2]
 STUB = """
@@ -96,6 +96,15 @@ def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
         assert [(one.folder / kernel).read_bytes() for one in both] == [b"code"] * 2
 
 
+def test_files_that_archives_leave_out_are_on_both_sides(checkout: Path) -> None:
+    (checkout / ".gitattributes").write_text("galvi export-ignore\n")
+    git(checkout, "add", ".")
+    git(checkout, "commit", "--quiet", "-m", "attributes")
+    with checkouts("HEAD", checkout) as both:
+        assert all((side.folder / "galvi" / "__init__.py").is_file() for side in both)
+        assert not any(side.changed for side in both)
+
+
 def compared(root: Path, revision: str = "HEAD") -> int:
     sides = checkouts(revision, root)
     return track_against(sides, (CASE,), root.parent / "out", {"date": "d"}, False)
@@ -121,7 +130,7 @@ def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> N
     assert "with changes) is worse than" in sentence(checkout)
     (row,) = json.loads((checkout.parent / "out" / "against.json").read_text())["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
-    assert row["alarms"]["counts"] == "iterations 5 became 6, 20 % more."
+    assert row["alarms"]["counts"] == "Iterations rose from 5 to 6 (+20 %)."
     assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
@@ -145,11 +154,14 @@ def test_a_folder_without_git_and_another_repository_are_sentences(
     bare.mkdir()
     other.mkdir()
     git(other, "init", "--quiet")
-    with pytest.raises(CannotCompare, match="needs a git checkout"), checkouts("HEAD", bare):
+    with (
+        pytest.raises(CannotCompare, match="run in a git checkout of galvi; rec"),
+        checkouts("HEAD", bare),
+    ):
         pass
     for folder in (bare, other):
         monkeypatch.chdir(folder)
-        with pytest.raises(CannotCompare, match=f"run in {checkout}, received {folder}; change to"):
+        with pytest.raises(CannotCompare, match=f"run in {checkout}; received {folder}. Change to"):
             compared(checkout)
     (checkout / "galvi" / "inner").mkdir()
     monkeypatch.chdir(checkout / "galvi" / "inner")
@@ -187,10 +199,10 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         with pytest.raises(Failed, match="ended with status 3"):
             one.run(CASE)
         write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-        one.patience.limit = 1.0
+        one.limit = 1.0
         with pytest.raises(Failed, match="no answer within 1 sec"):
             one.run(CASE)
-        one.patience.limit = 60.0
+        one.limit = 60.0
         write(tmp_path, "class problems:\n    pass\n")
         with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
             one.run(CASE)
@@ -200,14 +212,13 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
 
 
-def test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers(tmp_path: Path) -> None:
+def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Path) -> None:
     write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-    patience = Patience(0.5)
-    for _ in range(2):
-        one = Worker(Checkout(tmp_path, "head"), patience)
-        with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"), one:
-            one.run(CASE)
-    with Worker(Checkout(tmp_path, "head"), patience) as one:
+    with Worker(Checkout(tmp_path, "head"), 0.5) as one:
+        for _ in range(2):
+            with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"):
+                one.run(CASE)
+            one.stop()
         with pytest.raises(Failed, match=r"was not asked: 2 answers did not come within 0.5 sec"):
             one.run(CASE)
         assert one.process is None
@@ -329,7 +340,7 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(
     row, long = found["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
     assert long["name"].startswith(f"{row['name']}, ") and "error" in long["alarms"]
-    assert row["alarms"]["counts"] == "force evaluations 7 became 8, 14 % more."
+    assert row["alarms"]["counts"] == "Force evaluations rose from 7 to 8 (+14 %)."
     assert found["head"].endswith("with changes)")
     failures = ElementTree.parse(project / "out" / "track.xml").getroot().iter("failure")
     assert {one.get("message") for one in failures} >= set(row["alarms"].values())
@@ -343,12 +354,12 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
     out = str(Path("galvi-out") / "deep")
     assert run(make_suite, ["track", "--out", out]) == 0
     said = capsys.readouterr().out
-    assert "`galvi track --against REV --contender package.module:Class` makes one" in said
+    assert "`galvi track --against REV --contender package.module:Class` adds one" in said
     asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine", "--out", out]
     assert run(make_suite, asked) == 0
     assert run(make_suite, asked) == 0
     assert run(make_suite, ["track", "--out", out]) == 0
-    assert "2 benches; the page is" in capsys.readouterr().out
+    assert "\n2 benchmark runs.\n" in capsys.readouterr().out
     rows = read_history(Path(out) / "benchmarks")
     head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
     assert set(rows["commit"]) == {head.stdout[:12]}
@@ -360,7 +371,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--against", "HEAD"], "another project's integrators need --contender package.module"),
+        (["--against", "HEAD"], "integrator of the latter with --contender package.module"),
         (["--against", "HEAD", "--contender", "no_such:Mine"], "there is no module 'no_such'"),
         (["--against", "none", "--contender", "mine_to_track:Mine"], "a revision that git knows"),
         (["--contender", "mine_to_track:Mine"], "require --against REV"),
@@ -386,7 +397,9 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     asked = ["track", "--against", "HEAD", "--contender", "moved_to_track:Mine"]
     assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"moved_to_track:Mine is new: \w{12} has nothing that runs to compare", said)
+    assert re.search(
+        r"moved_to_track:Mine is new: \w{12} has no version that runs to compare", said
+    )
     both = [*asked, "--contender", "mine_to_track:Mine", "--out", str(project / "out")]
     assert run(make_suite, both) == 0
     assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
@@ -395,7 +408,7 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
 HANGS = "        import time; time.sleep(99)\n        t, a ="
 
 
-@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_by_any_of_its_workers")
+@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_in_any_process")
 def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
     """After two answers of a side that miss the limit, nothing more is asked of it."""
     module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)
@@ -411,7 +424,7 @@ def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) ->
     git(project.parent, "commit", "--quiet", "-am", "hangs")
     module.write_text(sound)
     assert tracked() == 0
-    assert "The base: It gave no answer" in (project / "out" / "against.md").read_text()
+    assert "Base: It gave no answer" in (project / "out" / "against.md").read_text()
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_benchmark_may_ask_for_a_larger_size")

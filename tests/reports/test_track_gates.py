@@ -6,8 +6,9 @@ import json
 import math
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -19,8 +20,8 @@ from benchmarks.timings.case import LONG, ROUND_OFF, TRAJECTORY, Case
 from reports.tracking import against
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout
-from reports.tracking.gates import judge
-from reports.tracking.outcome import FAMILIES, Outcome, as_json, as_junit, summary
+from reports.tracking.gates import GATES, judge
+from reports.tracking.outcome import Outcome, as_json, as_junit, summary
 from reports.tracking.rounds import Pair
 from reports.tracking.worker import Failed
 
@@ -31,7 +32,7 @@ HANGS = "It gave no answer within 600 seconds and was ended."
 
 
 class Fake:
-    """A worker with these times, and what its first call reaches; fails where it says so."""
+    """A process with these times, and what its first call reaches; fails where it says so."""
 
     def __init__(
         self, factor: float = 1.0, why: str = "", hangs: bool = False, **reached: Any
@@ -44,13 +45,29 @@ class Fake:
         if self.why:
             raise Failed(self.why)
         reached = {"ends": [[1.0 + 1e-9, 0.0]], "counts": COUNTS, "success": True, "status": "ok"}
-        return reached | {"first_call": 1.0, "warm": 0.01, "problem": {}} | self.reached
+        reached |= {"first_call": 1.0, "warm": 0.01, "problem": {}, "offered": ""}
+        return reached | {"memory": math.nan, "need": math.nan} | self.reached
 
     def time(self, case: Case, repeats: int, attempts: int) -> float:
         if self.hangs:
             raise Failed(HANGS)
         self.samples += 1
         return self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))
+
+
+class Processes(AbstractContextManager["Processes"]):
+    """A worker of these processes, one after the other."""
+
+    def __init__(self, fakes: Iterator[Fake]) -> None:
+        self.fakes = fakes
+        self.stop()
+
+    def __exit__(self, *error: object) -> None:
+        return None
+
+    def stop(self) -> None:
+        self.process = next(self.fakes)
+        self.run, self.time = self.process.run, self.process.time
 
 
 @contextmanager
@@ -69,14 +86,13 @@ def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
         cases: Any = (CASE,),
         base_again: Fake | None = None,
     ) -> Outcome:
-        heads = iter([head, *[again or head] * 4])
-        bases = iter([base, *[base_again or base] * 4])
+        fakes = {"base": (base, base_again or base), "head": (head, again or head)}
 
-        @contextmanager
-        def workers(*checkouts: Checkout) -> Iterator[dict[str, Any]]:
-            yield {"base": next(bases), "head": next(heads)}
+        def worker(checkout: Checkout, limit: float) -> Processes:
+            first, later = fakes[checkout.commit]
+            return Processes(chain([first], repeat(later)))
 
-        monkeypatch.setattr(against, "workers", workers)
+        monkeypatch.setattr(against, "Worker", worker)
         monkeypatch.setattr(against, "true_ends", lambda case: [np.array([1.0, 0.0])])
         sides = Checkout(Path("b"), "base"), Checkout(Path("h"), "head")
         outcome = compare(*sides, cases, studies)
@@ -95,15 +111,15 @@ def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
     assert not outcome.worse
     assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
     assert outcome.findings[0].moved == 0.0
-    assert "(smallest growth visible here: 11 %)" in str(outcome)
-    assert outcome.table()["visible from"].tolist() == ["11 %"]
+    assert "(smallest detectable growth of a time: 11 %)" in str(outcome)
+    assert outcome.table()["detectable from [%]"].tolist() == [11.0]
 
 
 @pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])
 def test_a_slower_head_is_red_at_the_gate_of_time_alone(compared: Any, factor: float) -> None:
     outcome = compared(Fake(), Fake(factor))
     assert set(alarms(outcome)) == {"time"}
-    assert "slower by" in alarms(outcome)["time"] and "second round" in alarms(outcome)["time"]
+    assert "% slower (p = " in alarms(outcome)["time"] and "second round" in alarms(outcome)["time"]
     assert str(outcome) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
 
 
@@ -149,7 +165,7 @@ class Needing(Fake):
 
 def test_a_head_that_needs_more_memory_for_a_while_is_red(compared: Any) -> None:
     said = alarms(compared(Needing(bytes_=1e6), Needing(bytes_=2e9)))
-    assert said == {"memory": "a run needs 2000 MB at most, where it needed 1."}
+    assert said == {"memory": "A run needs up to 2000 MB, up from 1 MB."}
     assert not compared(Needing(bytes_=1e6), Needing(bytes_=30e6)).worse
     assert not compared(Needing(bytes_=math.nan), Needing(bytes_=2e9)).worse
 
@@ -167,9 +183,7 @@ def three(compared: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_what_is_below_the_size_of_each_is_red_by_all_together(three: Any) -> None:
     outcome = three(Fake(), Fake(1.07))
     assert not outcome.worse and outcome.red
-    assert "is worse than base by the times of 3 benchmarks together. a:B: its 3 timed" in str(
-        outcome
-    )
+    assert "is slower than base in 3 benchmarks taken together. a:B: Its 3 timed" in str(outcome)
     assert json.loads(as_json(outcome, {}))["worse"] is True
     for base, head in ((Fake(), Fake(1.03)), (Fake(1.07), Fake())):
         assert not three(base, head).red
@@ -178,14 +192,14 @@ def test_what_is_below_the_size_of_each_is_red_by_all_together(three: Any) -> No
 def test_times_that_are_red_one_by_one_need_no_further_rounds_together(three: Any) -> None:
     outcome = three(Fake(), Fake(1.3))
     assert len(outcome.worse) == 3 and len(outcome.together[0].growth) == 2
-    assert "a:B: Together its 3 timed benchmarks are slower by" in outcome.report()
+    assert "a:B (note): Its 3 timed benchmarks together are 30.0 % slower" in outcome.report()
     assert "did not confirm" not in outcome.report()
 
 
 def test_what_later_rounds_do_not_confirm_of_all_together_is_a_note(three: Any) -> None:
     outcome = three(Fake(), Fake(1.07), Fake(1.02))
     assert not outcome.red
-    assert "which further rounds did not confirm" in outcome.report()
+    assert "; further rounds did not confirm it." in outcome.report()
 
 
 def test_two_benchmarks_are_too_few_to_be_taken_together(compared: Any) -> None:
@@ -209,9 +223,11 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(compa
     assert [one.name for one in outcome.worse] == ["orbit, 10000 times as long"]
     slow = compared(Fake(warm=0.1), Fake(warm=0.1), cases=(mine,))
     assert slow.findings[1].name == "orbit, 100 times as long"
-    assert slow.findings[1].notes == ("Of 10000 times, as many as fit the time.",)
+    assert slow.findings[1].notes == ("Shortened from 10000 times as long, to fit the time limit.",)
     slowest = compared(Fake(warm=8.0), Fake(warm=8.0), cases=(mine,))
-    assert slowest.findings[0].notes == ("No longer run was made, since this one takes 8 s.",)
+    assert slowest.findings[0].notes == (
+        "No long run was made, because this one already takes 8 s.",
+    )
 
 
 def test_a_head_whose_ends_are_not_finite_is_red_without_a_truth() -> None:
@@ -221,14 +237,14 @@ def test_a_head_whose_ends_are_not_finite_is_red_without_a_truth() -> None:
     assert set(finding.alarms) == {"error"}
 
 
-def test_the_junit_file_has_a_case_for_each_family_of_gates_and_is_well_formed(
+def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(
     compared: Any,
 ) -> None:
     hostile = replace(CASE, name="a <b> & \x1b ]]> é")
     outcome = compared(Fake(), Fake(why="<script>\x00 ]]>"), cases=(hostile, OTHER))
     root = ElementTree.fromstring(as_junit(outcome, "galvi track"))
     cases = root.findall("testsuite/testcase")
-    assert {one.get("name") for one in cases} == set(FAMILIES) and len(cases) == 2 * len(FAMILIES)
+    assert {one.get("name") for one in cases} == set(GATES) and len(cases) == 2 * len(GATES)
     (failed, _) = root.findall("testsuite/testcase/failure")
     assert "The head cannot run it: <script>" in failed.get("message", "")
 
@@ -247,7 +263,7 @@ class Growing(Fake):
 
 def test_a_leak_is_red_by_its_memory(compared: Any) -> None:
     said = alarms(compared(Growing(0.0), Growing(60e6)))
-    assert said == {"memory": "a run leaves 60 MB in memory, where it left 0."}
+    assert said == {"memory": "Each run leaves 60 MB in memory, up from 0 MB."}
     assert not compared(Growing(0.0), Growing(2.5e6)).worse
     assert not compared(Growing(60e6), Growing(60e6)).worse
     assert not compared(Fake(), Growing(60e6)).worse  # the base does not tell
@@ -273,7 +289,7 @@ def test_five_percent_slower_is_below_the_size_and_runs_no_second_round(compared
 def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
     outcome = compared(Fake(), Fake(1.3), again=Fake())
     assert not outcome.worse
-    assert "which a second round did not confirm" in outcome.findings[0].notes[0]
+    assert "; a second round did not confirm it." in outcome.findings[0].notes[0]
 
 
 KNOWN = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
@@ -320,29 +336,29 @@ def test_a_change_is_red_at_its_gate_alone(compared: Any, change: str) -> None:
 def test_an_alarm_names_what_changed(compared: Any) -> None:
     changed = [JUDGED["one more iteration"], JUDGED["a force that the truth would hide"]]
     counts, problem = (alarms(compared(Fake(**base), Fake(**head))) for base, head, _ in changed)
-    assert counts == {"counts": "iterations 50 became 51, 2 % more."}
-    assert "not the base's (acceleration)" in problem["problem"]
+    assert counts == {"counts": "Iterations rose from 50 to 51 (+2 %)."}
+    assert "The problem itself changed (acceleration)." in problem["problem"]
 
 
 def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
     outcome = compared(Fake(), Fake(counts={"steps": 10, "force_evaluations": 200, "passes": 9}))
-    assert not outcome.worse and outcome.table()["counts"].tolist() == ["same"]
+    assert not outcome.worse and outcome.table()["more counts"].tolist() == [0.0]
     assert outcome.findings[0].notes == (
-        "Only one side counts iterations, passes, so that cannot be compared.",
+        "Only one side reports iterations, passes, which cannot be compared.",
     )
 
 
 def test_a_base_whose_ends_are_not_finite_does_not_accuse_the_head(compared: Any) -> None:
     outcome = compared(Fake(ends=[[math.nan, 0.0]]), Fake())
-    assert not outcome.worse and "errors do not compare" in outcome.findings[0].notes[0]
+    assert not outcome.worse and "errors cannot be compared" in outcome.findings[0].notes[0]
 
 
 def test_a_run_that_fails_is_red_once_and_a_base_that_fails_is_a_note(compared: Any) -> None:
     failed = {"success": False, "status": "Newton failed.", "ends": [[math.nan, math.nan]]}
     outcome = compared(Fake(), Fake(**failed))
-    assert alarms(outcome) == {"status": "The head's run fails: Newton failed."}
+    assert alarms(outcome) == {"status": "The head's run failed: Newton failed."}
     other = compared(Fake(**failed), Fake())
-    assert not other.worse and other.findings[0].notes == ("The base's run fails: Newton failed.",)
+    assert not other.worse and other.findings[0].notes == ("The base's run failed: Newton failed.",)
 
 
 def test_a_head_that_cannot_run_or_hangs_in_either_round_is_red(compared: Any) -> None:
@@ -374,7 +390,7 @@ def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
 def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:
     pair = Pair(CASE, {"base": [Fake().run(CASE)] * 2, "head": [Fake().run(CASE)] * 2})
     (finding,) = judge([pair], {"orbit": "no engine."})
-    assert finding.compared and finding.notes == ("Its error is not known: no engine.",)
+    assert finding.compared and finding.notes == ("Its error is unknown: no engine.",)
     assert math.isnan(finding.errors[1]) and finding.alarms == {}
 
 
@@ -382,10 +398,13 @@ def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> No
     text = summary(compared(Fake(), Fake(1.3), cases=(CASE, OTHER)), {"commit": "c"})
     lines = text.splitlines()
     assert lines[0].startswith("**head is worse than base in 2 of 2 benchmarks: orbit (time)")
-    columns = "benchmark | time | p | visible from | counts | error | ends moved | verdict"
-    assert lines[2].split() == ["|", *columns.split(), "|"]
+    columns = [column.strip() for column in lines[2].strip("|").split("|")]
+    assert columns == [
+        "benchmark", "time [%]", "p", "detectable from [%]", "more counts", "error of base",
+        "error of head", "final state moved", "verdict",
+    ]  # fmt: skip
     assert sum(line.startswith("| orbit ") for line in lines) == 1
-    assert any(line.startswith("- orbit: slower by ") for line in lines)
+    assert any(line.startswith("- orbit (time): It is ") for line in lines)
     assert lines[-1] == "commit: c"
 
 
@@ -398,4 +417,4 @@ def test_a_benchmark_that_fails_on_both_sides_is_not_compared(compared: Any) -> 
 def test_other_settings_of_the_base_are_noted(compared: Any) -> None:
     sides = (Fake(offered="{'step': 0.1}"), Fake(offered="{'step': 1.0}"))
     (note,) = compared(*sides).findings[0].notes
-    assert "base offers is {'step': 0.1}, that of the head {'step': 1.0}" in note
+    assert "of the base is {'step': 0.1}, that of the head {'step': 1.0}" in note

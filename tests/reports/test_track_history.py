@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from benchmarks.timings.catalogue import CASES
 from reports.cli.commands import run
 from reports.tracking.benches import COLUMNS, TIME, read_history
 from reports.tracking.record import Place, history, track
-from reports.tracking.together import FURTHER, Samples, is_slower, looks_slower, means
+from reports.tracking.together import FURTHER, Samples, Together, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -72,8 +73,10 @@ BENCHMARKS = 6
 def alarms_together(comparisons: int, growth: float) -> int:
     random, alarms = np.random.Generator(np.random.Philox(11)), 0
     for _ in range(comparisons):
-        if looks_slower(*a_round(random, growth), 0.05):
-            alarms += is_slower([a_round(random, growth) for _ in range(FURTHER)], 0.05)
+        first = Together("mine:Mine", frozenset(), (a_round(random, growth),), size=0.05)
+        if first.suspicious:
+            further = tuple(a_round(random, growth) for _ in range(FURTHER))
+            alarms += bool(replace(first, rounds=first.rounds + further).alarms)
     return alarms
 
 
@@ -239,7 +242,7 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> 
 def test_an_empty_history_is_a_sentence_and_still_a_page(make_suite, tmp_path: Path) -> None:
     said: list[str] = []
     track(tmp_path, said.append)
-    assert said[0].startswith("There is no bench yet in ")
+    assert said[0].startswith("There is no benchmark run in ")
     assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "results" / "history.html").read_text()
     assert "No timings of earlier commits are kept" in page
@@ -255,22 +258,24 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(make_suite, tmp_pa
     assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "results" / "history.html").read_text()
     assert "Quite another" in page and "bad.json: " in page
-    assert page.count("<img ") == 2 and "shown apart" in page
+    assert page.count("<img ") == 2 and "shown separately" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")
     assert len(frame) == 4 * 6
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(tmp_path: Path) -> None:
+def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
+    make_suite, tmp_path: Path
+) -> None:
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
         store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
-    track(tmp_path, lambda sentence: None)
-    page = (tmp_path / "history.html").read_text()
-    assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
-    assert "So few runs do not tell a change from noise." in page
+    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "results" / "history.html").read_text()
+    assert "Slowest commit: 000000000002, at 2.86 times the median" in page
+    assert "So few runs cannot tell a change from noise." in page
     assert "fastest: 000000000003+" in page
     for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
