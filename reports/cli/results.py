@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -67,27 +68,33 @@ def export(
     if every and to:
         raise typer.BadParameter("--all does not take --to.")
     is_picture = form in work.PICTURES
-    if (where or columns or sort) and (is_picture or not name):
+    if any((where, columns, sort)) and (is_picture or not name):
         raise typer.BadParameter("--sort, --where and --columns are for one table.")
     to = STDOUT if to == Path("-") else to
-    tables = work.tables(out)
-    if not (listed or is_picture or tables):
-        raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
-    known = [*tables, work.NUMBERS] if form == "latex" else [*tables]
-    if not (listed or is_picture) and (every or name in known):
-        for table in [name] if name else tables:
-            work.export_table(out, table, form, to, where or (), columns or (), sort or ())
-        return 0
-    figures = work.figures(context.obj.load(), out)
     if listed:
-        work.list_all(tables, figures)
+        work.list_all(work.tables(out), work.figures(context.obj.load(), out))
     elif is_picture:
-        work.export_figures(figures, out, name, form, width, to)
-    elif name in figures:
-        raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
+        work.export_figures(work.figures(context.obj.load(), out), out, name, form, width, to)
     else:
-        check_known("table", name, known)
+        names = [name] if name else [*work.tables(out)]
+        _check_tables(context, out, names, form)
+        for table in names:
+            work.export_table(out, table, form, to, where or (), columns or (), sort or ())
     return 0
+
+
+def _check_tables(context: typer.Context, out: Path, names: Sequence[str], form: str) -> None:
+    """Raises typer.BadParameter where there is no table, or none of one of these names."""
+    from reports.cli import export as work
+
+    tables = [*work.tables(out)]
+    if not tables:
+        raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
+    known = [*tables, work.NUMBERS] if form == "latex" else tables
+    for name in names:
+        if name not in known and name in work.figures(context.obj.load(), out):
+            raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
+        check_known("table", name, known)
 
 
 def merge_reports(

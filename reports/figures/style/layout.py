@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -142,26 +142,36 @@ def finish(canvas: Canvas) -> None:
     canvas.set_layout_engine("none")
 
 
-def _legend(canvas: Canvas) -> tuple[float, float]:
-    """Draw it below the axes where it is one row, else right of them where these have the room,
-    else below in as few rows as fit; returns the inches that it takes beside and below the axes.
-    """
+def _entries(canvas: Canvas) -> dict[str, Any]:
+    """Label -> handle of the labelled lines, then of what was added to the legend."""
     labelled = {
         label: handle
         for axes in canvas.axes
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
         if label not in canvas.entries
     }
-    entries = labelled | canvas.entries
+    return labelled | canvas.entries
+
+
+def _attempts(count: int, across: float) -> Iterator[tuple[str, int]]:
+    """(place, columns) of a legend of so many entries, in the order in which they are tried: below
+    the axes in one row, right of them, below in as few rows as fit."""
+    balanced = (math.ceil(count / rows) for rows in range(1, count + 1))
+    below = [(BELOW, columns) for columns in balanced if columns <= COLUMNS]
+    yield from below[:1] if count <= COLUMNS else ()
+    yield from [(RIGHT, 1)] if across > WIDE else ()
+    yield from below
+
+
+def _legend(canvas: Canvas) -> tuple[float, float]:
+    """Draw it; returns the inches that it takes beside and below the axes."""
+    entries = _entries(canvas)
     if not entries:
         return 0.0, 0.0
     across, high = canvas.get_size_inches()
     markers = max(len(handle) if isinstance(handle, tuple) else 1 for handle in entries.values())
     columns_of_panels = max(axes.get_subplotspec().get_gridspec().ncols for axes in canvas.axes)
-    balanced = [math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)]
-    below = [(BELOW, columns) for columns in balanced if columns <= COLUMNS]
-    right = [(RIGHT, 1)] if across > WIDE else []
-    for loc, columns in (*(below[:1] if len(entries) <= COLUMNS else []), *right, *below):
+    for loc, columns in _attempts(len(entries), across):
         drawn = canvas.legend(
             list(entries.values()), list(entries), ncols=columns, borderaxespad=0.2, loc=loc,
             handlelength=2.6 if markers == 1 else min(1.7 * markers, 6.0),
