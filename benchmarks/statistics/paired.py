@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 COVERAGE = 0.95  # least, of an interval
 FASTER, SLOWER, TIE = "faster", "slower", "tie"
+UNRESOLVED = "within noise"  # how a tie is called whose own interval does not hold 1
 
 
 class Interval(NamedTuple):

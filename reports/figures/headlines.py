@@ -63,7 +63,7 @@ HEADLINES = (
         },
         caption=f"{HOW} Error: the largest entry of R - R_true after 20 units of time. MuJoCo is a "
         "general engine, and much of its time is the price of that; its implicit integrator is of "
-        f"first order. Circle: its RK4 at the default step, {DEFAULT_STEP:g}.",
+        f"first order. A circle, where it was run: its RK4 at the default step, {DEFAULT_STEP:g}.",
         size=(9.0, 4.2),
     ),
     Figure(
@@ -78,7 +78,7 @@ HEADLINES = (
             "shown": CLOCK,
         },
         caption=f"{HOW} Error: the largest distance of a body from its true place at the end. "
-        "A code without a line did not end its runs, or not within the errors shown.",
+        "A code without a line was not run, did not end its runs, or not within the errors shown.",
         size=(9.0, 4.2),
     ),
 )

@@ -34,6 +34,10 @@ OUTSIDE = "external_links.txt"
 GENERATED = "generated"
 PACKAGES = ("galvi", "references")  # of which pages include lines
 CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
+TITLE = re.compile(r"^# .*\n", re.MULTILINE)
+NOT_RUN = (
+    "\n:::{note}\nThe code was not run for these pages; `make docs` shows what it prints.\n:::\n"
+)
 COLOUR = re.compile("\x1b\\[[0-9;]*m")
 MATHJAX = "mathjax/tex-svg.js"  # under _static
 FILLED = ("index", "peers")  # pages beside those of RESULTS with expressions
@@ -200,7 +204,8 @@ def fill_in(app: Any, name: str, source: list[str]) -> None:
     if shows_results(name):
         source[0] = rendered(source[0], name, SHOWN.get())
     elif app.config.nb_execution_mode == "off":
-        source[0] = CELL.sub("```python\n", source[0])
+        text, cells = CELL.subn("```python\n", source[0])
+        source[0] = TITLE.sub(rf"\g<0>{NOT_RUN}", text, count=1) if cells else text
 
 
 def outdated(app: Any, env: Any, *changes: Any) -> list[str]:

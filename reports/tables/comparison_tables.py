@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.statistics.paired import TIE
+from benchmarks.statistics.paired import TIE, UNRESOLVED
 from benchmarks.work_precision.asked import errors_of
 from benchmarks.work_precision.dependable import bounds
 from benchmarks.work_precision.fronts import (
@@ -184,7 +184,7 @@ def _cell(row: Mapping[str, Any]) -> str:
         return f"{seconds(row['seconds'])}{close}"
     if not known(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
-    tie = f"{TIE}, " if row["outcome"] == TIE else ""
+    tie = f"{TIE if row['low'] <= 1.0 <= row['high'] else UNRESOLVED}, " * (row["outcome"] == TIE)
     interval = interval_text(row["low"], row["high"])
     ratio = f"{readable(row['ratio'], 2)}{TIMES}{', ' * bool(interval)}{interval}"
     return f"{tie}{ratio}{close} ({seconds(row['seconds'])})"

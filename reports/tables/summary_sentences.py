@@ -8,7 +8,7 @@ from operator import itemgetter
 
 import pandas as pd
 
-from benchmarks.statistics.paired import TIE
+from benchmarks.statistics.paired import TIE, UNRESOLVED
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.grid import gaps, unequal
@@ -57,7 +57,8 @@ def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, floa
     beside = f" ({best['contender']} at its loosest is {{}} times as accurate as asked)"
     remark, times = (beside, closer) if known(closer) else ("", factor)
     if best["outcome"] == TIE:
-        return f"galvi and {best['contender']} tie", remark, times
+        how = "tie" if best["low"] <= 1.0 <= best["high"] else f"are {UNRESOLVED} of each other"
+        return f"galvi and {best['contender']} {how}", remark, times
     if factor >= LEVEL:
         return f"{best['contender']} wins", " ({} times faster)", factor
     if factor * LEVEL <= 1.0:

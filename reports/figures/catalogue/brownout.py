@@ -101,8 +101,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             "ylabel": PLACE,
         },
         caption="Medians of one interleaved run, with bars from the fastest to the slowest round, "
-        "both in compiled code, Python overhead included: "
-        "setting up a run of galvi takes a few milliseconds.",
+        "both in compiled code, Python's overhead and what it takes to set up a run included.",
     ),
     Figure(
         name="m-fig-2",
