@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from markupsafe import Markup
 
+from benchmarks.statistics.paired import TIE
 from benchmarks.studies.taxonomy import COLUMNS
 from benchmarks.work_precision.asked import ERRORS, errors_of
 from benchmarks.work_precision.dependable import dependable
@@ -26,6 +27,7 @@ from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
 from reports.tables.comparison_tables import (
     OF_RK4,
     SMALLEST,
+    _cell,
     energies,
     fastest_lines,
     fastest_per_error,
@@ -37,6 +39,7 @@ from reports.tables.comparison_tables import (
 )
 from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
+from reports.tables.summary_sentences import _outcome
 from reports.tables.targets_table import ALONE, readable_targets, summary
 
 KEPLER = "kepler e=0.6"
@@ -324,3 +327,17 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
     assert '<td class="number"></td>' in html and "<i>" not in html
     assert html.count("<td><a href='#q'>q</a></td>") == 3
     assert html_table(frame.head(0), "empty").count("<tr>") == 1
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said", "sentence"),
+    [(0.8, 1.3, "tie, ", "galvi and B tie"), (5.2, 33.1, "within noise, ", "are within noise")],
+)
+def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sentence) -> None:
+    """Noise as large as a difference leaves it open who is faster, and by how much."""
+    row = {
+        "problem": "body", "error": 1e-4, "contender": "B", "settings": "", "seconds": 1.0,
+        "ratio": 0.5 * (low + high), "low": low, "high": high, "outcome": TIE, "closer": np.nan,
+    }  # fmt: skip
+    assert _cell(row).startswith(said)
+    assert sentence in _outcome(1.0, pd.Series(row))[0]
