@@ -8,7 +8,7 @@ from functools import cache
 from typing import NamedTuple
 
 COVERAGE = 0.95  # least, of an interval
-FASTER, SLOWER, TIE = "faster", "slower", "tie"
+FASTER, SLOWER, TIE = "galvi faster", "galvi slower", "tie"
 UNRESOLVED = "within noise"  # how a tie is called whose own interval does not hold 1
 
 

@@ -63,7 +63,8 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     settings   of the contender's fastest run that reaches the error
     seconds    its time
     ratio      this time over that of galvi's fastest (above 1: galvi is faster), the median over
-               the rounds that both took part in; 'not reached' where no run of the contender
+               the rounds that both took part in, for galvi's own the ratio of the medians, by
+               which the fastest is chosen; 'not reached' where no run of the contender
                reaches the error, 'galvi: not reached' where only none of galvi's does
     low, high  the ratio's interval; NaN where the two shared too few rounds
     noise_low, noise_high  that of galvi's run against itself in these rounds
@@ -143,8 +144,9 @@ def _cell(row: pd.Series | None, ours: pd.Series | None) -> dict[str, Any]:
         return cell | {"ratio": f"galvi: {NOT_REACHED}"}
     found = UNKNOWN if row.name == ours.name else _in_shared_rounds(row, "rounds", ours)
     noise = _in_shared_rounds(ours, "again", ours)
+    of_medians = math.isnan(found.median) or str(row["contender"]).startswith("galvi")
     return cell | {
-        "ratio": cell["seconds"] / ours["seconds"] if math.isnan(found.median) else found.median,
+        "ratio": cell["seconds"] / ours["seconds"] if of_medians else found.median,
         "low": found.low,
         "high": found.high,
         "noise_low": noise.low,

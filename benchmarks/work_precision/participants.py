@@ -41,7 +41,10 @@ def with_externals(
     fewest = min(steps, default=FEWEST)
     participants: list[Participant] = []
     for external in externals:
-        settings = offered_settings(external, case.problem, case.duration, fewest)
+        settings = [
+            setting if "step" in setting else {"samples": 1, **setting}
+            for setting in offered_settings(external, case.problem, case.duration, fewest)
+        ]
         if settings:
             participants.append(Participant(label_beside(external, taken), external, settings))
     return replace(case, participants=(*case.participants, *participants))

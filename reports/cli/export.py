@@ -65,6 +65,10 @@ def export_figures(
     -----
     Raises typer.BadParameter for an unknown figure, and where rows are not kept or cannot be drawn.
     """
+    if name in tables(out):
+        raise typer.BadParameter(
+            f"{name!r} is a table: add --format csv, latex, markdown or parquet."
+        )
     if name:
         check_known("figure", name, known)
     kept = {key: (figure, frame) for key, (figure, frame) in known.items() if frame is not None}
@@ -140,12 +144,20 @@ def export_table(
     else:
         with as_usage_error(OSError, ValueError, before=f"{name}.csv cannot be read: "):
             table = read_csv(tables(out)[name])  # pandas' own errors are ValueErrors
-        table = selected(table, where, columns, sort)
+        table = selected(table, where, with_bounds(table, columns), sort)
         origins = read_origins(out)
         origin = origins.get(f"{name}.csv") or origins.get("work_precision.csv") or {}
-        content = _formatted(table, form, name, caption_of(name, origin))
+        caption = caption_of(name, origin, where)
+        content = _formatted(table, form, path.stem if to else name, caption)
     write(path, content)
     print_path(path)
+
+
+def with_bounds(table: pd.DataFrame, columns: Sequence[str]) -> Sequence[str]:
+    """The columns, and after errors whether each is a bound where any of them is one."""
+    if "error" not in columns or "error_is_bound" in columns or "error_is_bound" not in table:
+        return columns
+    return [*columns, *(["error_is_bound"] * bool(table["error_is_bound"].any()))]
 
 
 def selected(
@@ -153,7 +165,9 @@ def selected(
 ) -> pd.DataFrame:
     """Rows and columns as of `export_table`."""
     for condition in where:
-        column, _, value = condition.partition("=")
+        column, equals, value = condition.partition("=")
+        if not equals:
+            raise typer.BadParameter(f"--where expects column=value; received {condition!r}.")
         check_known("column", column, list(table))
         text = table[column].astype(str)
         same = text == value

@@ -83,21 +83,22 @@ class SiteBuilder:
         from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace, patch_docutils
 
-        told, token = io.StringIO(), SHOWN.set(report)
+        told, token, pages = io.StringIO(), SHOWN.set(report), self.source.parent / "site" / "html"
         try:
             with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 site = Sphinx(
-                    self.source, self.source, report.out, self.source.parent / "doctrees", "html",
+                    self.source, self.source, pages, self.source.parent / "doctrees", "html",
                     self._settings(), status=None, warning=told, keep_going=True,
                 )  # fmt: skip
                 site.build()
         finally:
             SHOWN.reset(token)
+        shutil.copytree(pages, report.out, dirs_exist_ok=True)
         text = COLOUR.sub("", told.getvalue()).replace(f"{self.source}{os.sep}", "")
         said = text.splitlines()
         if not self.only_results:
-            files = [Path(site.builder.get_outfilename(name)) for name in site.env.found_docs]
+            files = [report.out / f"{name}.html" for name in site.env.found_docs]
             said += broken(report.out, files, anchors_of_results(report.suite))
         return said
 

@@ -135,8 +135,9 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
     return _Column(" ".join(heading), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
 
 
-def caption_of(name: str, origin: Mapping[str, str]) -> str:
-    """A caption with date, machine, versions and commit, as far as they are known."""
+def caption_of(name: str, origin: Mapping[str, str], where: Sequence[str] = ()) -> str:
+    """A caption with the conditions on its rows, and date, machine, versions and commit, as far as
+    they are known."""
     versions = ", ".join(
         f"{package} {origin[package]}"
         for package in OF_ORIGIN
@@ -149,7 +150,7 @@ def caption_of(name: str, origin: Mapping[str, str]) -> str:
         f"commit {origin['commit'][:12]}" if "commit" in origin else "",
         "quick setting" if origin.get("setting") == "quick" else "",
     )
-    title = capital(name.replace("_", " ").replace("-", " "))
+    title = ", ".join([capital(name.replace("_", " ").replace("-", " ")), *where])
     measured = "; ".join(filter(None, parts))
     return f"{title}. {f'Measured {measured}.' if measured else ''}".strip()
 

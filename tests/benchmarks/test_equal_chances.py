@@ -13,6 +13,7 @@ from benchmarks.statistics import paired
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE, Interval, interval, outcome, ratio
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.grid import MOST, fine, gaps, line_of, refined, unequal
+from benchmarks.work_precision.participants import with_externals
 from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problem import Setting
 from benchmarks.work_precision.problems import work_precision_problems
@@ -148,3 +149,22 @@ def test_every_peer_of_a_problem_has_its_documented_options_on_one_page() -> Non
     assert not {code for code in codes - ours if not code.startswith(known)}
     for name, peer in PEERS.items():
         assert peer.open and peer.built and peer.source, name
+
+
+def test_a_contender_without_a_step_is_asked_for_its_last_state() -> None:
+    """As the documentation of --contender says: without ``step`` a setting has ``samples``."""
+
+    class Adaptive:
+        name = "adaptive"
+
+        def supports(self, problem: object) -> bool:
+            return True
+
+        def settings(self, problem: object, duration: float, fewest: int) -> list[dict[str, float]]:
+            return [{"tolerance": 1e-6}, {"step": 0.1, "save_every": 10}]
+
+    case = next(iter(work_precision_problems(quick=True)))
+    (*_, taken) = with_externals(case, [Adaptive()]).participants
+    assert taken.settings == [
+        {"samples": 1, "tolerance": 1e-6}, {"step": 0.1, "save_every": 10},
+    ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from pathlib import Path
 
 import pandas as pd
 
@@ -13,6 +14,16 @@ def quiet(seconds: float, quick: bool, report: object) -> pd.DataFrame:
     time.sleep(seconds)
     print("a line that nobody reads")
     return pd.DataFrame({"process": [os.getpid()], "quick": [quick]})
+
+
+def meet(mine: Path, other: Path, quick: bool, report: object) -> pd.DataFrame:
+    """As `quiet`, once the study of the other file has begun too."""
+    mine.touch()
+    for _ in range(1200):
+        if other.exists():
+            return quiet(0.0, quick, report)
+        time.sleep(0.1)
+    raise TimeoutError("no other worker")
 
 
 def broken(quick: bool, report: object) -> pd.DataFrame:

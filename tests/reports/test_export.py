@@ -16,6 +16,7 @@ import pytest
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from reports.cli.commands import run
+from reports.cli.export import with_bounds
 from reports.results.origins import note_origin, read_origins
 from reports.tables.claims_table import COLUMNS, claims_frame
 from reports.tables.writing import write_table
@@ -160,7 +161,7 @@ def test_without_pyarrow_parquet_says_what_to_install(make_suite, out, capsys, m
             "There is no problem 'keppler' among kepler e=0.6; did you mean",
         ),
         (["ratios", "--where", "problme=a"], "did you mean 'problem'"),
-        (["ratios", "--where", "problem"], "There is no problem '' among"),
+        (["ratios", "--where", "problem"], "--where expects column=value; received 'problem'."),
         (["ratios", "--columns", "problem,eror"], "did you mean 'error'"),
         ([], "Expected exactly one of NAME, --list and --all."),
         (["ratios", "--all"], "Expected exactly one of NAME"),
@@ -327,3 +328,11 @@ def test_a_target_that_cannot_be_written_is_told_in_a_sentence(make_suite, small
         told = capsys.readouterr().err
         assert told.startswith("The command could not be carried out: ") and str(folder) in told
         assert len(told.splitlines()) == 1
+
+
+def test_an_exported_error_that_is_a_bound_is_said_to_be_one() -> None:
+    table = pd.DataFrame({"contender": ["A", "B"], "error": [1e-3, 1e-12]})
+    for bounds, shown in (([False, True], ["error", "error_is_bound"]), ([False] * 2, ["error"])):
+        columns = with_bounds(table.assign(error_is_bound=bounds), ["error"])
+        assert columns == shown
+    assert with_bounds(table, ["contender"]) == ["contender"]
