@@ -293,3 +293,8 @@ def test_a_whole_number_is_shown_as_one_on_every_python(make_row) -> None:
     assert (
         measured(make_row(measured=np.float32(0.5), uncertainty=np.float32(0.25))) == "0.50 ± 0.25"
     )
+
+
+def test_a_build_leaves_nothing_beside_its_folder(pages, out) -> None:
+    """Extensions of Sphinx write beside the folder of the pages."""
+    assert not (out.parent / "jupyter_execute").exists() and not (out / "doctrees").exists()
