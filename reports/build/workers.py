@@ -65,6 +65,7 @@ def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[
 def parallel(processes: int, **options: Any) -> Parallel:
     """Processes of one thread each that print nothing, get their arguments by value, and end with
     this one."""
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky starts another
     return Parallel(
         processes, backend="loky", max_nbytes=None, inner_max_num_threads=1, initializer=_begin,
         initargs=(os.getpid(),),
