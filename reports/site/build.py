@@ -58,12 +58,10 @@ class SiteBuilder:
     ----------
     tutorials
         run their code, unless it ran before; else it is shown without what it prints
-    only_results
-        the pages of results alone, without the docs' text, as tests build them
     """
 
-    def __init__(self, tutorials: bool = False, only_results: bool = False) -> None:
-        self.tutorials, self.only_results = tutorials, only_results
+    def __init__(self, tutorials: bool = False) -> None:
+        self.tutorials = tutorials
 
     def __enter__(self) -> SiteBuilder:
         self.folder = tempfile.TemporaryDirectory(prefix="galvi-site-")
@@ -89,26 +87,19 @@ class SiteBuilder:
                 warnings.simplefilter("ignore")
                 site = Sphinx(
                     self.source, self.source, pages, self.source.parent / "doctrees", "html",
-                    self._settings(), status=None, warning=told, keep_going=True,
+                    self.settings(), status=None, warning=told, keep_going=True,
                 )  # fmt: skip
                 site.build()
         finally:
             SHOWN.reset(token)
         shutil.copytree(pages, report.out, dirs_exist_ok=True)
         text = COLOUR.sub("", told.getvalue()).replace(f"{self.source}{os.sep}", "")
-        said = text.splitlines()
-        if not self.only_results:
-            files = [report.out / f"{name}.html" for name in site.env.found_docs]
-            said += broken(report.out, files, anchors_of_results(report.suite))
-        return said
+        files = [report.out / f"{name}.html" for name in site.env.found_docs]
+        links = broken(report.out, files, anchors_of_results(report.suite))
+        return [*text.splitlines(), *links]
 
-    def _settings(self) -> dict[str, Any]:
-        if self.only_results:
-            return {
-                "root_doc": f"{RESULTS}/index",
-                "include_patterns": [f"{RESULTS}/**"],
-                "suppress_warnings": ["toc.not_included"],
-            }
+    def settings(self) -> dict[str, Any]:
+        """Of Sphinx, in place of those of docs/conf.py."""
         if not self.tutorials:
             return {"nb_execution_mode": "off"}
         cache = DOCS / GENERATED / ".cache"

@@ -15,7 +15,7 @@ leads to a claim's section of the results.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,9 +24,7 @@ from markupsafe import escape
 from benchmarks.claims.statements import Statement, statements
 from reports.site.typeset import MINUS, typeset
 
-FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
 PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
-ROLE = re.compile(r"\{claim\}`(\w+)`")
 LOW = re.compile(r"(?<=[^\W\d]|[|)])_(?:\(((?:[^()]|\([^()]*\))+)\)|([^\W_]{1,4})(?!\w))")
 NAMES = "alpha beta gamma eta theta lambda mu nu xi pi rho sigma phi psi omega"
 GREEK = dict(zip(NAMES.split(), "αβγηθλμνξπρσφψω", strict=True))
@@ -73,15 +71,6 @@ def chosen(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
         if not any(place.holds(one) for one in left):
             raise ValueError(f"the ledger has no line at {place.where!r} that is not shown above")
     return [one for one in left if any(place.holds(one) for place in wanted)]
-
-
-def tables_of(page: str) -> Iterator[list[Statement]]:
-    """The lines of each directive of a page's text."""
-    shown: list[Statement] = []
-    for argument in FENCE.findall(page):
-        found = chosen(argument, shown)
-        shown += found
-        yield found
 
 
 def table(found: Iterable[Statement], up: str) -> str:

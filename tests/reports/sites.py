@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
@@ -30,9 +31,20 @@ class TextSite(SiteBuilder):
         return []
 
 
+class SiteOfResults(SiteBuilder):
+    """Builds the pages of results alone, in seconds."""
+
+    def settings(self) -> dict[str, Any]:
+        return super().settings() | {
+            "root_doc": f"{pages.RESULTS}/index",
+            "include_patterns": [f"{pages.RESULTS}/**"],
+            "suppress_warnings": ["toc.not_included"],
+        }
+
+
 @contextmanager
 def pages_of_results() -> Iterator[None]:
     """Builds have real pages of results."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BUILDER, lambda *arguments: SiteBuilder(only_results=True))
+        patch.setattr(BUILDER, SiteOfResults)
         yield

@@ -6,8 +6,10 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from runpy import run_path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,13 +32,22 @@ vector_step, weak_step, group_step = (
 frame_step, kepler_frame = STEPS["frame_step"], STEPS["kepler_frame"]
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.md"))}
 INCLUDE = re.compile(r"^```\{literalinclude\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
+ROLE = re.compile(r"\{claim\}`(\w+)`")
 ROUND_OFF = 1e-14  # of a step, whose numbers have size 1; 4e-16 was measured
 
 
+def tables_of(page: str) -> Iterator[list[Any]]:
+    """The lines of each directive of a page's text."""
+    shown: list[Any] = []
+    for argument in FENCE.findall(page):
+        found = ledger.chosen(argument, shown)
+        shown += found
+        yield found
+
+
 def test_every_statement_is_on_exactly_one_page() -> None:
-    shown = Counter(
-        one for page in PAGES.values() for found in ledger.tables_of(page) for one in found
-    )
+    shown = Counter(one for page in PAGES.values() for found in tables_of(page) for one in found)
     assert [one for one in statements() if shown[one] != 1] == []
 
 
@@ -53,7 +64,7 @@ def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a
     with pytest.raises(ValueError, match="looks like"):
         ledger.chosen("H 4.2 [V33")
     page = "```{ledger} H 4.2 [V33]\n```\n```{ledger} H 4.2\n```\n"
-    assert list(ledger.tables_of(page)) == [alone, ledger.chosen("H 4.2", alone)]
+    assert list(tables_of(page)) == [alone, ledger.chosen("H 4.2", alone)]
 
 
 def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
@@ -65,7 +76,7 @@ def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
 
 
 def test_every_claim_named_on_a_page_exists() -> None:
-    named = {name for page in PAGES.values() for name in ledger.ROLE.findall(page)}
+    named = {name for page in PAGES.values() for name in ROLE.findall(page)}
     assert len(named) > 9 and named <= {claim.id for claim in CLAIMS}
 
 
